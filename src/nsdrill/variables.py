@@ -1,0 +1,122 @@
+"""Every variable of a results or trace file, once: name, type, dimensions, units, meaning.
+
+The store writes from this table, the export and the plots label from it, and the file-format page of the documentation
+is checked against it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+POINT = ("procedure", "depth", "wob", "rotary_speed")
+STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
+PROCEDURES = ("same", "up", "down")
+FORMAT_VERSION = 1
+
+PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW = range(5)
+BIT_BOUNCE, STICK_SLIP, WHIRL = 1, 2, 4
+NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR = range(5)
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable. ``room`` says who makes it: ``run`` (bookkeeping), ``feature`` (measured during the run; a new
+    classification leaves it alone), ``label`` (made from features by the classification), ``peaks``, ``states``."""
+
+    name: str
+    dtype: str
+    units: str
+    long_name: str
+    room: str = "feature"
+    dims: tuple[str, ...] = POINT
+    flag_values: tuple[int, ...] | None = None
+    flag_masks: tuple[int, ...] | None = None
+    flag_meanings: str | None = None
+
+
+def _feature(name: str, units: str, long_name: str) -> Variable:
+    return Variable(name, "f8", units, long_name)
+
+
+VARIABLES: tuple[Variable, ...] = (
+    Variable("status", "i1", "1", "how the run ended", "run", flag_values=(0, 1, 2, 3, 4),
+             flag_meanings="pending ok diverged step_limit step_underflow"),
+    Variable("response", "i1", "1", "critical responses present", "label", flag_masks=(1, 2, 4),
+             flag_meanings="bit_bounce stick_slip whirl"),
+    Variable("whirl_kind", "i1", "1", "kind of whirl", "label", flag_values=(0, 1, 2, 3, 4),
+             flag_meanings="none forward backward backward_rolling irregular"),
+    Variable("stick_slip_severity", "i1", "1", "severity band of the stick-slip index", "label",
+             flag_values=(0, 1, 2, 3, 4),
+             flag_meanings="none torsional_oscillation medium onset_of_full_stall severe"),
+    Variable("settled", "i1", "1", "both halves of the observed window agree", "label", flag_values=(0, 1),
+             flag_meanings="unsettled settled"),
+    _feature("bit_speed_min", "rad s-1", "least bit speed"),
+    _feature("bit_speed_max", "rad s-1", "greatest bit speed"),
+    _feature("bit_speed_mean", "rad s-1", "mean bit speed"),
+    _feature("stick_slip_index", "percent", "stick-slip index (max - min) / (2 mean) of bit speed"),
+    _feature("stuck_fraction", "1", "fraction of time with the bit stuck"),
+    _feature("axial_min", "m", "lowest bit position"),
+    _feature("axial_max", "m", "highest bit position"),
+    _feature("lift_off_fraction", "1", "fraction of time with the bit off the rock"),
+    _feature("bit_force_max", "N", "greatest force on the bit"),
+    _feature("bit_torque_max", "N m", "greatest torque on the bit"),
+    _feature("radius_max", "m", "greatest radial displacement of the collar"),
+    _feature("radius_mean", "m", "mean radial displacement of the collar"),
+    _feature("wall_contact_fraction", "1", "fraction of time with the collar on the wall"),
+    _feature("wall_force_max", "N", "greatest normal force on the wall"),
+    _feature("whirl_speed_mean", "rad s-1", "mean whirl speed"),
+    _feature("whirl_ratio", "1", "mean whirl speed over mean bit speed"),
+    _feature("rolling_ratio", "1", "rolling ratio while on the wall: 1 rolls backward without slip, 0 does not roll"),
+    _feature("surface_torque_min", "N m", "least torque at the surface"),
+    _feature("surface_torque_max", "N m", "greatest torque at the surface"),
+    _feature("surface_torque_mean", "N m", "mean torque at the surface"),
+    _feature("lateral_acceleration_rms", "m s-2", "r.m.s. lateral acceleration of the collar centre"),
+    _feature("axial_acceleration_rms", "m s-2", "r.m.s. axial acceleration of the bit"),
+    _feature("half_difference", "1", "largest disagreement between the halves of the observed window"),
+    Variable("steps", "i8", "1", "accepted steps", "run"),
+    Variable("rejected", "i8", "1", "rejected steps", "run"),
+    Variable("axial_peaks", "f8", "m", "last local maxima of the bit position", "peaks", (*POINT, "peak")),
+    Variable("bit_speed_peaks", "f8", "rad s-1", "last local maxima of the bit speed", "peaks", (*POINT, "peak")),
+    Variable("radius_peaks", "f8", "m", "last local maxima of the radial displacement", "peaks", (*POINT, "peak")),
+    Variable("initial_state", "f8", "SI", "state at the start of the run", "states", (*POINT, "state")),
+    Variable("final_state", "f8", "SI", "state at the end of the run", "states", (*POINT, "state")),
+)
+
+TRACE_VARIABLES: tuple[Variable, ...] = tuple(
+    Variable(name, "f8", units, long_name, "trace", ("time",))
+    for name, units, long_name in (
+        ("x", "m", "lateral position of the collar centre, x"),
+        ("vx", "m s-1", "lateral velocity, x"),
+        ("y", "m", "lateral position of the collar centre, y"),
+        ("vy", "m s-1", "lateral velocity, y"),
+        ("z", "m", "bit position above its mean cutting surface, positive up"),
+        ("vz", "m s-1", "axial velocity of the bit"),
+        ("twist", "rad", "twist of the string: bit angle less drive angle"),
+        ("bit_speed", "rad s-1", "bit speed"),
+        ("drive_angle", "rad", "drive angle at the top"),
+        ("radius", "m", "radial displacement of the collar centre"),
+        ("radial_velocity", "m s-1", "radial velocity of the collar centre"),
+        ("whirl_angle", "rad", "whirl angle of the collar centre, unwrapped"),
+        ("whirl_speed", "rad s-1", "whirl speed of the collar centre"),
+        ("bit_force", "N", "force of the rock on the bit"),
+        ("bit_torque", "N m", "torque of the rock on the bit"),
+        ("wall_force", "N", "normal force of the wall on the collar"),
+        ("wall_friction", "N", "friction force of the wall on the collar"),
+        ("surface_torque", "N m", "torque at the surface"),
+    )
+)
+
+BY_NAME = {variable.name: variable for variable in VARIABLES}
+FEATURES = tuple(v.name for v in VARIABLES if v.room == "feature")
+LABELS = tuple(v.name for v in VARIABLES if v.room == "label")
+PEAKS = tuple(v.name for v in VARIABLES if v.room == "peaks")
+
+COORDINATES: dict[str, tuple[str, str]] = {
+    "procedure": ("1", "how the state was chosen: same at every point, carried up, carried down"),
+    "depth": ("m", "measured depth"),
+    "wob": ("N", "weight on bit"),
+    "rotary_speed": ("rad s-1", "top-drive speed"),
+    "peak": ("1", "peak number, oldest first"),
+    "state": ("1", "state name"),
+    "time": ("s", "time"),
+}
