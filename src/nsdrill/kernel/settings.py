@@ -1,0 +1,16 @@
+"""How a run is integrated and for how long."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """``transient`` and ``observe`` in seconds; ``rtol`` relative tolerance per step, from 1e-13 to 1e-2; ``max_steps``
+    counts accepted and rejected steps of one run."""
+
+    transient: float = 300.0
+    observe: float = 200.0
+    rtol: float = 1e-6
+    max_steps: int = 50_000_000

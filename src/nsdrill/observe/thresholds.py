@@ -1,0 +1,73 @@
+"""Where a response begins to count as critical. All can be changed on a finished file, but for ``stuck_below``."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from nsdrill.model.parameters import parameter
+
+
+@dataclass(frozen=True)
+class BitBounce:
+    """Bit-bounce: the bit is off the rock for more than this fraction of the time."""
+
+    lift_off_fraction: float = parameter(0.01, "", "R: one percent of the time", "convention", strict=False, high=1.0)
+
+
+@dataclass(frozen=True)
+class StickSlip:
+    """Stick-slip: the index (max - min) / (2 mean) exceeds ``stick_slip_index`` percent, the onset of full stall.
+
+    The other bounds are those of the severity table of the directional-drilling paper (D): below the first no
+    vibration to speak of, then torsional oscillation, then medium (mitigate), onset of full stall, severe.
+    """
+
+    stick_slip_index: float = parameter(80.0, "percent", "D: onset of full stall", "convention")
+    oscillation_index: float = parameter(40.0, "percent", "D", "convention")
+    medium_index: float = parameter(60.0, "percent", "D", "convention")
+    stall_index: float = parameter(80.0, "percent", "D", "convention")
+    severe_index: float = parameter(100.0, "percent", "D", "convention")
+
+
+@dataclass(frozen=True)
+class Whirl:
+    """Whirl: the collar is on the wall for more than ``wall_contact_fraction`` of the time.
+
+    Its kind: backward rolling where the rolling ratio is within ``rolling_tolerance`` of one and the contact lasts
+    at least ``rolling_contact`` of the time; else forward or backward by the sign of the whirl ratio, and irregular
+    where that is below ``direction`` in size.
+    """
+
+    wall_contact_fraction: float = parameter(
+        0.01, "", "R: one percent of the time", "convention", strict=False, high=1.0
+    )
+    rolling_tolerance: float = parameter(0.1, "", "R", "convention", strict=False)
+    rolling_contact: float = parameter(0.5, "", "R", "convention", strict=False, high=1.0)
+    direction: float = parameter(0.1, "", "R", "convention", strict=False)
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Settled: the halves of the observed window differ by less than ``tolerance`` (of each quantity's range)."""
+
+    tolerance: float = parameter(0.05, "", "R", "convention", strict=False)
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """All thresholds; ``stuck_below`` [rad/s] is the bit speed under which the bit counts as stuck."""
+
+    bit_bounce: BitBounce = field(default_factory=BitBounce)
+    stick_slip: StickSlip = field(default_factory=StickSlip)
+    whirl: Whirl = field(default_factory=Whirl)
+    settled: Settled = field(default_factory=Settled)
+    stuck_below: float = parameter(5 * math.pi / 30, "rad/s", "field practice: bit-stuck time below 5 rpm", "high")
+
+
+@dataclass(frozen=True)
+class Record:
+    """``peaks``: how many of the last local maxima are kept for each of bit position, bit speed and radius."""
+
+    peaks: int = 32
+    poincare: int = 0

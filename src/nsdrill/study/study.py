@@ -1,0 +1,43 @@
+"""A validated study: plain frozen data in SI units. How it is read from YAML is in the neighbouring files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from nsdrill.kernel.settings import Simulation
+from nsdrill.model.parameters import Initial, Operation, Parameters
+from nsdrill.observe.thresholds import Record, Thresholds
+
+AXES = ("depth", "wob", "rotary_speed")
+Procedure = Literal["same", "up", "down", "up-down"]
+
+
+@dataclass(frozen=True)
+class Study:
+    """One study.
+
+    ``axes`` holds depth [m], wob [N] and rotary_speed [rad/s], each a 1-D ascending float array, of length one (from
+    ``operation``) where it is not swept; ``swept`` the names that the file sweeps; ``along`` the axis along which the
+    state is carried, None for procedure ``same``. ``text`` is the YAML as read, ``overrides`` the ``--set`` texts,
+    ``resolved`` the complete study, defaults filled in and in SI, as plain data, ``sha256`` the digest of that.
+    """
+
+    title: str
+    parameters: Parameters
+    operation: Operation
+    initial: Initial
+    axes: dict[str, np.ndarray]
+    swept: tuple[str, ...]
+    procedure: Procedure
+    along: str | None
+    simulation: Simulation
+    thresholds: Thresholds
+    record: Record
+    text: str
+    source: str
+    overrides: tuple[str, ...] = ()
+    resolved: dict[str, Any] = field(default_factory=dict)
+    sha256: str = ""
