@@ -1,0 +1,49 @@
+"""The files: run log, results, trace, exports. One writer, and nothing under the asked name that is not whole."""
+
+from nsdrill.store.claim import check_target, claim, claim_file
+from nsdrill.store.export import flag_words, to_csv, to_netcdf
+from nsdrill.store.log import RunLog, part_path
+from nsdrill.store.memory import MemoryLog
+from nsdrill.store.read import (
+    collect,
+    kind_of,
+    log_from_results,
+    open_results,
+    read_attributes,
+    read_partial,
+    read_point,
+    read_results,
+    rewrite_labels,
+)
+from nsdrill.store.records import pending_records, record_dtype
+from nsdrill.store.results import write_results
+from nsdrill.store.sink import Sink, Source
+from nsdrill.store.trace import read_trace, write_trace
+
+__all__ = [
+    "MemoryLog",
+    "RunLog",
+    "Sink",
+    "Source",
+    "check_target",
+    "claim",
+    "claim_file",
+    "collect",
+    "flag_words",
+    "kind_of",
+    "log_from_results",
+    "open_results",
+    "part_path",
+    "pending_records",
+    "read_attributes",
+    "read_partial",
+    "read_point",
+    "read_results",
+    "read_trace",
+    "record_dtype",
+    "rewrite_labels",
+    "to_csv",
+    "to_netcdf",
+    "write_results",
+    "write_trace",
+]

@@ -1,0 +1,80 @@
+"""Results for other programs: a table in CSV, or a netCDF-4 file."""
+
+from __future__ import annotations
+
+import csv
+import os
+import shutil
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from nsdrill.data import Array, Results
+from nsdrill.store import hdf5
+from nsdrill.store.files import replacing
+from nsdrill.variables import BY_NAME, COORDINATES, POINT, Variable
+
+_ROOMS = ("run", "label", "feature")
+
+
+def to_csv(results: Results, path: str | os.PathLike[str], *, peaks: bool = False, states: bool = False) -> None:
+    """One row per point: the four coordinates, every variable, and the flags once more in words.
+
+    Peaks and states take a column per entry, ``axial_peaks_0 [m]``, if asked for. Numbers have as many digits as give
+    back the same bits; a missing one is ``nan``. Written row by row.
+    """
+    rooms = (*_ROOMS, *(("peaks",) if peaks else ()), *(("states",) if states else ()))
+    chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].room in rooms]
+    with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow([*(_heading(name, COORDINATES[name][0]) for name in POINT), *_headings(results, chosen)])
+        words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
+        for place in np.ndindex(*results.shape):
+            row: list[object] = [results.coords[n][i].item() for n, i in zip(POINT, place, strict=True)]
+            for variable in chosen:
+                value: Array = results.variables[variable.name][place]
+                row.extend(np.atleast_1d(value).tolist())
+                if variable.name in words:
+                    row.append(words[variable.name](int(value)))
+            writer.writerow(row)
+
+
+def to_netcdf(path: str | os.PathLike[str], path_nc: str | os.PathLike[str]) -> None:
+    """Copy the results file ``path`` to ``path_nc``. A results file is a netCDF-4 file already: HDF5 with dimension
+    scales and no type that netCDF lacks; so a checked copy under the usual ending is all that it takes."""
+    with hdf5.opened(path):
+        pass
+    with replacing(path_nc) as temporary:
+        shutil.copyfile(path, temporary)
+
+
+def flag_words(variable: Variable, value: int) -> str:
+    """A flag value in words: ``ok``, ``bit_bounce+whirl``; ``none`` for an empty mask."""
+    return _words(variable)(value)
+
+
+def _words(variable: Variable) -> Callable[[int], str]:
+    names = (variable.flag_meanings or "").split()
+    if variable.flag_masks is not None:
+        masks = list(zip(variable.flag_masks, names, strict=True))
+        return lambda value: "+".join(name for mask, name in masks if value & mask) or "none"
+    table = dict(zip(variable.flag_values or (), names, strict=True))
+    return lambda value: table.get(value, str(value))
+
+
+def _headings(results: Results, chosen: Iterable[Variable]) -> list[str]:
+    names: list[str] = []
+    for variable in chosen:
+        extra = variable.dims[len(POINT) :]
+        if extra:
+            units = "" if variable.room == "states" else variable.units
+            names.extend(_heading(f"{variable.name}_{item}", units) for item in results.coords[extra[0]])
+        elif variable.flag_meanings is not None:
+            names.extend((variable.name, f"{variable.name}_words"))
+        else:
+            names.append(_heading(variable.name, "" if variable.room == "run" else variable.units))
+    return names
+
+
+def _heading(name: str, units: str) -> str:
+    return f"{name} [{units}]" if units and name != "procedure" else name

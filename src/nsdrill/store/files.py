@@ -1,0 +1,88 @@
+"""Files that are there whole or not at all: written under a temporary name, synced, then renamed."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from nsdrill.errors import InputError, NsdrillError
+
+_STALE_SECONDS = 600.0
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Yield a temporary name in the folder of ``path``; what was written there takes the name ``path`` at the end.
+
+    Whatever goes wrong, ``path`` is untouched and the temporary file is removed. Errors of the system, of a full disk
+    say, become NsdrillError.
+    """
+    target = Path(os.path.realpath(path))  # a link stays a link; its target is replaced
+    _sweep_away(target)
+    temporary = temporary_name(target)
+    try:
+        yield temporary
+        fd = os.open(temporary, os.O_RDONLY)
+        try:
+            os.fsync(fd)
+        finally:
+            os.close(fd)
+        os.replace(temporary, target)
+        sync_folder(target.parent)
+    except InputError:
+        raise
+    except (OSError, RuntimeError) as error:  # h5py reports a failed flush as either
+        raise NsdrillError(f"{path}: could not be written: {reason(error)}. Nothing was changed.") from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink()
+
+
+def temporary_name(path: Path) -> Path:
+    """Hidden name beside ``path`` that no other process uses."""
+    return path.with_name(f".{path.name}.tmp-{os.getpid()}")
+
+
+def sync_folder(folder: Path) -> None:
+    """Make a new name in ``folder`` last through a crash."""
+    fd = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(fd)
+    except OSError:
+        pass  # some network file systems refuse this; the file itself is safe
+    finally:
+        os.close(fd)
+
+
+def reason(error: BaseException) -> str:
+    """What the system said, to be put in a sentence."""
+    text = getattr(error, "strerror", None) or str(error)
+    return text[:1].lower() + text[1:]
+
+
+def _sweep_away(target: Path) -> None:
+    """Remove temporary files of ``target`` that a killed process left: its number is free and nothing grows there.
+
+    The age protects a file that is being written from another computer, whose process numbers are not ours.
+    """
+    prefix = f".{target.name}.tmp-"
+    with suppress(OSError):
+        for leftover in os.scandir(target.parent):
+            number = leftover.name.removeprefix(prefix)
+            if not leftover.name.startswith(prefix) or not number.isdecimal() or _alive(int(number)):
+                continue
+            if time.time() - leftover.stat().st_mtime > _STALE_SECONDS:
+                os.unlink(leftover.path)
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):
+        return True
+    return True

@@ -1,0 +1,260 @@
+"""HDF5 as nsdrill uses it: dimensions that xarray finds, checksums on everything, and readers that fear the worst.
+
+Small variables lie in the object headers, large ones in chunks with a Fletcher-32 checksum. After the HDF5 part follows
+a seal: a magic, its length and its SHA-256. HDF5 ignores it, and drops it when another program edits the file. A file
+whose seal fits is byte for byte what nsdrill wrote; one whose seal does not fit is refused unread, because the HDF5
+library can crash on damaged files; one without a seal is read in a child process first.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import stat
+import struct
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nsdrill.data import Array
+from nsdrill.errors import FileError
+from nsdrill.store.files import reason
+from nsdrill.store.log import MAGIC as LOG_MAGIC
+from nsdrill.store.log import part_path
+from nsdrill.variables import COORDINATES, FORMAT_VERSION, Variable
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_SEAL = struct.Struct("<8sQ32s")
+_SEAL_MAGIC = b"nsdrill\x1a"
+_COMPACT_BYTES = 8192  # HDF5 allows 64 KiB in an object header; with more than this, chunks are as small
+_PROBE = """
+import resource, sys
+resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
+import h5py
+def look(name, thing):
+    dict(thing.attrs)
+    if isinstance(thing, h5py.Dataset):
+        for part in thing.iter_chunks() if thing.chunks else [()]:
+            thing[part]
+with h5py.File(sys.argv[1], "r") as file:
+    look("/", file)
+    file.visititems(look)
+"""
+
+
+def create(path: Path) -> Any:
+    """A new HDF5 file, in the format of HDF5 1.10: checksums in the metadata, small headers, names in our order."""
+    import h5py
+
+    return h5py.File(path, "w", libver=("v110", "v110"), track_order=True)
+
+
+def add_coordinate(file: Any, name: str, values: Any) -> None:
+    """Write the coordinate ``name`` as a dimension scale. Text becomes UTF-8 strings."""
+    import h5py
+
+    units, long_name = COORDINATES[name]
+    array = np.asarray(values)
+    if array.dtype.kind in "OU":
+        scale = file.create_dataset(name, data=array.astype(object), dtype=h5py.string_dtype())
+    else:
+        scale = file.create_dataset(name, data=array, **_storage(array.shape, array.dtype, array.shape))
+    scale.attrs["long_name"] = long_name
+    if array.dtype.kind not in "OU":
+        scale.attrs["units"] = units
+    scale.make_scale(name)
+
+
+def add_variable(file: Any, variable: Variable, chunk: tuple[int, ...]) -> Any:
+    """An empty dataset for ``variable`` on coordinates already written, in chunks of shape ``chunk`` if it is large."""
+    shape = tuple(len(file[name]) for name in variable.dims)
+    kind = np.dtype(f"<{variable.dtype}")
+    dataset = file.create_dataset(variable.name, shape, kind, **_storage(shape, kind, chunk))
+    dataset.attrs["units"] = variable.units
+    dataset.attrs["long_name"] = variable.long_name
+    if kind.kind == "f":
+        dataset.attrs["_FillValue"] = kind.type(np.nan)
+    for name in ("flag_values", "flag_masks"):
+        flags = getattr(variable, name)
+        if flags is not None:
+            dataset.attrs[name] = np.array(flags, kind)  # CF: of the type of the variable
+    if variable.flag_meanings is not None:
+        dataset.attrs["flag_meanings"] = variable.flag_meanings
+    for axis, name in enumerate(variable.dims):
+        dataset.dims[axis].attach_scale(file[name])
+    return dataset
+
+
+def _storage(shape: tuple[int, ...], kind: np.dtype[Any], chunk: tuple[int, ...]) -> dict[str, Any]:
+    """How a dataset is stored: in its header where tiny, else in compressed chunks, with checksums either way."""
+    import h5py
+
+    if np.prod(shape) * kind.itemsize <= _COMPACT_BYTES:
+        properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        properties.set_layout(h5py.h5d.COMPACT)
+        return {"dcpl": properties}
+    return {"chunks": chunk, "shuffle": True, "compression": "gzip", "compression_opts": 2, "fletcher32": True}
+
+
+def put_attributes(file: Any, attrs: Mapping[str, Any]) -> None:
+    """Set root attributes: text and numbers as they are, truth values as 0 or 1, nothing for None, else JSON text."""
+    for name, value in attrs.items():
+        if value is None:
+            continue
+        if isinstance(value, bool | np.bool_):
+            value = np.int8(value)
+        elif not isinstance(value, str | int | float | np.number | np.ndarray) or (
+            isinstance(value, np.ndarray) and value.dtype.kind not in "iuf"
+        ):
+            value = json.dumps(value, default=lambda item: item.tolist())
+        file.attrs[name] = value
+
+
+def get_attributes(file: Any) -> dict[str, Any]:
+    """Root attributes as plain Python values; arrays stay arrays."""
+    attrs = {}
+    for name, value in file.attrs.items():
+        if isinstance(value, bytes):
+            value = value.decode(errors="replace")
+        attrs[name] = value.item() if isinstance(value, np.generic) else value
+    return attrs
+
+
+def seal(path: Path) -> None:
+    """Append the seal to the closed HDF5 file ``path``."""
+    with open(path, "r+b") as file:
+        digest = hashlib.file_digest(file, "sha256").digest()
+        length = file.seek(0, os.SEEK_END)
+        file.write(_SEAL.pack(_SEAL_MAGIC, length, digest))
+
+
+def unseal(path: Path) -> None:
+    """Cut the seal off again, before the HDF5 file is edited."""
+    with open(path, "r+b") as file:
+        length, _ = _read_seal(file)
+        if length is not None:
+            file.truncate(length)
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
+    """The HDF5 file ``path``, checked and open for reading; everything that goes wrong becomes a FileError."""
+    import h5py
+
+    check_readable(path)
+    try:
+        with h5py.File(path, "r") as file:
+            check_version(path, file)
+            yield file
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
+        raise damaged(path, reason(error)) from error
+
+
+def check_version(path: str | os.PathLike[str], file: Any) -> None:
+    """FileError unless nsdrill made ``file``, in a format that this version reads."""
+    version = file.attrs.get("format_version")
+    if "nsdrill_kind" not in file.attrs or not isinstance(version, int | np.integer):
+        raise FileError(f"{path}: an HDF5 file, but none of nsdrill. Give the output of 'nsdrill run' or 'simulate'.")
+    if not 1 <= version <= FORMAT_VERSION:
+        raise FileError(
+            f"{path}: file format {version}; this nsdrill reads formats 1 to {FORMAT_VERSION}. Use a newer nsdrill."
+        )
+
+
+def check_readable(path: str | os.PathLike[str]) -> None:
+    """FileError unless ``path`` is an HDF5 file that can be opened without danger. Reads it once (1 to 2 GB/s)."""
+    try:
+        if not stat.S_ISREG(os.stat(path).st_mode):
+            raise FileError(f"{path}: this is no file. Give the output of 'nsdrill run' or 'nsdrill simulate'.")
+        with open(path, "rb") as file:
+            first = file.read(16)
+            length, digest = _read_seal(file)
+            if length is not None and first.startswith(SIGNATURE):
+                if digest != _digest(file, length):
+                    raise damaged(path, "its bytes are not those that were written (SHA-256)")
+                return
+    except FileNotFoundError as error:
+        unfinished = f" There is an unfinished run, {part_path(path)}; finish it: --resume."
+        raise FileError(f"{path}: there is no such file.{unfinished if part_path(path).exists() else ''}") from error
+    except (OSError, ValueError) as error:
+        raise FileError(f"{path}: cannot be read: {reason(error)}.") from error
+    if first == LOG_MAGIC:
+        raise FileError(f"{path}: the log of an unfinished run, not yet a results file. Finish it with --resume.")
+    if not first.startswith(SIGNATURE):
+        found = "empty" if not first else "not an HDF5 file"
+        raise FileError(f"{path}: this file is {found}. Give the output of 'nsdrill run' or 'nsdrill simulate'.")
+    _probe(path)
+
+
+def _probe(path: str | os.PathLike[str]) -> None:
+    """Read an HDF5 file without seal in a child process, which may crash or hang in our stead."""
+    seconds = 60.0 + os.stat(path).st_size / 20e6
+    command = [sys.executable, "-c", _PROBE, os.path.abspath(path)]
+    try:
+        child = subprocess.run(command, capture_output=True, text=True, timeout=seconds, check=False)
+    except subprocess.TimeoutExpired as error:
+        raise damaged(path, "reading it does not end") from error
+    if child.returncode < 0:
+        raise damaged(path, f"the HDF5 library crashes on it (signal {-child.returncode})")
+    if child.returncode:
+        said = child.stderr.strip().splitlines() or ["no reason given"]
+        raise damaged(path, said[-1])
+
+
+def damaged(path: str | os.PathLike[str], why: str) -> FileError:
+    """The error for a file that was one of ours once."""
+    return FileError(f"{path}: the file is damaged or incomplete: {why}. Take it from a backup or make it again.")
+
+
+def _read_seal(file: Any) -> tuple[int | None, bytes]:
+    """Length of the HDF5 part and its digest, or (None, b"") where no seal is at the end of the open ``file``."""
+    size = file.seek(0, os.SEEK_END)
+    if size < _SEAL.size:
+        return None, b""
+    file.seek(size - _SEAL.size)
+    magic, length, digest = _SEAL.unpack(file.read(_SEAL.size))
+    return (length, digest) if magic == _SEAL_MAGIC and length == size - _SEAL.size else (None, b"")
+
+
+def _digest(file: Any, length: int) -> bytes:
+    """SHA-256 of the first ``length`` bytes of the open ``file``."""
+    file.seek(0)
+    digest = hashlib.sha256()
+    while length > 0:
+        piece = file.read(min(length, 1 << 20))
+        digest.update(piece)
+        length -= len(piece) or length
+    return digest.digest()
+
+
+def check_shape(path: str | os.PathLike[str], file: Any, name: str, shape: tuple[int, ...], kinds: str) -> Any:
+    """The dataset ``name`` if it has this ``shape`` and a type of one of ``kinds``; FileError otherwise."""
+    import h5py
+
+    dataset = file.get(name)
+    if not isinstance(dataset, h5py.Dataset):
+        raise FileError(f"{path}: the variable {name} is missing. Was the file edited? Make it again.")
+    if dataset.shape != shape or dataset.dtype.kind not in kinds:
+        raise FileError(
+            f"{path}: {name} has shape {dataset.shape} and type {dataset.dtype}; it should have shape {shape} and "
+            f"{'real' if kinds == 'f' else 'whole'} numbers. Was the file edited? Make it again."
+        )
+    return dataset
+
+
+def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array:
+    """The coordinate ``name``: 1-D float or int array, or array of str."""
+    import h5py
+
+    scale = file.get(name)
+    if not isinstance(scale, h5py.Dataset) or scale.ndim != 1 or scale.dtype.kind not in "OSif":
+        raise FileError(f"{path}: the coordinate {name} is missing or no list of values. Make the file again.")
+    if scale.dtype.kind in "OS":
+        return np.array(scale.asstr()[()], dtype=str)
+    return np.asarray(scale[()])

@@ -1,0 +1,185 @@
+"""Reading results back: all of them, one point, or what an unfinished run has so far; and giving them new labels."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterable, Mapping
+from importlib.util import find_spec
+from typing import Any, Literal
+
+import numpy as np
+
+from nsdrill.data import Array, Results
+from nsdrill.errors import FileError
+from nsdrill.store import hdf5
+from nsdrill.store.files import replacing
+from nsdrill.store.log import MAGIC, RunLog
+from nsdrill.store.records import pending_records, record_dtype, recorded
+from nsdrill.store.results import block_shape, blocks, points_in_block
+from nsdrill.store.sink import Source, grid_shape
+from nsdrill.variables import BY_NAME, FORMAT_VERSION, LABELS, PENDING, POINT, STATE_NAMES, Variable
+
+PathLike = str | os.PathLike[str]
+
+
+def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
+    """The results file ``path`` in memory, or only its variables ``names``. FileError if it cannot be read."""
+    wanted = None if names is None else set(names)
+    if wanted is not None and not wanted <= set(BY_NAME):
+        raise FileError(f"{path}: no variable is called {', '.join(sorted(wanted - set(BY_NAME)))}.")
+    with hdf5.opened(path) as file:
+        coords, peaks = _coordinates(path, file)
+        variables = {
+            variable.name: _dataset(path, file, variable, coords)[()]
+            for variable in recorded(peaks)
+            if wanted is None or variable.name in wanted
+        }
+        return Results(coords, variables, hdf5.get_attributes(file))
+
+
+def read_partial(path: PathLike) -> Results:
+    """What the run log ``path`` holds so far; also while the run goes on. Pending points have status 0 and NaN."""
+    with RunLog.open(path, writable=False) as log:
+        return collect(log)
+
+
+def collect(log: Source) -> Results:
+    """Everything in a log as Results in memory; the same arrays that its results file would hold."""
+    shape = grid_shape(log.header)
+    kind = record_dtype(log.peaks)
+    flat = {v.name: np.empty((log.n_points, *kind[v.name].shape), kind[v.name].base) for v in recorded(log.peaks)}
+    step = points_in_block(log.peaks)
+    for start in range(0, log.n_points, step):
+        stop = min(start + step, log.n_points)
+        records = log.read(start, stop)
+        for name, values in flat.items():
+            values[start:stop] = records[name]
+    coords = {name: np.asarray(log.header["coords"][name]) for name in POINT}
+    if log.peaks:
+        coords["peak"] = np.arange(log.peaks, dtype=np.int32)
+    coords["state"] = np.array(STATE_NAMES)
+    variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
+    return Results(coords, variables, {**log.header["attrs"], "format_version": FORMAT_VERSION})
+
+
+def read_attributes(path: PathLike) -> dict[str, Any]:
+    """Root attributes of a results or trace file."""
+    with hdf5.opened(path) as file:
+        return hdf5.get_attributes(file)
+
+
+def read_point(path: PathLike, ip: int, id: int, iw: int, is_: int) -> dict[str, Any]:
+    """One point of a results file: its four coordinates and every variable, as numpy scalars and 1-D arrays.
+
+    The indices count procedures, depths, WOBs and rotary speeds from 0; FileError if they lie outside.
+    """
+    index = (ip, id, iw, is_)
+    with hdf5.opened(path) as file:
+        coords, peaks = _coordinates(path, file)
+        shape = tuple(len(coords[name]) for name in POINT)
+        if not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
+            raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
+        point: dict[str, Any] = {name: coords[name][i] for name, i in zip(POINT, index, strict=True)}
+        for variable in recorded(peaks):
+            point[variable.name] = _dataset(path, file, variable, coords)[index]
+        return point
+
+
+def log_from_results(path: PathLike, part: PathLike) -> RunLog:
+    """Make the run log ``part`` again from the finished file ``path``, to run its failed points once more."""
+    with hdf5.opened(path) as file:
+        coords, peaks = _coordinates(path, file)
+        shape = tuple(len(coords[name]) for name in POINT)
+        datasets = {v.name: _dataset(path, file, v, coords) for v in recorded(peaks)}
+        header = {"coords": {name: coords[name] for name in POINT}, "attrs": hdf5.get_attributes(file)}
+        log = RunLog.create(part, header, int(np.prod(shape)), peaks)
+        try:
+            for place, start, stop in blocks(shape, block_shape(shape, points_in_block(peaks))):
+                records = pending_records(stop - start, peaks)
+                for name, dataset in datasets.items():
+                    values = dataset[place]
+                    records[name] = values.reshape(stop - start, *values.shape[4:])
+                ran = np.flatnonzero(records["status"] != PENDING)
+                log.write(start + ran, records[ran])
+            log.sync()
+        except BaseException:
+            log.discard()
+            raise
+        return log
+
+
+def rewrite_labels(
+    path: PathLike, labels: Mapping[str, Array], history: str, attrs: Mapping[str, Any] | None = None
+) -> None:
+    """Give the results file ``path`` new ``labels``, arrays on the grid, and add the line ``history`` to its history.
+
+    ``attrs`` replaces root attributes. A copy is edited and takes the name at the end, so a kill damages nothing.
+    """
+    import h5py
+
+    unknown = set(labels) - set(LABELS)
+    if unknown:
+        raise ValueError(f"not labels: {', '.join(sorted(unknown))}; labels are {', '.join(LABELS)}")
+    with hdf5.opened(path) as file:
+        coords, _ = _coordinates(path, file)
+        for name, values in labels.items():
+            dataset = _dataset(path, file, BY_NAME[name], coords)
+            if np.shape(values) != dataset.shape:
+                raise ValueError(f"{name} has shape {np.shape(values)}, the grid {dataset.shape}")
+        old = str(file.attrs.get("history", ""))
+    with replacing(path) as temporary:
+        shutil.copyfile(path, temporary)
+        shutil.copymode(path, temporary)
+        hdf5.unseal(temporary)
+        with h5py.File(temporary, "r+", libver=("v110", "v110")) as file:
+            for name, values in labels.items():
+                file[name][...] = np.asarray(values, file[name].dtype)
+            hdf5.put_attributes(file, {**(attrs or {}), "history": f"{old}\n{history}" if old else history})
+        hdf5.seal(temporary)
+
+
+def open_results(path: PathLike) -> Any:
+    """The results file ``path`` as an xarray Dataset, lazy, where xarray and h5netcdf are installed; else Results."""
+    if find_spec("xarray") is None or find_spec("h5netcdf") is None:
+        return read_results(path)
+    import xarray
+
+    with hdf5.opened(path) as file:
+        _coordinates(path, file)
+    return xarray.open_dataset(path, engine="h5netcdf")
+
+
+def kind_of(path: PathLike) -> Literal["results", "trace", "partial"]:
+    """What the file ``path`` is; ``partial`` is the run log of an unfinished run. FileError if it is none of ours."""
+    try:
+        with open(path, "rb") as file:
+            if os.path.isfile(path) and file.read(len(MAGIC)) == MAGIC:
+                return "partial"
+    except (OSError, ValueError):
+        pass  # said better below
+    with hdf5.opened(path) as file:
+        kind = file.attrs["nsdrill_kind"]
+    if kind not in ("results", "trace"):
+        raise hdf5.damaged(path, f"it says that it is {kind!r}")
+    return "results" if kind == "results" else "trace"
+
+
+def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], int]:
+    """Coordinates of an open results file and its number of peaks."""
+    if file.attrs["nsdrill_kind"] != "results":
+        raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed here.")
+    coords = {name: hdf5.read_coordinate(path, file, name) for name in (*POINT, "state")}
+    if tuple(coords["state"]) != STATE_NAMES:
+        found = ", ".join(map(str, coords["state"]))
+        raise FileError(f"{path}: the states are {found}; they should be {', '.join(STATE_NAMES)}.")
+    if "peak" in file:
+        coords["peak"] = hdf5.read_coordinate(path, file, "peak")
+    ordered = {name: coords[name] for name in (*POINT, "peak", "state") if name in coords}
+    return ordered, len(coords.get("peak", ()))
+
+
+def _dataset(path: PathLike, file: Any, variable: Variable, coords: Mapping[str, Array]) -> Any:
+    """The dataset of ``variable`` if its shape and type are right."""
+    shape = tuple(len(coords[name]) for name in variable.dims)
+    return hdf5.check_shape(path, file, variable.name, shape, "f" if variable.dtype.startswith("f") else "iu")

@@ -1,0 +1,83 @@
+"""The results file: made from a run log in one pass, in order, with bounded memory."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from nsdrill.store import hdf5
+from nsdrill.store.files import replacing
+from nsdrill.store.records import record_dtype, recorded
+from nsdrill.store.sink import Source, grid_shape
+from nsdrill.variables import FORMAT_VERSION, POINT, STATE_NAMES
+
+_BLOCK_BYTES = 4 << 20
+_BLOCK_POINTS = 4096
+
+
+def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str, Any] | None = None) -> None:
+    """Write the results file ``path`` from ``log``; pending points are marked as such.
+
+    ``attrs`` are added to the root attributes of the log's header. ``path`` is replaced in one step at the end;
+    NsdrillError if that fails, with ``path`` and ``log`` as they were.
+    """
+    shape = grid_shape(log.header)
+    block = block_shape(shape, points_in_block(log.peaks))
+    variables = recorded(log.peaks)
+    with replacing(path) as temporary:
+        with hdf5.create(temporary) as file:
+            hdf5.put_attributes(file, root_attributes("results", {**log.header["attrs"], **(attrs or {})}))
+            for name in POINT:
+                hdf5.add_coordinate(file, name, log.header["coords"][name])
+            if log.peaks:
+                hdf5.add_coordinate(file, "peak", np.arange(log.peaks, dtype="<i4"))
+            hdf5.add_coordinate(file, "state", np.array(STATE_NAMES))
+            kind = record_dtype(log.peaks)
+            datasets = [hdf5.add_variable(file, v, block + kind[v.name].shape) for v in variables]
+            for place, start, stop in blocks(shape, block):
+                records = log.read(start, stop)
+                for variable, dataset in zip(variables, datasets, strict=True):
+                    values = records[variable.name]
+                    dataset[place] = values.reshape(*(s.stop - s.start for s in place), *values.shape[1:])
+        hdf5.seal(temporary)
+
+
+def root_attributes(kind: str, attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """``attrs`` with what every file of nsdrill carries."""
+    return {"Conventions": "CF-1.11", "history": "", **attrs, "nsdrill_kind": kind, "format_version": FORMAT_VERSION}
+
+
+def points_in_block(peaks: int) -> int:
+    """How many points to hold in memory at once."""
+    return max(1, min(_BLOCK_POINTS, _BLOCK_BYTES // record_dtype(peaks).itemsize))
+
+
+def block_shape(shape: tuple[int, ...], points: int) -> tuple[int, ...]:
+    """Shape of blocks of about ``points`` points that are contiguous in C order: 1 ... 1, part of one axis, whole axes.
+
+    Such a block is a range of point numbers and, taken as the chunk shape, one chunk of the file, so each chunk is
+    compressed once. The part divides its axis evenly, so little of the last chunk is padding.
+    """
+    block = [1] * len(shape)
+    for axis in reversed(range(len(shape))):
+        room = max(1, points // math.prod(block))
+        pieces = math.ceil(shape[axis] / room)
+        block[axis] = math.ceil(shape[axis] / pieces)
+        if pieces > 1:
+            break
+    return tuple(block)
+
+
+def blocks(shape: tuple[int, ...], block: tuple[int, ...]) -> Iterator[tuple[tuple[slice, ...], int, int]]:
+    """All blocks in order: the slices of the grid, and the range of point numbers that they are."""
+    counts = [math.ceil(n / b) for n, b in zip(shape, block, strict=True)]
+    start = 0
+    for number in np.ndindex(*counts):
+        place = tuple(slice(i * b, min((i + 1) * b, n)) for i, b, n in zip(number, block, shape, strict=True))
+        stop = start + math.prod(s.stop - s.start for s in place)
+        yield place, start, stop
+        start = stop

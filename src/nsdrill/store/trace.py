@@ -1,0 +1,42 @@
+"""The trace file: one trajectory sampled in time."""
+
+from __future__ import annotations
+
+import os
+
+import numpy as np
+
+from nsdrill.data import Trace
+from nsdrill.errors import FileError
+from nsdrill.store import hdf5
+from nsdrill.store.files import replacing
+from nsdrill.store.results import root_attributes
+from nsdrill.variables import TRACE_VARIABLES
+
+_CHUNK = 65536  # samples: 512 KiB of one variable
+
+
+def write_trace(path: str | os.PathLike[str], trace: Trace) -> None:
+    """Write ``trace`` to ``path``, replaced in one step; NsdrillError if the disk refuses."""
+    samples = len(trace.time)
+    chunk = (min(_CHUNK, samples),)
+    for variable in TRACE_VARIABLES:
+        if np.shape(trace.variables.get(variable.name, 0.0)) != (samples,):
+            raise ValueError(f"the trace needs {variable.name}, an array of {samples} samples")
+    with replacing(path) as temporary:
+        with hdf5.create(temporary) as file:
+            hdf5.put_attributes(file, root_attributes("trace", trace.attrs))
+            hdf5.add_coordinate(file, "time", np.asarray(trace.time, "<f8"))
+            for variable in TRACE_VARIABLES:
+                hdf5.add_variable(file, variable, chunk)[...] = trace.variables[variable.name]
+        hdf5.seal(temporary)
+
+
+def read_trace(path: str | os.PathLike[str]) -> Trace:
+    """The trace file ``path`` in memory; FileError if it cannot be read."""
+    with hdf5.opened(path) as file:
+        if file.attrs["nsdrill_kind"] != "trace":
+            raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a trace file is needed here.")
+        time = hdf5.read_coordinate(path, file, "time")
+        variables = {v.name: hdf5.check_shape(path, file, v.name, time.shape, "f")[()] for v in TRACE_VARIABLES}
+        return Trace(time, variables, hdf5.get_attributes(file))
