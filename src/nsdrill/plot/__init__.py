@@ -1,0 +1,47 @@
+"""Pictures of sweeps and traces: data in memory in, a matplotlib figure out; opens no file of data.
+
+matplotlib is imported when something is drawn, and pyplot never: no window, no global state.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from nsdrill.data import Results, Trace
+from nsdrill.errors import InputError
+from nsdrill.plot.kinds import DESCRIPTIONS, SWEEP_KINDS, choose_kind, kinds_for
+from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
+from nsdrill.plot.saving import FORMATS, check_suffix, save
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["DESCRIPTIONS", "FORMATS", "UNIT_SYSTEMS", "check_suffix", "draw", "kinds_for", "save"]
+
+
+def draw(
+    data: Results | Trace, kind: str | None = None, *, units: str = "si", at: Mapping[str, float] | None = None
+) -> Figure:
+    """Draw ``data`` in one of its :func:`kinds_for`, the first of them if ``kind`` is None.
+
+    ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` holds axes of a sweep at one of their
+    values, in SI: ``{"wob": 22240.0}`` draws the cut of a map.
+    """
+    check_units(units)
+    if isinstance(data, Trace):
+        from nsdrill.plot import traces
+
+        return traces.draw(data, choose_kind(data, kind), units)
+    from nsdrill.plot import bifurcation, maps, summary
+    from nsdrill.plot.slices import AXES, ordered
+
+    if unknown := set(at or ()) - set(AXES):
+        raise InputError(f"at: found {', '.join(sorted(unknown))}; allowed: {', '.join(AXES)}.")
+    data = ordered(data, at)
+    kind = choose_kind(data, kind)
+    if kind == "bifurcation":
+        return bifurcation.draw(data, units)
+    if kind in SWEEP_KINDS or len(data.swept) < 2:
+        return summary.draw(data, kind, units)
+    return maps.draw(data, kind, units)

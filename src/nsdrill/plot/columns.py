@@ -1,0 +1,127 @@
+"""Figures over one axis: a strip of responses on top, panels below that share the axis, a column for each value of a
+second axis if there is one, one legend below all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from nsdrill.data import Results
+from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
+from nsdrill.plot.slices import FAILED_POINT, Line, disagreement, edges, intervals, line
+from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, SHADE, new_figure
+
+ROW_OF_STRIP = 0.13  # inches for each procedure
+WORDS = 1.2  # inches that title, axis labels and legend take
+RESPONSE_COLOURS = ListedColormap([style.colour for style in RESPONSES], name="responses")
+RESPONSE_NORM = BoundaryNorm(np.arange(-0.5, len(RESPONSES)), len(RESPONSES))
+
+
+def lines_of(results: Results) -> list[Line]:
+    """One line for each column: along the longest axis, at every value of the other one if that is swept."""
+    axes = sorted(results.swept, key=lambda name: -len(results.coords[name])) or ["rotary_speed"]
+    if len(axes) == 1:
+        return [line(results, axes[0])]
+    return [line(results, axes[0], **{axes[1]: number}) for number in range(len(results.coords[axes[1]]))]
+
+
+def frame(results: Results, units: str, panels: int, height: float) -> tuple[Figure, list[Line], list[list[Axes]]]:
+    """The empty figure: its lines, and for each the strip and the panels (top to bottom), with titles and x labels."""
+    lines = lines_of(results)
+    strip_height = ROW_OF_STRIP * len(lines[0].procedures)
+    figure = new_figure(FULL_WIDTH, height + strip_height)
+    ratios = [strip_height, *[(height - WORDS) / panels] * panels]
+    grid = figure.add_gridspec(panels + 1, len(lines), height_ratios=ratios)
+    columns: list[list[Axes]] = []
+    for number, one in enumerate(lines):
+        column: list[Axes] = []
+        for row in range(panels + 1):
+            left = columns[0][row] if columns and row else None
+            axes = figure.add_subplot(grid[row, number], sharex=column[0] if column else None, sharey=left)
+            axes.tick_params(labelbottom=row == panels, labelleft=number == 0)
+            column.append(axes)
+        columns.append(column)
+        x = quantity(one.axis, units)
+        column[-1].set_xlabel(x.label)
+        column[-1].set_xlim(*(edges(one.x)[[0, -1]] / x.scale))
+        draw_strip(column[0], one, x.scale, name_rows=number == 0)
+        column[0].set_title(column_title(one, units), pad=3)
+    figure.suptitle(heading(results.attrs, operating_point(fixed_values(results) if results.swept else {}, units)),
+                    parse_math=False)
+    figure.align_ylabels(columns[0][1:])
+    return figure, lines, columns
+
+
+def column_title(one: Line, units: str) -> str:
+    """The value of the axis that sets this column apart; nothing where there is one column."""
+    held = {axis: one.results.coords[axis][place]
+            for axis, place in zip(("depth", "wob", "rotary_speed"), one.place[1:], strict=True)
+            if axis != one.axis and axis in one.results.swept and isinstance(place, int)}
+    return ", ".join(f"{quantity(axis, units).words}: {quantity(axis, units).value(v)}" for axis, v in held.items())
+
+
+def draw_strip(axes: Axes, one: Line, scale: float, *, name_rows: bool) -> None:
+    """The response of every point as coloured cells, a row for each procedure; a cross where the run failed."""
+    outcomes, x = one.outcome, one.x / scale
+    rows = np.arange(len(one.procedures))
+    mesh = axes.pcolormesh(
+        edges(one.x) / scale, np.arange(len(rows) + 1) - 0.5, np.ma.masked_less(outcomes, 0),
+        cmap=RESPONSE_COLOURS, norm=RESPONSE_NORM, **SEAMLESS,
+    )  # fmt: skip
+    mesh.set_gid("strip")
+    row, point = np.nonzero(outcomes == FAILED_POINT)
+    if row.size:
+        axes.plot(x[point], row, "kx", markersize=3.5, markeredgewidth=0.8, linestyle="none", gid="failed")
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_yticks(rows, one.procedures if name_rows else [""] * len(rows))
+    axes.tick_params(length=0, labelbottom=False)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+
+
+def shade_hysteresis(axes: Axes, one: Line, scale: float) -> int:
+    """Shade where up and down differ in response; the number of intervals."""
+    differs = disagreement(one.procedures, one.outcome)
+    if differs is None:
+        return 0
+    spans = intervals(differs == 1, edges(one.x) / scale)
+    for start, end in spans:
+        axes.axvspan(start, end, facecolor=SHADE, edgecolor="none", linewidth=0, zorder=0, gid="hysteresis")
+    return len(spans)
+
+
+def is_open(procedure: str, procedures: Sequence[str]) -> bool:
+    """Markers of the way down are open, so that those of the way up show through; filled if there is no way up."""
+    return procedure == "down" and len(procedures) > 1
+
+
+def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
+    if handles:
+        figure.legend(handles=list(handles), loc="outside lower center", ncols=min(columns, len(handles)))
+
+
+def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
+    """Legend entries for the responses that occur, and for failed points with their number."""
+    outcomes = np.concatenate([one.outcome.ravel() for one in lines])
+    handles: list[Artist] = []
+    for code, style in enumerate(RESPONSES):
+        if not (outcomes == code).any():
+            continue
+        if markers:
+            handles.append(Line2D([], [], color=style.colour, marker=style.marker, linestyle="none", markersize=4.5,
+                                  markeredgewidth=0, label=style.name))
+        else:
+            handles.append(Patch(facecolor=style.colour, label=style.name))
+    failed = int((outcomes == FAILED_POINT).sum())
+    if failed:
+        handles.append(Line2D([], [], color="k", marker="x", linestyle="none", markersize=4,
+                              label=f"failed ({failed} of {outcomes.size})"))
+    return handles

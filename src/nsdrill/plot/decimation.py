@@ -1,0 +1,34 @@
+"""Fewer samples for the same picture."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nsdrill.data import Array
+
+
+def envelope(time: Array, values: Array, bins: int) -> tuple[Array, Array]:
+    """The least and the greatest sample of each of ``bins`` stretches, in their order: what a line shows at that width.
+
+    Every kept point is a sample, and no extreme is lost. Data that are short already come back as they are.
+    """
+    if len(time) <= 2 * bins:
+        return time, values
+    starts = np.linspace(0, len(time), bins, endpoint=False).astype(int)
+    ends = np.append(starts[1:], len(time))
+    # Where a whole stretch is NaN the arg functions would refuse; a sample of NaN must stay NaN: the line has a gap.
+    safe_low = np.where(np.isfinite(values), values, np.inf)
+    safe_high = np.where(np.isfinite(values), values, -np.inf)
+    kept = np.empty(2 * bins, dtype=int)
+    for number, (start, end) in enumerate(zip(starts, ends, strict=True)):
+        low, high = start + int(safe_low[start:end].argmin()), start + int(safe_high[start:end].argmax())
+        kept[2 * number], kept[2 * number + 1] = min(low, high), max(low, high)
+    return time[kept], values[kept]
+
+
+def last_part(time: Array, samples: int, duration: float | None = None) -> slice:
+    """The end of a trace: at most so many samples, and so many seconds if given."""
+    start = max(len(time) - samples, 0)
+    if duration is not None and len(time):
+        start = max(start, int(np.searchsorted(time, time[-1] - duration)))
+    return slice(start, None)

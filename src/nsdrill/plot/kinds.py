@@ -1,0 +1,85 @@
+"""What can be drawn of which data, and the words for saying so. No matplotlib here: asking is cheap."""
+
+from __future__ import annotations
+
+import difflib
+
+from nsdrill.data import Results, Trace
+from nsdrill.errors import InputError
+from nsdrill.variables import BY_NAME, POINT
+
+FEW = 3  # so many values of a second axis stand side by side as columns of one figure
+MAX_PANELS = 12
+
+SWEEP_KINDS = {
+    "bifurcation": "peaks of the three motions along one axis, coloured by response, hysteresis shaded",
+    "summary": "stick-slip index, lift-off, wall contact and whirl ratio along one axis",
+}
+MAP_KINDS = {
+    "map": "the responses over two axes",
+    "whirl_kind": "the kind of whirl over two axes",
+}
+ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
+TRACE_KINDS = {
+    "trace": "one page with everything: histories, orbit in the hole, phase planes",
+    "histories": "the three motions and the contact forces against time",
+    "orbit": "path of the collar centre in the hole",
+    "phase": "phase planes of the axial, torsional and lateral motion",
+}
+_VALUES = {name: v.long_name for name, v in BY_NAME.items() if v.dtype == "f8" and v.dims == POINT}
+_VALUES |= {alias: _VALUES[name] for alias, name in ALIASES.items()}
+
+DESCRIPTIONS = {**SWEEP_KINDS, **MAP_KINDS, **TRACE_KINDS, **{k: f"{words}: one value" for k, words in _VALUES.items()}}
+
+
+def value_name(kind: str) -> str | None:
+    """The variable that a value kind shows, None for the other kinds."""
+    name = ALIASES.get(kind, kind)
+    return name if name in _VALUES else None
+
+
+def kinds_for(data: Results | Trace) -> tuple[str, ...]:
+    """The kinds in which ``data`` can be drawn, the default first."""
+    if isinstance(data, Trace):
+        return tuple(TRACE_KINDS)
+    first = ("stick_slip_index", *ALIASES, "whirl_ratio")  # the named ones before the rest
+    values = tuple(dict.fromkeys((*first, *(name for name in _VALUES if name in data.variables))))
+    values = tuple(kind for kind in values if ALIASES.get(kind, kind) in data.variables)
+    lengths = sorted(len(data.coords[axis]) for axis in data.swept)
+    if len(lengths) <= 1:
+        return (*SWEEP_KINDS, *values)
+    maps = tuple(kind for kind in MAP_KINDS if kind == "map" or kind in data.variables)
+    if len(lengths) == 3:
+        return (*maps, *values)
+    if lengths[0] <= FEW:  # a handful of values is a comparison, not a plane
+        return (*SWEEP_KINDS, *maps, *values)
+    return (*maps, *values)
+
+
+def choose_kind(data: Results | Trace, kind: str | None) -> str:
+    """The kind to draw: the one asked for, the default if none was; an error that lists the choices otherwise."""
+    allowed = kinds_for(data)
+    if kind is None:
+        return allowed[0]
+    if kind in allowed:
+        return kind
+    listing = "\n".join(f"  {name:<24} {DESCRIPTIONS[name]}" for name in allowed)
+    if kind in DESCRIPTIONS:
+        raise InputError(f"plot kind: found {kind!r}, which does not fit {_what(data)}{_advice(data, kind)}; "
+                         f"allowed here:\n{listing}")
+    near = difflib.get_close_matches(kind, allowed, n=1)
+    hint = f" Did you mean {near[0]!r}?" if near else ""
+    raise InputError(f"plot kind: found {kind!r}, which is not known.{hint} Allowed for {_what(data)}:\n{listing}")
+
+
+def _what(data: Results | Trace) -> str:
+    if isinstance(data, Trace):
+        return "a trace"
+    axes = [f"{axis} ({len(data.coords[axis])} values)" for axis in data.swept]
+    return f"a sweep over {' and '.join(axes)}" if axes else "a single point"
+
+
+def _advice(data: Results | Trace, kind: str) -> str:
+    if kind in SWEEP_KINDS and isinstance(data, Results):
+        return f" (it shows one axis, or two of which one has at most {FEW} values: select one value of the others)"
+    return ""

@@ -1,0 +1,253 @@
+"""Maps over two axes: the responses as colours with names, or one measured value as a colour scale.
+
+A panel for each procedure and each value of a third axis; where a state was carried both ways, one more panel that says
+where up and down differ. Cells reach half way to their neighbours, so unequal steps are drawn to scale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from nsdrill.data import Array, Results
+from nsdrill.errors import InputError
+from nsdrill.plot.columns import legend_below
+from nsdrill.plot.kinds import MAX_PANELS, value_name
+from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
+from nsdrill.plot.slices import AXES, FAILED_POINT, PENDING_POINT, disagreement, edges, outcome, robust_limits, text
+from nsdrill.plot.style import (
+    FULL_WIDTH,
+    GREY,
+    ORANGE,
+    RESPONSES,
+    SEAMLESS,
+    SHADE,
+    SHADE_EDGE,
+    SKY,
+    VERMILLION,
+    WINE,
+    house_style,
+    new_figure,
+)
+
+ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across; depth goes down, as in a log
+WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}  # panels in a row, of so many; 4 of any other number
+SEVERITY_BOUNDS = (40.0, 60.0, 80.0, 100.0)
+CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
+    "response": tuple((style.name, style.colour) for style in RESPONSES),
+    "whirl_kind": (("no whirl", GREY), ("forward", SKY), ("backward", ORANGE), ("backward rolling", VERMILLION),
+                   ("irregular", WINE)),
+}
+
+
+@dataclass(frozen=True)
+class Planes:
+    """A sweep laid out as panels: arrays are [procedure, value of the panel axis, y, x]."""
+
+    results: Results
+    x: str
+    y: str
+    panel: str
+
+    @classmethod
+    def of(cls, results: Results) -> Planes:
+        lengths = {axis: len(results.coords[axis]) for axis in AXES}
+        panel = min(AXES, key=lambda axis: lengths[axis])  # the axis that is not swept, else the shortest
+        x, y = (axis for axis in ACROSS if axis != panel)
+        return cls(results, x, y, panel)
+
+    def __getitem__(self, name: str) -> Array:
+        order = [0, *(1 + AXES.index(axis) for axis in (self.panel, self.y, self.x))]
+        return np.asarray(self.results.variables[name]).transpose(order)
+
+    @property
+    def procedures(self) -> tuple[str, ...]:
+        return tuple(text(name) for name in self.results.coords["procedure"])
+
+    @property
+    def panel_values(self) -> Array:
+        return self.results.coords[self.panel]
+
+
+def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
+    planes = Planes.of(results)
+    outcomes = outcome(planes["status"], planes["response"])
+    name = value_name(kind)
+    variable = "response" if name or kind == "map" else kind
+    compared = np.where(outcomes < 0, outcomes, planes[variable])
+    differs = disagreement(planes.procedures, compared)
+    number = len(planes.procedures) * len(planes.panel_values)
+    if number > MAX_PANELS:
+        raise InputError(
+            f"plot kind {kind!r}: found {len(planes.panel_values)} values of {planes.panel} beside {planes.y} and "
+            f"{planes.x}, which would be {number} panels; allowed: {MAX_PANELS}. Select one value of {planes.panel}."
+        )
+    if number + len(planes.panel_values) > MAX_PANELS:
+        differs = None  # the comparison gives way before the data do
+    with house_style():
+        figure, grid = _frame(planes, units, extra=differs is not None)
+        if name is None:
+            handles = _draw_categories(grid, planes, variable, outcomes, units)
+        else:
+            handles = _draw_values(figure, grid, planes, name, outcomes, units)
+        cells = _cells(planes, units)
+        for row in range(len(planes.panel_values)):
+            for column in range(len(planes.procedures)):
+                hatch(grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000",
+                      "failed")
+            if differs is not None:
+                axes = grid[row][-1]
+                hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
+                hatch(axes, cells, differs[row] == 1, "//////", SHADE, "#404040", "differs")
+        handles += _remarks(outcomes, differs)
+        legend_below(figure, handles, 4 if len(handles) != 5 else 5)
+        return figure
+
+
+def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[list[Axes]]]:
+    """The empty panels, a row for each value of the panel axis and a column for each procedure (and one to compare).
+
+    With one procedure the panels are wrapped instead: a column of twelve would leave a page half empty.
+    """
+    rows, columns = len(planes.panel_values), len(planes.procedures) + extra
+    wrap = WRAP.get(rows, 4) if columns == 1 else columns
+    deep = -(-rows * columns // wrap)
+    width = FULL_WIDTH / wrap
+    figure = new_figure(FULL_WIDTH, 1.3 + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width))
+    grid = figure.add_gridspec(deep, wrap)
+    x, y = quantity(planes.x, units), quantity(planes.y, units)
+    panels: list[Axes] = []
+    for number in range(rows * columns):
+        first = panels[0] if panels else None
+        axes = figure.add_subplot(grid[divmod(number, wrap)], sharex=first, sharey=first)
+        lowest, leftmost = number + wrap >= rows * columns, number % wrap == 0
+        axes.tick_params(labelbottom=lowest, labelleft=leftmost)
+        axes.set_xlabel(x.label if number // wrap == deep - 1 else "")
+        axes.set_ylabel(y.label if leftmost else "")
+        axes.set_title(_panel_title(planes, *divmod(number, columns), units))
+        panels.append(axes)
+    across, down = _cells(planes, units)
+    panels[0].set_xlim(across[0], across[-1])
+    panels[0].set_ylim((down[-1], down[0]) if planes.y == "depth" else (down[0], down[-1]))
+    figure.suptitle(heading(planes.results.attrs, operating_point(fixed_values(planes.results), units)),
+                    parse_math=False)
+    return figure, [panels[row * columns : (row + 1) * columns] for row in range(rows)]
+
+
+def _panel_title(planes: Planes, row: int, column: int, units: str) -> str:
+    words = []
+    if len(planes.panel_values) > 1:
+        words.append(quantity(planes.panel, units).value(float(planes.panel_values[row])))
+    if column >= len(planes.procedures):
+        words.append("up and down compared")
+    elif planes.procedures != ("same",):
+        name = planes.procedures[column]
+        words.append(f"carried {name}" if name in ("up", "down") else name)
+    return ", ".join(words)
+
+
+def _cells(planes: Planes, units: str) -> tuple[Array, Array]:
+    """The edges of the cells across and down, in the shown units."""
+    coords = planes.results.coords
+    return (edges(coords[planes.x]) / quantity(planes.x, units).scale,
+            edges(coords[planes.y]) / quantity(planes.y, units).scale)
+
+
+def _draw_categories(grid: Sequence[Sequence[Axes]], planes: Planes, variable: str, outcomes: Array,
+                     units: str) -> list[Artist]:
+    """Colour the cells by name; the legend entries of the names that occur."""
+    categories = CATEGORIES[variable]
+    colours = ListedColormap([colour for _, colour in categories], name=variable)
+    norm = BoundaryNorm(np.arange(-0.5, len(categories)), len(categories))
+    shown = np.ma.masked_where(outcomes < 0, planes[variable].astype(int))
+    x, y = _cells(planes, units)
+    for row, panels in enumerate(grid):
+        for column, axes in zip(range(len(planes.procedures)), panels, strict=False):
+            axes.pcolormesh(x, y, shown[column, row], cmap=colours, norm=norm, gid="cells", **SEAMLESS)
+    present = set(shown.compressed().tolist())
+    return [Patch(facecolor=colour, label=name) for code, (name, colour) in enumerate(categories) if code in present]
+
+
+def _draw_values(figure: Figure, grid: Sequence[Sequence[Axes]], planes: Planes, name: str, outcomes: Array,
+                 units: str) -> list[Artist]:
+    """Colour the cells by a measured value, with one colour bar for all panels; bounds of severity as contours."""
+    value = quantity(name, units)
+    shown = np.ma.masked_invalid(np.where(outcomes < 0, np.nan, planes[name] / value.scale))
+    low, high = robust_limits(shown.compressed())
+    if value.unit == "%":
+        low = 0.0
+    beyond = "neither"
+    if shown.count():
+        beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[
+            bool(shown.min() < low), bool(shown.max() > high)
+        ]
+    x, y = _cells(planes, units)
+    norm = Normalize(low, high)
+    mesh = None
+    for row, panels in enumerate(grid):
+        for column, axes in zip(range(len(planes.procedures)), panels, strict=False):
+            mesh = axes.pcolormesh(x, y, shown[column, row], cmap="viridis", norm=norm, gid="cells", **SEAMLESS)
+            if name == "stick_slip_index":
+                contour_severity(axes, planes, shown[column, row], units)
+    assert mesh is not None
+    bar = figure.colorbar(mesh, ax=[axes for panels in grid for axes in panels], label=value.label, extend=beyond,
+                          fraction=0.05, pad=0.01, aspect=30)
+    bounds = [bound for bound in SEVERITY_BOUNDS if low < bound < high] if name == "stick_slip_index" else []
+    if bounds:
+        bar.ax.hlines(bounds, 0, 1, colors="white", linewidths=0.7)
+        bar.set_label(f"{value.label}\nlines at {', '.join(f'{bound:g}' for bound in bounds)}")
+    return []
+
+
+def contour_severity(axes: Axes, planes: Planes, values: np.ma.MaskedArray, units: str) -> None:
+    """Lines at the bounds of the stick-slip severity table, thicker for the worse."""
+    if min(values.shape) < 2 or not values.count():
+        return
+    bounds = [bound for bound in SEVERITY_BOUNDS if values.min() < bound < values.max()]
+    if not bounds:  # all the data on one side of each: nothing to separate
+        return
+    x, y = (planes.results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y))
+    widths = [0.4 + 0.3 * SEVERITY_BOUNDS.index(bound) for bound in bounds]
+    lines = axes.contour(x, y, values, levels=bounds, colors="white", linewidths=widths)
+    lines.set_gid("severity")
+
+
+def hatch(axes: Axes, cells: tuple[Array, Array], chosen: Array, pattern: str, face: str, edge: str, gid: str) -> None:
+    """Cover the chosen cells [y, x] with a pattern."""
+    rows, columns = np.nonzero(chosen)
+    if not rows.size:
+        return
+    x, y = cells
+    corners = np.stack([
+        np.column_stack((x[columns], y[rows])), np.column_stack((x[columns + 1], y[rows])),
+        np.column_stack((x[columns + 1], y[rows + 1])), np.column_stack((x[columns], y[rows + 1])),
+    ], axis=1)  # fmt: skip
+    axes.add_collection(PolyCollection(list(corners), facecolors=face, gid=f"{gid}:ground", **SEAMLESS), autolim=False)
+    if pattern:
+        axes.add_collection(PolyCollection(list(corners), facecolors="none", edgecolors=edge, linewidths=0,
+                                           hatch=pattern, gid=gid), autolim=False)
+
+
+def _remarks(outcomes: Array, differs: Array | None) -> list[Artist]:
+    """Legend entries for what is not a colour of the map: failed, not run, compared."""
+    handles: list[Artist] = []
+    failed, pending = int((outcomes == FAILED_POINT).sum()), int((outcomes == PENDING_POINT).sum())
+    if failed:
+        handles.append(Patch(facecolor="white", edgecolor="black", linewidth=0.4, hatch="xxxxxx",
+                             label=f"failed ({failed} of {outcomes.size})"))
+    if pending:
+        handles.append(Patch(facecolor="white", edgecolor=GREY, linewidth=0.4,
+                             label=f"not run yet ({pending} of {outcomes.size})"))
+    if differs is not None:
+        handles.append(Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.4, hatch="//////",
+                             label=f"up and down differ ({int((differs == 1).sum())} of {differs.size})"))
+    return handles
+

@@ -1,0 +1,100 @@
+"""Measured values along one axis: the summary of four, or any one of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from nsdrill.data import Results
+from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
+from nsdrill.plot.kinds import value_name
+from nsdrill.plot.labels import Quantity, quantity
+from nsdrill.plot.slices import Line, robust_limits
+from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE, house_style
+from nsdrill.variables import OK
+
+SUMMARY = ("stick_slip_index", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio")
+# Bounds of the severity table of stick-slip in percent, and the word for what lies above each.
+SEVERITY = ((0.0, "none"), (40.0, "oscillation"), (60.0, "medium"), (80.0, "onset of stall"), (100.0, "severe"))
+SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
+
+
+def draw(results: Results, kind: str = "summary", units: str = "si") -> Figure:
+    names = SUMMARY if kind == "summary" else (value_name(kind) or kind,)
+    with house_style():
+        figure, lines, columns = frame(results, units, len(names), 6.3 if len(names) > 1 else 2.9)
+        for row, name in enumerate(names, start=1):
+            y = quantity(name, units)
+            for one, column in zip(lines, columns, strict=True):
+                draw_values(column[row], one, name, quantity(one.axis, units), y)
+            _limit([column[row] for column in columns], lines, name, y)
+            if name == "stick_slip_index":
+                for column in columns:
+                    shade_severity(column[row], named=column is columns[-1])
+            elif name == "whirl_ratio":
+                for column in columns:
+                    column[row].axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
+            columns[0][row].set_ylabel(y.label)
+        legend_below(figure, [*_direction_handles(lines[0]), *outcome_handles(lines, markers=False)], 4)
+        return figure
+
+
+def draw_values(axes: Axes, one: Line, name: str, x: Quantity, y: Quantity) -> None:
+    """A line for each procedure, broken where a run has not ended well."""
+    for row, procedure in enumerate(one.procedures):
+        good = one["status"][row] == OK
+        values = np.where(good, one[name][row] / y.scale, np.nan)
+        axes.plot(one.x / x.scale, values, gid=f"{name}:{procedure}", **_style(procedure, one.procedures))
+
+
+def _style(procedure: str, procedures: tuple[str, ...]) -> dict[str, Any]:
+    colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
+    opened = is_open(procedure, procedures)
+    return {"color": colour, "linewidth": 0.7, "linestyle": "--" if opened else "-",
+            "marker": "v" if procedure == "down" else "^" if procedure == "up" else "o", "markersize": 2.8,
+            "markerfacecolor": "white" if opened else colour, "markeredgewidth": 0.5, "zorder": 3 if opened else 2.5}
+
+
+def _direction_handles(one: Line) -> list[Line2D]:
+    if one.procedures == ("same",):
+        return []
+    return [Line2D([], [], label=f"carried {name}" if name in ("up", "down") else name,
+                   **(_style(name, one.procedures) | {"markersize": 4})) for name in one.procedures]
+
+
+def _limit(panels: list[Axes], lines: list[Line], name: str, y: Quantity) -> None:
+    """Limits that a few wild values do not own; these are drawn as arrows on the border."""
+    values = np.concatenate([np.where(one["status"] == OK, one[name] / y.scale, np.nan).ravel() for one in lines])
+    low, high = robust_limits(values)
+    if y.unit == "%":  # a share of time or of a mean speed: zero means something
+        low = 0.0
+        high = max(high, 110.0 if name == "stick_slip_index" else 5.0)
+    room = 0.06 * (high - low)
+    panels[0].set_ylim(low - (room if low else 0.03 * (high - low)), high + room)
+    bottom, top = panels[0].get_ylim()
+    for axes, one in zip(panels, lines, strict=True):
+        scale = axes.get_lines()[0].get_xdata()
+        for row, procedure in enumerate(one.procedures):
+            shown = one[name][row] / y.scale
+            for beyond, border, marker in ((shown > top, top, "^"), (shown < bottom, bottom, "v")):
+                beyond = beyond & (one["status"][row] == OK)
+                if beyond.any():
+                    axes.plot(np.asarray(scale)[beyond], np.full(int(beyond.sum()), border), linestyle="none",
+                              marker=marker, color=DIRECTION_COLOURS.get(procedure, REFERENCE), markersize=4,
+                              clip_on=False, zorder=5, gid=f"{name}:{procedure}:beyond")
+
+
+def shade_severity(axes: Axes, *, named: bool) -> None:
+    """The bands of the stick-slip severity table behind the curve, with their words at the right."""
+    top = axes.get_ylim()[1]
+    bounds = [*(bound for bound, _ in SEVERITY), max(top, SEVERITY[-1][0])]
+    for number, ((start, word), end, grey) in enumerate(zip(SEVERITY, bounds[1:], SEVERITY_GREYS, strict=True)):
+        axes.axhspan(start, end, facecolor=grey, edgecolor="none", zorder=0, gid=f"severity:{number}")
+        middle = 0.5 * (start + min(end, top))
+        if named and end - start > 0.07 * top:
+            axes.annotate(word, (1.005, middle), xycoords=("axes fraction", "data"), va="center", fontsize=6,
+                          color=REFERENCE)
