@@ -1,0 +1,257 @@
+"""YAML text to plain data that remembers where everything stood.
+
+The events of the parser are read directly: scalars by the core schema of YAML 1.2 (``no`` and ``1_000`` are text,
+``1e4`` is a number), and with bounds on size, depth and aliases, because a study may come from anywhere.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from nsdrill.errors import Fault, FileError, StudyError
+
+LARGEST_FILE = 1_000_000  # bytes
+_DEEPEST = 20  # levels; a study has five
+_MOST_VALUES = 50_000  # after aliases are followed
+
+KeyPath = tuple[str | int, ...]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a value stands: line and column from 1, or the ``--set`` text that gave it."""
+
+    line: int | None = None
+    column: int | None = None
+    override: str | None = None
+
+
+@dataclass
+class Document:
+    """Plain data (dict, list, str, int, float, bool, None) with the places of values and of keys by path."""
+
+    data: Any
+    values: dict[KeyPath, Place] = field(default_factory=dict)
+    keys: dict[KeyPath, Place] = field(default_factory=dict)
+    faults: list[Fault] = field(default_factory=list)
+
+    def place(self, path: KeyPath, of_key: bool = False) -> Place:
+        """The place of a value (or of its key); of the nearest thing around it where it is not in the file."""
+        first = self.keys if of_key else self.values
+        if path in first:
+            return first[path]
+        for length in range(len(path), -1, -1):
+            for places in (self.keys, self.values):
+                if path[:length] in places and length:
+                    return places[path[:length]]
+        return Place()
+
+    def has(self, path: KeyPath) -> bool:
+        """True where the file or an override gives this very key."""
+        return path in self.values
+
+
+def dotted(path: KeyPath) -> str:
+    """``sweep.depth[3]``."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".")[:120]
+
+
+def read_text(path: Path) -> str:
+    """The text of a study file; :class:`FileError` where it cannot be read as one."""
+    try:
+        with path.open("rb") as file:
+            raw = file.read(LARGEST_FILE + 1)
+    except FileNotFoundError:
+        raise FileError(f"{path}: there is no such file. `nsdrill new -o {path}` writes one to start from.") from None
+    except IsADirectoryError:
+        raise FileError(f"{path}: is a folder; a study is a YAML file.") from None
+    except OSError as error:
+        raise FileError(f"{path}: cannot be read: {error.strerror or error}.") from None
+    except ValueError:
+        raise FileError(f"{str(path)!r}: is not a file name.") from None
+    if len(raw) > LARGEST_FILE:
+        raise FileError(f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is.")
+    if raw.startswith(b"\x89HDF\r\n\x1a\n"):
+        raise FileError(f"{path}: is an HDF5 file (results or a trace?), not a study; a study is a YAML file.")
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        byte = raw[error.start]
+        raise FileError(
+            f"{path}, line {line}: found the byte 0x{byte:02x}, which is not UTF-8; allowed: text in UTF-8. "
+            "Save the file with that encoding."
+        ) from None
+
+
+def parse(text: str, source: str) -> Document:
+    """The document in ``text``. :class:`StudyError` where it is not one plain YAML document; doubled keys and the like
+    are left in ``faults``, to be told with the others."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
+    if len(text) > LARGEST_FILE:
+        raise FileError(f"{source}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is.")
+    builder = _Builder(source)
+    try:
+        for event in YAML(typ="safe", pure=True).parse(text.removeprefix("\ufeff")):
+            builder.take(event)
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        problem = (error.problem or error.context or "a syntax error").removeprefix("found ")
+        hint = "Indent with spaces, not tabs." if "\\t" in problem else None
+        raise _not_yaml(source, problem, mark.line + 1 if mark else None, hint) from None
+    except YAMLError as error:  # the reader: characters that YAML forbids
+        line = text.count("\n", 0, getattr(error, "position", None) or 0) + 1
+        raise _not_yaml(source, str(error).splitlines()[0], line) from None
+    except (RecursionError, ValueError, AttributeError, IndexError, KeyError, TypeError, AssertionError) as error:
+        # ruamel.yaml's own slips on broken input, found by fuzzing: they too are the file's fault
+        raise _not_yaml(source, f"text that the YAML parser cannot take ({type(error).__name__})", None) from None
+    return builder.document
+
+
+def _not_yaml(source: str, found: str, line: int | None, hint: str | None = None) -> StudyError:
+    allowed = "one plain YAML document"
+    expected = re.fullmatch(r"expected (.*), but (?:found|got) (.*)", found)
+    if expected:
+        allowed, found = (group.strip("(),") for group in expected.groups())
+    return StudyError(source, [Fault("", found[:200], allowed, line, None, hint)])
+
+
+@dataclass
+class _Open:
+    """A collection being built; ``path`` is where it stands, ``key`` the key that waits for its value."""
+
+    data: Any
+    path: KeyPath
+    start: int
+    anchor: str | None = None
+    key: str | None = None
+
+
+class _Builder:
+    """Builds a :class:`Document` from parser events, one at a time."""
+
+    def __init__(self, source: str) -> None:
+        self.source = source
+        self.document = Document({})
+        self.stack: list[_Open] = []
+        self.anchors: dict[str, tuple[Any, int]] = {}
+        self.count = 0
+        self.documents = 0
+
+    def take(self, event: Any) -> None:
+        kind = type(event).__name__
+        if kind == "DocumentStartEvent":
+            self.documents += 1
+            if self.documents > 1:
+                raise self._fault(event, "a second document", "one document in a study")
+        elif kind == "ScalarEvent":
+            self._check_tag(event)
+            if self._wants_key():
+                self._key(event)
+            else:
+                value = event.value if event.style else _plain(event.value)
+                self._value(event, value, 1)
+        elif kind in ("MappingStartEvent", "SequenceStartEvent"):
+            self._open(event, {} if kind == "MappingStartEvent" else [])
+        elif kind in ("MappingEndEvent", "SequenceEndEvent"):
+            done = self.stack.pop()
+            if done.anchor:
+                self.anchors[done.anchor] = (done.data, self.count - done.start + 1)
+        elif kind == "AliasEvent":
+            if event.anchor not in self.anchors or self._wants_key():
+                raise self._fault(event, f"the alias *{event.anchor}"[:60], "an alias of an earlier anchor")
+            self._value(event, *self.anchors[event.anchor])
+
+    def _open(self, event: Any, data: Any) -> None:
+        self._check_tag(event)
+        if self._wants_key():
+            raise self._fault(event, "a collection as a key", "a name")
+        path = self._value(event, data, 1, anchor=False)
+        if len(path) >= _DEEPEST:
+            raise self._fault(event, f"more than {_DEEPEST} levels", "the five levels of a study")
+        self.stack.append(_Open(data, path, self.count, event.anchor))
+
+    def _wants_key(self) -> bool:
+        return bool(self.stack) and isinstance(self.stack[-1].data, dict) and self.stack[-1].key is None
+
+    def _key(self, event: Any) -> None:
+        name = str(event.value)
+        top = self.stack[-1]
+        path = (*top.path, name)
+        if name in top.data and len(self.document.faults) < 100:
+            first = self.document.keys[path].line
+            found = f"the key a second time (first in line {first})"
+            place = _place(event)
+            self.document.faults.append(Fault(dotted(path), found, "each key once", place.line, place.column))
+        top.key = name
+        self.document.keys[path] = _place(event)
+
+    def _value(self, event: Any, value: Any, size: int, anchor: bool = True) -> KeyPath:
+        """Puts a value where it belongs and gives back its path."""
+        self.count += size
+        if self.count > _MOST_VALUES:
+            raise self._fault(event, f"more than {_MOST_VALUES} values (aliases counted)", "a smaller study")
+        path: KeyPath = ()
+        if not self.stack:
+            self.document.data = value
+        elif isinstance(self.stack[-1].data, list):
+            top = self.stack[-1]
+            path = (*top.path, len(top.data))
+            top.data.append(value)
+        else:
+            top = self.stack[-1]
+            assert top.key is not None
+            path = (*top.path, top.key)
+            top.data[top.key], top.key = value, None
+        self.document.values[path] = _place(event)
+        if anchor and event.anchor and type(event).__name__ == "ScalarEvent":
+            self.anchors[event.anchor] = (value, 1)
+        return path
+
+    def _check_tag(self, event: Any) -> None:
+        if event.tag:
+            raise self._fault(event, f"the tag {str(event.tag)[:60]}", "plain YAML without tags")
+
+    def _fault(self, event: Any, found: str, allowed: str) -> StudyError:
+        place = _place(event)
+        key = dotted(self.stack[-1].path) if self.stack else ""
+        return StudyError(self.source, [Fault(key, found, allowed, place.line, place.column)])
+
+
+def _place(event: Any) -> Place:
+    return Place(event.start_mark.line + 1, event.start_mark.column + 1)
+
+
+_NULL = re.compile(r"null|Null|NULL|~|")
+_TRUE = re.compile(r"true|True|TRUE")
+_FALSE = re.compile(r"false|False|FALSE")
+_INTEGER = re.compile(r"[-+]?[0-9]+")
+_OCTAL = re.compile(r"0o[0-7]+")
+_HEXADECIMAL = re.compile(r"0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+_SPECIAL = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+
+
+def _plain(text: str) -> str | int | float | bool | None:
+    """A scalar without quotes by the core schema of YAML 1.2, except that an endless number stays text."""
+    if _NULL.fullmatch(text):
+        return None
+    if _TRUE.fullmatch(text) or _FALSE.fullmatch(text):
+        return bool(_TRUE.fullmatch(text))
+    if len(text) > 60:
+        return text
+    if _INTEGER.fullmatch(text):
+        return int(text)
+    if _OCTAL.fullmatch(text):
+        return int(text[2:], 8)
+    if _HEXADECIMAL.fullmatch(text):
+        return int(text[2:], 16)
+    if _FLOAT.fullmatch(text):
+        return float(text)
+    return float(text.replace(".", "", 1)) if _SPECIAL.fullmatch(text) else text

@@ -1,0 +1,228 @@
+"""From YAML to a :class:`Study`: parse, override, validate each value, relate them, fill in the defaults, build."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from nsdrill.errors import Fault, StudyError
+from nsdrill.observe.thresholds import Thresholds
+from nsdrill.study import overrides as setting
+from nsdrill.study.document import Document, KeyPath, dotted, parse, read_text
+from nsdrill.study.keys import SECTIONS, all_leaves, did_you_mean, shown
+from nsdrill.study.meanings import MEANINGS
+from nsdrill.study.relations import Checker
+from nsdrill.study.resolved import build, study_from_resolved
+from nsdrill.study.study import AXES, Study
+from nsdrill.units import QuantityError
+
+_RANGE = ("from", "to", "points")
+_MOST_FAULTS = 100  # told of one file; nobody reads more
+
+
+def load_study(source: str | Path, overrides: Sequence[str] = ()) -> Study:
+    """The study in the file ``source``, with ``key=value`` overrides applied.
+
+    :class:`FileError` where the file cannot be read as text, :class:`StudyError` with all its faults where it is not a
+    valid study.
+    """
+    path = Path(source)
+    return parse_study(read_text(path), str(path), overrides)
+
+
+def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ()) -> Study:
+    """The study in YAML ``text``; ``name`` stands for the file in messages."""
+    document = parse(text, name)
+    if document.data is None:
+        document.data = {}
+    if not isinstance(document.data, dict):
+        found = f"{shown(document.data)} as the whole document"
+        raise StudyError(name, [Fault("", found, f"a mapping with the keys {_listed('')}", 1, 1)])
+    setting.apply(document, overrides)
+    given, faults, faulty = _validate(document)
+    resolved, axis_faults = _resolve(document, given)
+    faulty |= {fault.key for fault in axis_faults}
+    faults += axis_faults
+    faults += Checker(document, resolved, all_leaves(), faulty).faults()
+    faults += document.faults
+    if faults:
+        raise StudyError(name, _in_file_order(faults))
+    return study_from_resolved(resolved, text, name, overrides)
+
+
+def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thresholds:
+    """``thresholds`` with ``classify.key=value`` overrides, for labels on a finished file.
+
+    ``classify.stuck_below`` enters the run itself and is refused.
+    """
+    source = "--set"
+    document = Document({})
+    setting.apply(document, overrides)
+    faults = list(document.faults)
+    for section in document.data:
+        if section != "classify":
+            found = f"a change of something else ({document.place((section,)).override})"
+            faults.append(Fault(section, found, "keys of classify, on a finished file"))
+    classify = document.data.get("classify")
+    if isinstance(classify, dict) and "stuck_below" in classify:
+        found, hint = "a change on a finished file", "It enters the run itself, and needs a new one."
+        faults.append(Fault("classify.stuck_below", found, "the other keys of classify", suggestion=hint))
+    partial = Document({"classify": classify}, document.values, document.keys)
+    given, more, faulty = _validate(partial, stand_in=True)
+    resolved = {"classify": _merged(asdict(thresholds), given.get("classify", {}))}
+    more += Checker(document, resolved, all_leaves(), faulty).order("classify")
+    if faults + more:
+        raise StudyError(source, faults + more)
+    made: Thresholds = build(Thresholds, resolved["classify"])
+    return made
+
+
+def _validate(document: Document, stand_in: bool = False) -> tuple[dict[str, Any], list[Fault], set[str]]:
+    """The values given, in SI; the faults; and the keys at fault, which are left out of the values."""
+    from pydantic import ValidationError
+
+    from nsdrill.study.schema import study_model
+
+    data = document.data
+    if stand_in:
+        data = {**data, "sweep": {"depth": "1 m"}}
+    try:
+        return study_model().model_validate(data).model_dump(exclude_unset=True, by_alias=True), [], set()
+    except ValidationError as error:
+        details = error.errors(include_url=False)
+    paths = [_path(detail["loc"]) for detail in details]
+    faults = [_fault(document, path, detail) for path, detail in zip(paths, details, strict=True)]
+    rest = _without(data, [path[:2] if path[0] == "sweep" else path for path in paths])
+    rest.setdefault("sweep", {})
+    given = study_model().model_validate(rest).model_dump(exclude_unset=True, by_alias=True)
+    return given, faults[:_MOST_FAULTS], {dotted(path) for path in paths}
+
+
+def _path(loc: tuple[str | int, ...]) -> KeyPath:
+    """pydantic's place without the name of the form that an axis takes."""
+    if len(loc) > 2 and loc[0] == "sweep" and loc[1] in AXES:
+        return (*loc[:2], *loc[3:])
+    return loc
+
+
+def _without(data: Any, paths: list[KeyPath]) -> Any:
+    """A copy of nested mappings without the values at ``paths``."""
+    if not isinstance(data, dict) or () in paths:
+        return {}
+    cut = {path[0] for path in paths if len(path) == 1}
+    return {
+        name: _without(value, deeper) if (deeper := [p[1:] for p in paths if len(p) > 1 and p[0] == name]) else value
+        for name, value in data.items()
+        if name not in cut
+    }
+
+
+def _fault(document: Document, path: KeyPath, detail: Any) -> Fault:
+    """One of pydantic's errors as a fault with its place."""
+    key, kind = dotted(path), detail["type"]
+    place = document.place(path, of_key=kind == "extra_forbidden")
+    suggestion = None
+    cause = detail.get("ctx", {}).get("error")
+    if isinstance(cause, QuantityError):
+        found, allowed, suggestion = cause.found, cause.allowed, cause.suggestion
+    elif kind == "extra_forbidden":
+        found = "an unknown key"
+        allowed = _listed(dotted(path[:-1]))
+        suggestion = _nearest(path)
+    elif kind == "missing":
+        found = "nothing"
+        allowed = "at least one axis to sweep: " + ", ".join(AXES) if key == "sweep" else "all of from, to and points"
+    elif kind in ("model_type", "model_attributes_type", "dict_type"):
+        found, allowed = shown(detail["input"]), f"a mapping with the keys {_listed(key)}"
+    else:
+        found, allowed = shown(detail["input"]), detail["msg"]
+    if place.override:
+        found = f"{found} ({place.override})"
+    return Fault(key, found, allowed, place.line, place.column, suggestion)
+
+
+def _children(prefix: str) -> list[str]:
+    if prefix.startswith("sweep."):
+        return list(_RANGE)
+    start = f"{prefix}." if prefix else ""
+    return [key[len(start):] for key in MEANINGS if key.startswith(start) and "." not in key[len(start):]]
+
+
+def _listed(prefix: str) -> str:
+    return ", ".join(_children(prefix))
+
+
+def _nearest(path: KeyPath) -> str | None:
+    """The key that may have been meant: a sibling with nearly this name, else one of this name elsewhere."""
+    parent, name = dotted(path[:-1]), str(path[-1])
+    start = f"{parent}." if parent else ""
+    near = did_you_mean(name, _children(parent))
+    if near:
+        return near.replace("Did you mean ", f"Did you mean {start}")
+    elsewhere = [key for key in MEANINGS if key.rpartition(".")[2] == name]
+    return f"Did you mean {' or '.join(elsewhere[:3])}?" if elsewhere else None
+
+
+def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
+    """The complete study as plain data, defaults filled in, axes ascending."""
+    resolved: dict[str, Any] = {"title": given.get("title", "")}
+    for section, cls in SECTIONS.items():
+        resolved[section] = _merged(asdict(cls()), given.get(section, {}))
+    sweep = given.get("sweep", {})
+    faults: list[Fault] = []
+    made: dict[str, Any] = {}
+    for axis in AXES:
+        if axis in sweep:
+            value, fault = _ascending(document, axis, sweep[axis])
+            if fault is None:
+                made[axis] = value
+            else:
+                faults.append(fault)
+    procedure, along = sweep.get("procedure", "same"), sweep.get("along")
+    if procedure == "same":
+        along = None  # nothing is carried
+    elif along is None and len(made) == 1 and not faults:
+        along = next(iter(made))
+    resolved["sweep"] = {**made, "procedure": procedure, "along": along}
+    return resolved, faults
+
+
+def _merged(defaults: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
+    return {
+        name: _merged(value, given.get(name, {})) if isinstance(value, dict) else given.get(name, value)
+        for name, value in defaults.items()
+    }
+
+
+def _ascending(document: Document, axis: str, value: Any) -> tuple[Any, Fault | None]:
+    """An axis in ascending order: a list, or {from, to, points} as that, however many points it has."""
+    path: KeyPath = ("sweep", axis)
+    place = document.place(path)
+    key = dotted(path)
+    if isinstance(value, dict):
+        low, high = sorted((value["from"], value["to"]))
+        if low == high or (high - low) / (value["points"] - 1) <= 4 * math.ulp(high):
+            return None, Fault(key, "values that are the same", "from and to that differ", place.line, place.column)
+        return {"from": low, "to": high, "points": value["points"]}, None
+    values = sorted(value) if isinstance(value, list) else [value]
+    if not values:
+        return None, Fault(key, "an empty list", "at least one value", place.line, place.column)
+    for first, second in pairwise(values):
+        if first == second:
+            at = [index for index, item in enumerate(value) if item == second][1]
+            place = document.place((*path, at))
+            raw = document.data["sweep"][axis][at]
+            found = f"{shown(raw)}, which is there a second time"
+            return None, Fault(dotted((*path, at)), found, "each value once", place.line, place.column)
+    return values, None
+
+
+def _in_file_order(faults: list[Fault]) -> list[Fault]:
+    """By place in the file; those without one (``--set``) last. The same fault once."""
+    unique = list(dict.fromkeys(faults))
+    unique.sort(key=lambda fault: (fault.line is None, fault.line or 0, fault.column or 0))
+    return unique[:_MOST_FAULTS]

@@ -1,0 +1,160 @@
+"""What several values of a study must satisfy together. Each fault names the key that the user wrote."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from nsdrill.errors import Fault
+from nsdrill.study.document import Document, KeyPath, dotted
+from nsdrill.study.keys import Leaf, shown
+from nsdrill.study.study import AXES
+from nsdrill.units import USUAL, format_quantity
+
+MOST_POINTS = 10**8
+
+# (lower key, upper key, True where they may be equal, the key to blame where both are given)
+_ORDER: tuple[tuple[str, str, bool, str], ...] = (
+    ("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", False, "lower"),
+    ("drillstring.collar.span", "drillstring.collar.length", True, "lower"),
+    ("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", False, "lower"),
+    ("drillstring.collar.outer_diameter", "well.diameter", False, "upper"),
+    ("well.friction.dynamic", "well.friction.static", True, "lower"),
+    ("bit.friction.dynamic", "bit.friction.static", True, "lower"),
+    ("classify.stick_slip.oscillation_index", "classify.stick_slip.medium_index", False, "upper"),
+    ("classify.stick_slip.medium_index", "classify.stick_slip.stall_index", False, "upper"),
+    ("classify.stick_slip.stall_index", "classify.stick_slip.severe_index", False, "upper"),
+    ("drillstring.collar.length", "operation.depth", False, "upper"),
+)
+
+
+class Checker:
+    """Checks the relations of one study: ``resolved`` is complete, ``faulty`` holds the keys already known to be wrong
+    (their values are stand-ins, so nothing is said about them)."""
+
+    def __init__(
+        self, document: Document, resolved: dict[str, Any], leaves: dict[str, Leaf], faulty: Iterable[str] = ()
+    ) -> None:
+        self.document, self.resolved, self.leaves = document, resolved, leaves
+        self.faulty = tuple(faulty)
+
+    def faults(self) -> Iterator[Fault]:
+        """All of them."""
+        yield from self.order()
+        yield from self._depths()
+        yield from self._initial()
+        yield from self._sweep()
+
+    def order(self, section: str = "") -> Iterator[Fault]:
+        """Pairs of values of which one must be the smaller; only those of ``section`` where it is given."""
+        for lower, upper, equal, blamed in _ORDER:
+            if not lower.startswith(section) or not self._sound(lower, upper):
+                continue
+            if upper == "operation.depth" and "depth" in self.resolved["sweep"] and not self._given(upper):
+                continue  # a default that a swept axis replaces
+            small, big = self._value(lower), self._value(upper)
+            if small < big or (equal and small == big):
+                continue
+            first, second = (lower, upper) if blamed == "lower" else (upper, lower)
+            if not self._given(first) and self._given(second):
+                first, second = second, first
+            words = ("at most" if equal else "below") if first == lower else ("at least" if equal else "above")
+            yield self.fault(first, self._text(first), f"{words} {second}, which is {self._text(second)}")
+
+    def _depths(self) -> Iterator[Fault]:
+        """Swept depths reach below the collars."""
+        axis = self.resolved["sweep"].get("depth")
+        if axis is None or not self._sound("sweep.depth", "drillstring.collar.length"):
+            return
+        length = self._value("drillstring.collar.length")
+        raw = self._raw(("sweep", "depth"))
+        if isinstance(axis, dict):
+            name = min(("from", "to"), key=lambda end: axis[end])
+            places: list[tuple[KeyPath, float]] = [(("sweep", "depth", self._end(raw, name, axis)), axis["from"])]
+        elif isinstance(raw, list):
+            places = [(("sweep", "depth", index), value) for index, value in self._list_order(raw)]
+        else:
+            places = [(("sweep", "depth"), axis[0])]
+        allowed = f"more than the length of the collars, {self._text('drillstring.collar.length')}"
+        for path in [path for path, value in places if value <= length][:10]:
+            yield self.fault(dotted(path), shown(self._raw(path)), allowed, path)
+
+    def _end(self, raw: Any, name: str, axis: dict[str, Any]) -> str:
+        """The key under which the user wrote the smaller end: from and to may stand the other way round."""
+        leaf = self.leaves["operation.depth"]
+        return name if leaf.read(raw[name]) == axis[name] else "to"
+
+    def _list_order(self, raw: list[Any]) -> list[tuple[int, float]]:
+        leaf = self.leaves["operation.depth"]
+        return [(index, leaf.read(item)) for index, item in enumerate(raw)]
+
+    def _initial(self) -> Iterator[Fault]:
+        """The collar starts inside the hole."""
+        keys = ("initial.x", "initial.y", "well.diameter", "drillstring.collar.outer_diameter")
+        if not self._sound(*keys):
+            return
+        gap = (self._value("well.diameter") - self._value("drillstring.collar.outer_diameter")) / 2
+        radius = math.hypot(self._value("initial.x"), self._value("initial.y"))
+        if gap > 0.0 and radius > gap:
+            key = next((key for key in keys if self._given(key)), keys[0])
+            found = f"{self._text(key)}, with which the collar starts {format_quantity(radius, 'mm')} off the axis"
+            yield self.fault(key, found, f"within the gap between collar and wall, {format_quantity(gap, 'mm')}")
+
+    def _sweep(self) -> Iterator[Fault]:
+        """At least one axis, not too many points, and an axis along which to carry."""
+        sweep = self.resolved["sweep"]
+        swept = [axis for axis in AXES if sweep.get(axis) is not None]
+        if any(key == "sweep" or key.startswith("sweep.") for key in self.faulty):
+            return
+        if not swept:
+            allowed = f"at least one axis to sweep: {', '.join(AXES)}"
+            yield self.fault("sweep", "no axis", allowed)
+            return
+        total = math.prod(size(sweep[axis]) for axis in swept)
+        if total > MOST_POINTS:
+            yield self.fault("sweep", f"{total:.3g} points over all axes", f"at most {MOST_POINTS:.0e}")
+        along = sweep["along"]
+        if along is not None and along not in swept:
+            yield self.fault("sweep.along", f"{along}, which is not swept", f"a swept axis: {' or '.join(swept)}")
+        elif along is None and sweep["procedure"] != "same" and len(swept) > 1:
+            found = f"none, with procedure {sweep['procedure']} and {len(swept)} axes"
+            yield self.fault("sweep.along", found, f"the axis along which the state is carried: {' or '.join(swept)}")
+
+    def fault(self, key: str, found: str, allowed: str, path: KeyPath | None = None) -> Fault:
+        """A fault at the place of ``key``."""
+        place = self.document.place(path if path is not None else tuple(key.split(".")))
+        if place.override:
+            found = f"{found} ({place.override})"
+        return Fault(key, found, allowed, place.line, place.column)
+
+    def _sound(self, *keys: str) -> bool:
+        return not any(key == bad or key.startswith((f"{bad}.", f"{bad}[")) for key in keys for bad in self.faulty)
+
+    def _given(self, key: str) -> bool:
+        return self.document.has(tuple(key.split(".")))
+
+    def _value(self, key: str) -> Any:
+        value: Any = self.resolved
+        for part in key.split("."):
+            value = value[part]
+        return value
+
+    def _raw(self, path: KeyPath) -> Any:
+        value = self.document.data
+        for part in path:
+            value = value[part]
+        return value
+
+    def _text(self, key: str) -> str:
+        if self._given(key):
+            return shown(self._raw(tuple(key.split("."))))
+        leaf = self.leaves[key]
+        value = self._value(key)
+        text = f"{value:g}" if leaf.units not in USUAL else leaf.text(value)
+        return f"{text} (the default)" if value == leaf.default else text
+
+
+def size(axis: Any) -> int:
+    """The number of values of a resolved axis."""
+    return int(axis["points"]) if isinstance(axis, dict) else len(axis)

@@ -1,0 +1,104 @@
+"""The resolved study: complete plain data in SI, from which a :class:`Study` is built, always in this one way.
+
+It is kept in results files; a replay builds the very same study from it, bit for bit. No pint, no pydantic, no YAML.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from nsdrill.errors import FileError
+from nsdrill.kernel.settings import Simulation
+from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, Parameters, Well
+from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.study.study import AXES, Study
+
+
+def study_from_resolved(
+    resolved: dict[str, Any], text: str = "", source: str = "", overrides: Sequence[str] = ()
+) -> Study:
+    """The study that ``resolved`` describes. :class:`FileError` where it is not a resolved study of this version."""
+    try:
+        operation = build(Operation, resolved["operation"])
+        sweep = resolved["sweep"]
+        swept = tuple(axis for axis in AXES if axis in sweep)
+        if not swept:
+            raise ValueError("sweep: found no axis")
+        axes = {axis: axis_values(sweep[axis] if axis in sweep else [getattr(operation, axis)]) for axis in AXES}
+        return Study(
+            title=str(resolved.get("title", "")),
+            parameters=Parameters(
+                build(Drillstring, resolved["drillstring"]),
+                build(Mud, resolved["mud"]),
+                build(Well, resolved["well"]),
+                build(Bit, resolved["bit"]),
+            ),
+            operation=operation,
+            initial=build(Initial, resolved["initial"]),
+            axes=axes,
+            swept=swept,
+            procedure=sweep["procedure"],
+            along=sweep["along"],
+            simulation=build(Simulation, resolved["simulation"]),
+            thresholds=build(Thresholds, resolved["classify"]),
+            record=build(Record, resolved["record"]),
+            text=text,
+            source=source,
+            overrides=tuple(overrides),
+            resolved=resolved,
+            sha256=digest(resolved),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        name = source or "the resolved study"
+        raise FileError(
+            f"{name}: does not hold a study that this version can use ({type(error).__name__}: {error})."
+        ) from error
+
+
+def build(cls: type, data: dict[str, Any]) -> Any:
+    """A tree of dataclasses from nested data with exactly their keys."""
+    names = {item.name for item in fields(cls)}
+    if set(data) != names:
+        raise ValueError(f"{cls.__name__}: found the keys {sorted(data)}, allowed: {sorted(names)}")
+    values = {}
+    for item in fields(cls):
+        made = item.default_factory() if callable(item.default_factory) else None
+        value = data[item.name]
+        values[item.name] = build(type(made), value) if is_dataclass(made) else value
+    return cls(**values)
+
+
+def axis_values(axis: Any) -> np.ndarray:
+    """The values of a resolved axis: a list, or {from, to, points}."""
+    if isinstance(axis, dict):
+        return np.linspace(axis["from"], axis["to"], axis["points"])
+    return np.array(axis, dtype=np.float64)
+
+
+def digest(resolved: dict[str, Any]) -> str:
+    """SHA-256 of what influences the numbers: all but the title and the operating values that swept axes replace."""
+    parts = {name: value for name, value in resolved.items() if name != "title"}
+    parts["operation"] = {name: value for name, value in parts["operation"].items() if name not in parts["sweep"]}
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def differences(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, Any, Any]]:
+    """(dotted key, value in ``a``, value in ``b``) where two resolved studies differ; None where a key is missing."""
+    left, right = dict(_flat(a, "")), dict(_flat(b, ""))
+    keys = [*left, *(key for key in right if key not in left)]
+    return [(key, left.get(key), right.get(key)) for key in keys if left.get(key) != right.get(key)]
+
+
+def _flat(data: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    for name, value in data.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value

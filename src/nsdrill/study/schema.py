@@ -1,0 +1,179 @@
+"""The pydantic models of the study file, built from the dataclasses: their keys, units, ranges and defaults.
+
+They check one value at a time; what relates several values is in ``relations.py``. Values come out in SI.
+"""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
+from functools import lru_cache
+from typing import Annotated, Any
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    PlainValidator,
+    Tag,
+    ValidationInfo,
+    WithJsonSchema,
+    create_model,
+)
+
+from nsdrill.study.keys import SECTIONS, Leaf, leaf, shown
+from nsdrill.study.meanings import MEANINGS
+from nsdrill.study.study import AXES, Procedure
+from nsdrill.units import USUAL, QuantityError
+
+QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[A-Za-zµμ°1].*$"
+STIFFNESS = {"linear": "N/m", "hertz": "N/m^1.5"}
+
+POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
+PROCEDURE = Leaf("sweep.procedure", "choice", "same", choices=typing.get_args(Procedure))
+ALONG = Leaf("sweep.along", "choice", None, choices=AXES, nullable=True)
+
+_STRICT = ConfigDict(extra="forbid", populate_by_name=False)
+
+
+@lru_cache(maxsize=1)
+def study_model() -> type[BaseModel]:
+    """The model of a whole study file."""
+    sections: dict[str, Any] = {"title": (Annotated[Any, PlainValidator(_title), WithJsonSchema({"type": "string"})],
+                                          Field(default="", description=MEANINGS["title"]))}
+    for name, cls in SECTIONS.items():
+        if name == "simulation":  # the sweep stands before it in the file
+            sections["sweep"] = (Annotated[_sweep_model(), BeforeValidator(_empty)],
+                                 Field(description=MEANINGS["sweep"]))
+        sections[name] = _section(name, cls)
+    return create_model("Study", __config__=_STRICT, **sections)
+
+
+def json_of(found: Leaf) -> dict[str, Any]:
+    """The JSON Schema of one value."""
+    if found.kind == "choice":
+        return {"enum": list(found.choices)}
+    if found.kind == "quantity":
+        usual = USUAL.get(found.units, USUAL["N/m"])
+        example = found.text(found.default if found.default is not None else 1.0)
+        schema: dict[str, Any] = {
+            "type": "string", "pattern": QUANTITY, "examples": list(dict.fromkeys([example, f"1 {usual[0]}"]))
+        }
+    else:
+        schema = {"type": "integer" if found.kind == "whole" else "number"}
+        for name, bound in (("exclusiveMinimum" if found.strict else "minimum", found.low), ("maximum", found.high)):
+            if abs(bound) != float("inf"):
+                schema[name] = bound
+    return {"anyOf": [schema, {"type": "null"}]} if found.nullable else schema
+
+
+def description(found: Leaf) -> str:
+    """Meaning, unit, default and source in one paragraph."""
+    parts = [found.meaning]
+    if found.units:
+        parts.append(f"In {found.units}")
+    parts.append(f"Default {found.default_text}")
+    if found.source:
+        parts.append(f"Source: {found.source}" + (f" (confidence: {found.confidence})" if found.confidence else ""))
+    return ". ".join(parts) + "."
+
+
+def _section(prefix: str, cls: type) -> tuple[Any, Any]:
+    """The field of a section: an empty one (null) is one with all its defaults."""
+    hints = typing.get_type_hints(cls)
+    members: dict[str, Any] = {}
+    for item in fields(cls):
+        key, hint = f"{prefix}.{item.name}", hints[item.name]
+        if is_dataclass(hint) and isinstance(hint, type):
+            members[item.name] = _section(key, hint)
+        else:
+            members[item.name] = _leaf(leaf(key, item, hint))
+    if prefix == "well":  # the law first: it decides the unit of the stiffness
+        members = {"law": members.pop("law"), **members}
+    model = create_model(cls.__name__, __config__=_STRICT, **members)
+    annotated = Annotated[model, BeforeValidator(_empty)]  # type: ignore[valid-type]
+    return annotated, Field(default_factory=model, description=MEANINGS[prefix])
+
+
+def _leaf(found: Leaf) -> tuple[Any, Any]:
+    validator: Callable[..., Any] = found.read
+    if found.key == "well.stiffness":
+
+        def validator(raw: Any, info: ValidationInfo) -> float:
+            return _stiffness(found, raw, info.data.get("law"))
+
+    extra = {"default": _json_default(found)}
+    annotated = Annotated[Any, PlainValidator(validator), WithJsonSchema(json_of(found))]
+    return annotated, Field(default=found.default, description=description(found), json_schema_extra=extra)
+
+
+def _json_default(found: Leaf) -> Any:
+    """As it would stand in the file: quantities as text."""
+    return found.default_text if found.kind == "quantity" and found.default is not None else found.default
+
+
+def _stiffness(found: Leaf, raw: Any, law: str | None) -> float:
+    """The wall stiffness in the units of its contact law; in either, where the law itself is at fault."""
+    right = STIFFNESS[law or "linear"]
+    wrong = next(units for units in STIFFNESS.values() if units != right)
+    try:
+        return float(Leaf(**{**vars(found), "units": right}).read(raw))
+    except QuantityError as error:
+        try:
+            value = Leaf(**{**vars(found), "units": wrong}).read(raw)
+        except QuantityError:
+            raise error from None
+        if law is None:
+            return float(value)
+        other = next(name for name, units in STIFFNESS.items() if units == wrong)
+        hint = f"With law: {law} the stiffness is in {right}; law: {other} takes {wrong}."
+        raise QuantityError(f"{shown(raw)}, in {wrong}", error.allowed, hint) from None
+
+
+def _sweep_model() -> type[BaseModel]:
+    members: dict[str, Any] = {}
+    operation = {item.name: item for item in fields(SECTIONS["operation"])}
+    for name in AXES:
+        members[name] = _axis(name, leaf(f"operation.{name}", operation[name], float))
+    members["procedure"] = _leaf(PROCEDURE)
+    members["along"] = _leaf(ALONG)
+    return create_model("Sweep", __config__=_STRICT, **members)
+
+
+def _axis(name: str, value: Leaf) -> tuple[Any, Any]:
+    """An axis: {from, to, points}, a list of quantities, or one quantity."""
+    one = Annotated[Any, PlainValidator(value.read), WithJsonSchema(json_of(value))]
+    whole = Annotated[Any, PlainValidator(POINTS.read), WithJsonSchema(json_of(POINTS))]
+    ends: dict[str, Any] = {
+        "from_": (one, Field(alias="from", description="One end")),
+        "to": (one, Field(description="The other end")),
+        "points": (whole, Field(description="Number of equally spaced values, both ends among them")),
+    }
+    span = create_model(f"Range_{name}", __config__=_STRICT, **ends)
+    annotated = Annotated[
+        Annotated[span, Tag("range")] | Annotated[list[one], Tag("list")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
+        Discriminator(_form),
+    ]
+    text = f"{MEANINGS[f'sweep.{name}']}, in {value.units}: {{from, to, points}}, a list, or one value."
+    return annotated, Field(default=None, description=text)
+
+
+def _form(raw: Any) -> str:
+    if isinstance(raw, list):
+        return "list"
+    return "range" if isinstance(raw, dict | BaseModel) else "value"
+
+
+def _empty(raw: Any) -> Any:
+    return {} if raw is None else raw
+
+
+def _title(raw: Any) -> str:
+    if raw is None:
+        return ""
+    if not isinstance(raw, str):
+        raise QuantityError(shown(raw), "text; put it in quotes")
+    return raw

@@ -1,0 +1,63 @@
+"""The study that ``nsdrill new`` writes: every key with its default, its unit and its meaning."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from nsdrill.study.keys import SECTIONS, Leaf, leaves
+from nsdrill.study.meanings import MEANINGS
+
+_INDENT = "  "
+_COLUMN = 44  # where the comments begin
+
+_HEAD = """\
+# A study: a drill string, an operating point, and what to sweep.
+#
+# Every physical quantity is a number with its unit: 15 in, 22.24 kN, 5 klbf, 60 rpm, 3 rad/s, 25 MN/m.
+# All keys but `sweep` may be left out; the values below are the defaults. Run it with
+#     nsdrill check STUDY.yaml
+#     nsdrill run STUDY.yaml -o OUT.h5
+"""
+
+_SWEEP = """\
+sweep:                                      # {sweep}; at least one axis
+  # Each axis is {{from, to, points}}, a list of values, or one value. Axes left out come from `operation`.
+  depth: {{from: 500 m, to: 9000 m, points: 86}}
+  # wob: [22.24 kN, 66.72 kN]
+  # rotary_speed: {{from: 10 rpm, to: 120 rpm, points: 111}}
+  procedure: same                           # same | up | down | up-down: the last three carry the state
+  # along: depth                            # {along}
+"""
+
+
+def template_text() -> str:
+    """The text of a complete, commented study that loads as it stands."""
+    parts = [_HEAD, _line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
+    for section, cls in SECTIONS.items():
+        if section == "simulation":
+            parts.append(_SWEEP.format(sweep=MEANINGS["sweep"], along=MEANINGS["sweep.along"]))
+        parts.append("\n".join(_section(section, cls)) + "\n")
+    return "\n".join(part.rstrip("\n") + "\n" for part in parts)
+
+
+def _section(section: str, cls: type) -> Iterator[str]:
+    yield _line("", section, "", MEANINGS[section])
+    told = {section}
+    for leaf in leaves(cls, section):
+        *groups, name = leaf.key.split(".")
+        group = ".".join(groups)
+        if group not in told:
+            told.add(group)
+            yield _line(_INDENT * (len(groups) - 1), groups[-1], "", MEANINGS[group])
+        yield _line(_INDENT * len(groups), name, leaf.default_text, _comment(leaf))
+
+
+def _comment(leaf: Leaf) -> str:
+    """Meaning and unit or choices of one key; sources are in the schema and in the documentation."""
+    units = "" if not leaf.units else f" [{leaf.units}]"
+    choices = f": {' | '.join(leaf.choices)}" if leaf.choices else ""
+    return f"{leaf.meaning}{choices}{units}"
+
+
+def _line(indent: str, name: str, value: str, comment: str) -> str:
+    return f"{indent}{name}: {value}".rstrip().ljust(_COLUMN - 1) + f" # {comment}"

@@ -1,0 +1,287 @@
+"""Quantities as people write them ("15 in", "5 klbf", "60 rpm") to SI floats and back; the home of the pint registry.
+
+The text is taken apart by a small grammar of our own, and pint is asked for the meaning of single unit names only: its
+own parser evaluates expressions, which a study file has no business doing. Factors are exact fractions, so that the
+result is the float nearest to the value written: "9 in" is 0.2286 and "5 klbf" is 22241.1080763025.
+
+Angles are a dimension here. Pint leaves radians without one, and would take "1 Hz" for "1 rad/s", wrong by 2 pi.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from decimal import Decimal
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
+
+from nsdrill.errors import InputError
+
+USUAL: dict[str, tuple[str, ...]] = {
+    "m": ("m", "mm", "in", "ft"),
+    "N": ("kN", "N", "klbf", "lbf", "tonne_force"),
+    "rad/s": ("rad/s", "rpm"),
+    "rad": ("rad", "deg"),
+    "s": ("s", "min", "h"),
+    "m/s": ("m/s", "mm/s", "ft/s"),
+    "kg/m^3": ("kg/m^3", "g/cm^3", "ppg"),
+    "Pa": ("Pa", "MPa", "GPa", "psi"),
+    "N/m": ("N/m", "kN/m", "MN/m", "lbf/in"),
+    "N/m^1.5": ("N/m^1.5", "kN/m^1.5", "MN/m^1.5"),
+    "N s/m": ("N*s/m", "kN*s/m", "lbf*s/ft"),
+    "N m s/rad": ("N*m*s/rad", "kN*m*s/rad", "ft*lbf*s/rad"),
+    "N m": ("N*m", "kN*m", "ft*lbf"),
+    "s/m": ("s/m", "s/ft"),
+    "s/rad": ("s/rad", "s/deg"),
+}
+"""Units to suggest and to display in, by the SI units of the quantity; SI engineering units first."""
+
+ENGINEERING = {"m": "m", "N": "kN", "rad/s": "rad/s", "N m": "kN*m", "N/m": "MN/m", "Pa": "GPa"}
+FIELD = {"m": "ft", "N": "klbf", "rad/s": "rpm", "N m": "ft*lbf", "N/m": "lbf/in", "Pa": "psi", "kg/m^3": "ppg"}
+
+_LONGEST = 80  # characters; no quantity needs more, and it bounds the work done on hostile input
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_QUANTITY = re.compile(rf"({_NUMBER})\s*(\S.*)?", re.ASCII)
+_TOKEN = re.compile(
+    r"\s*(?:(?P<name>[A-Za-zµμ°][A-Za-z_]*)|(?P<one>1)(?=\s*/)|(?P<mark>[*/()])|(?P<end>$))", re.ASCII
+)
+_EXPONENT = re.compile(
+    r"\s*(?:\^|\*\*)\s*(?:(?P<plain>[-+]?\d{1,2}(?:\.\d{1,4})?)|\((?P<ratio>-?\d{1,2}(?:/[1-9])?)\))|(?P<bare>-?\d(?:\.\d{1,4})?)",
+    re.ASCII,
+)
+_PLAIN = str.maketrans({"·": "*", "⋅": "*", "×": "*", "∙": "*", "−": "-", "\u00a0": " ", "\u202f": " "})
+_SUPERSCRIPT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
+_SUPERSCRIPTS = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
+
+_DRILLING = (
+    f"pi = {Decimal(math.pi)} = π",  # the float, so that 60 rpm is the 2 pi of every other program
+    "radian = [angle] = rad",
+    "@alias revolution = rev",
+    "tonne_force = 1000 * kilogram_force",
+    "pound_per_gallon = pound / gallon = ppg",
+)
+
+Dimensions = dict[str, Fraction]
+
+
+class QuantityError(InputError, ValueError):
+    """A quantity that cannot be read: what was found, what is allowed, and perhaps what was meant."""
+
+    def __init__(self, found: str, allowed: str, suggestion: str | None = None) -> None:
+        self.found, self.allowed, self.suggestion = found, allowed, suggestion
+        text = f"found {found}; allowed: {allowed}."
+        super().__init__(f"{text} {suggestion}" if suggestion else text)
+
+
+def to_si(text: str, units: str) -> float:
+    """The value of ``text`` in the SI ``units`` ("m", "N s/m", "N/m^1.5", ...).
+
+    Raises :class:`QuantityError` where the text is not one finite number with a unit of the same dimension.
+    """
+    match = _QUANTITY.fullmatch(_tidy(text)) if len(text) <= _LONGEST else None
+    if match is None:
+        raise QuantityError(quoted(text), allowed_units(units), _comma_hint(text))
+    number, unit = match.groups()
+    if unit is None:
+        raise QuantityError(f"{quoted(text)}, a number without a unit", allowed_units(units))
+    factor, dimensions = _meaning(unit, text, units)
+    base, target = _meaning(units, units, units)
+    if dimensions != target:
+        raise _wrong_dimension(text, units, unit, dimensions)
+    value = float(number)  # first as a float: a fraction of 1e999999999 would take for ever
+    if math.isinf(value) or (value == 0.0 and re.search("[1-9]", re.split("[eE]", number)[0])):
+        raise QuantityError(f"{quoted(text)}, beyond the range of floating-point numbers", allowed_units(units))
+    try:
+        return float(Fraction(number) * factor / base) + 0.0  # + 0.0: no negative zero
+    except OverflowError:
+        found = f"{quoted(text)}, beyond the range of floating-point numbers"
+        raise QuantityError(found, allowed_units(units)) from None
+
+
+def from_si(value: float, units: str) -> float:
+    """An SI ``value`` expressed in ``units``, any name that :func:`to_si` reads. NaN and infinities stay."""
+    if not math.isfinite(value):
+        return value
+    factor, dimensions = _meaning(units, units, units)
+    return float(Fraction(value) / (factor / _si_factor(dimensions)))
+
+
+def format_quantity(value: float, units: str, digits: int = 6) -> str:
+    """An SI ``value`` for people, in ``units`` and to ``digits`` significant digits: ``format_quantity(22240, "kN")``
+    is "22.24 kN"."""
+    return f"{from_si(value, units):.{digits}g} {units}"
+
+
+def exact_text(value: float, units: str) -> str:
+    """The text that :func:`to_si` reads back as exactly ``value``, in that of the usual units that needs the fewest
+    digits: 0.2286 m is "9 in"."""
+    candidates = []
+    for unit in USUAL.get(units, ()):
+        number = f"{from_si(value, unit):.12g}"
+        if (value == 0.0 or 1.0 <= abs(float(number)) < 1e4) and to_si(f"{number} {unit}", units) == value:
+            candidates.append((len(number.replace(".", "").strip("-0")), f"{number} {unit}"))
+    if not candidates:
+        return f"{value!r} {units.replace(' ', '*')}"
+    return min(candidates, key=lambda candidate: candidate[0])[1]
+
+
+def allowed_units(units: str) -> str:
+    """What may stand where a quantity of these SI units is wanted, in words."""
+    names = USUAL.get(units, (units.replace(" ", "*"),))
+    head, last = ", ".join(names[:-1]), names[-1]
+    return f"a number with its unit ({head} or {last})" if head else f"a number with its unit ({last})"
+
+
+def quoted(text: str) -> str:
+    """The text as found, in quotes, fit for one line of a message."""
+    if len(text) > _LONGEST:
+        return f"a text of {len(text)} characters that begins {text[:30]!r}"
+    return repr(text)
+
+
+def _comma_hint(text: str) -> str | None:
+    if re.match(r"\s*[-+]?\d+,\d", text[:_LONGEST]):
+        return "Write a decimal point and no thousands separators."
+    return None
+
+
+def _tidy(text: str) -> str:
+    """Signs that people paste (·, ², −) in plain ASCII."""
+    plain = text.translate(_PLAIN).strip()
+    return _SUPERSCRIPTS.sub(lambda match: "^" + match.group().translate(_SUPERSCRIPT), plain)
+
+
+def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -> QuantityError:
+    if units == "N" and dimensions == {"[mass]": 1}:
+        return QuantityError(
+            f"{quoted(text)}, a mass", allowed_units(units),
+            f"'{unit}' is a unit of mass, not of force: write kN, klbf, lbf or tonne_force.",
+        )
+    if units == "rad/s" and dimensions == {"[time]": -1}:
+        return QuantityError(
+            f"{quoted(text)}, an ambiguous speed of rotation", allowed_units(units),
+            f"'{unit}' does not say whether it counts revolutions or radians: write rpm or rad/s.",
+        )
+    return QuantityError(f"{quoted(text)}, in units of {_in_words(dimensions)}", allowed_units(units))
+
+
+def _in_words(dimensions: Dimensions) -> str:
+    def power(name: str, exponent: Fraction) -> str:
+        size = abs(exponent)
+        return name.strip("[]") + ("" if size == 1 else f"^{float(size):g}")
+
+    above = " ".join(power(name, e) for name, e in sorted(dimensions.items()) if e > 0)
+    below = " ".join(power(name, e) for name, e in sorted(dimensions.items()) if e < 0)
+    if not below:
+        return above or "no dimension"
+    return f"{above or '1'}/{below}" if " " not in below else f"{above or '1'}/({below})"
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    """The pint registry: its own definitions, exact, with angle as a dimension and the units of the rig floor.
+
+    Loaded definition by definition rather than by the default constructor, which fills its caches before the radian
+    can be redefined. Costs 0.4 s, hence only when first asked.
+    """
+    from pathlib import Path
+
+    import pint
+
+    registry: Any = pint.UnitRegistry(None, non_int_type=Fraction, on_redefinition="ignore")
+    registry.load_definitions(Path(pint.__file__).parent / "default_en.txt")
+    for line in _DRILLING:
+        registry.define(line)
+    return registry
+
+
+def _meaning(unit: str, text: str, wanted: str) -> tuple[Fraction, Dimensions]:
+    """Factor to pint's root units and dimensions of a compound unit; errors speak of ``text`` and ``wanted``."""
+    try:
+        return _evaluate(_tidy(unit))
+    except KeyError as error:
+        name = str(error.args[0])
+        usual = USUAL.get(wanted, ())
+        folded = {candidate.lower(): candidate for candidate in usual}
+        near = difflib.get_close_matches(unit.lower(), folded, n=1, cutoff=0.5)
+        hint = f"Did you mean {folded[near[0]]}? (Capitals matter.)" if near else None
+        found = f"{quoted(text)}, with an unknown unit '{name[:30]}'"
+        raise QuantityError(found, allowed_units(wanted), hint) from None
+    except SyntaxError:
+        raise QuantityError(f"{quoted(text)}, whose unit cannot be read", allowed_units(wanted)) from None
+
+
+@lru_cache(maxsize=1024)
+def _evaluate(unit: str) -> tuple[Fraction, Dimensions]:
+    """KeyError(name) for an unknown unit name, SyntaxError for anything outside the grammar."""
+    factor, dimensions = Fraction(1), Dimensions()
+    for name, exponent in _powers(unit):
+        base, parts = _named(name)
+        factor *= Fraction(base**exponent)  # exact for whole exponents and for units of size one
+        for part, power in parts.items():
+            dimensions[part] = dimensions.get(part, Fraction(0)) + power * exponent
+    return factor, {part: power for part, power in dimensions.items() if power}
+
+
+@lru_cache(maxsize=1024)
+def _named(name: str) -> tuple[Fraction, Dimensions]:
+    import pint
+
+    registry = _registry()
+    unit = registry.UnitsContainer({name: Fraction(1)})  # as a container, so that pint has nothing to evaluate
+    try:
+        factor = Fraction(registry.get_root_units(unit)[0])
+        dimensions = {str(part): Fraction(power) for part, power in registry.get_dimensionality(unit).items()}
+    except pint.errors.PintError:
+        raise KeyError(name) from None
+    return factor, dimensions
+
+
+def _si_factor(dimensions: Dimensions) -> Fraction:
+    """Root units to SI: pint's root unit of mass is the gram."""
+    return Fraction(1000) ** dimensions.get("[mass]", Fraction(0))  # type: ignore[return-value]
+
+
+def _powers(unit: str) -> list[tuple[str, Fraction]]:
+    """The grammar: names with exponents, joined by ``*``, ``/`` or a space, left to right, with parentheses.
+
+    ``N*m*s/rad``, ``kg/m^3``, ``kg/m3``, ``N m s/rad``, ``1/s``, ``N/(m/s)``, ``N/m^(3/2)``.
+    """
+    found: list[tuple[str, Fraction]] = []
+    signs = [1]  # sign of the enclosing group, one entry per open parenthesis
+    place, sign, after_operand = 0, 1, False
+    while True:
+        token = _TOKEN.match(unit, place)
+        if token is None:
+            raise SyntaxError(unit)
+        place = token.end()
+        mark = token["mark"]
+        if token["name"] is not None or token["one"] is not None:
+            if token["name"] is not None:
+                exponent = _EXPONENT.match(unit, place)
+                power = Fraction(1)
+                if exponent is not None:
+                    place = exponent.end()
+                    power = Fraction(exponent["plain"] or exponent["ratio"] or exponent["bare"])
+                if abs(power) > 9:
+                    raise SyntaxError(unit)
+                found.append((token["name"], power * sign * signs[-1]))
+            sign, after_operand = 1, True
+        elif mark == "(":
+            signs.append(signs[-1] * sign)
+            sign, after_operand = 1, False
+        elif not after_operand:
+            raise SyntaxError(unit)
+        elif mark == ")":
+            if len(signs) == 1:
+                raise SyntaxError(unit)
+            signs.pop()
+        elif mark is not None:
+            sign, after_operand = (-1 if mark == "/" else 1), False
+        else:
+            break
+    if len(signs) != 1 or not found:
+        raise SyntaxError(unit)
+    return found
