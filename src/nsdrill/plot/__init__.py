@@ -29,10 +29,21 @@ def draw(
     values, in SI: ``{"wob": 22240.0}`` draws the cut of a map.
     """
     check_units(units)
-    if isinstance(data, Trace):
-        from nsdrill.plot import traces
+    from nsdrill.plot.style import house_style, settle
 
-        return traces.draw(data, choose_kind(data, kind), units)
+    with house_style():
+        figure = _draw_trace(data, kind, units) if isinstance(data, Trace) else _draw_sweep(data, kind, units, at)
+        settle(figure)
+    return figure
+
+
+def _draw_trace(trace: Trace, kind: str | None, units: str) -> Figure:
+    from nsdrill.plot import traces
+
+    return traces.draw(trace, choose_kind(trace, kind), units)
+
+
+def _draw_sweep(data: Results, kind: str | None, units: str, at: Mapping[str, float] | None) -> Figure:
     from nsdrill.plot import bifurcation, maps, summary
     from nsdrill.plot.slices import AXES, ordered
 

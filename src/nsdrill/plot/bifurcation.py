@@ -19,7 +19,7 @@ from nsdrill.data import Results
 from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles, shade_hysteresis
 from nsdrill.plot.labels import Quantity, quantity
 from nsdrill.plot.slices import Line
-from nsdrill.plot.style import FULL_WIDTH, MANY_MARKERS, REFERENCE, RESPONSES, SHADE, SHADE_EDGE, house_style
+from nsdrill.plot.style import FULL_WIDTH, MANY_MARKERS, REFERENCE, RESPONSES, SHADE, SHADE_EDGE
 
 # Peaks, and the feature that is the constant value where there are none.
 PANELS = (("axial_peaks", "axial_max"), ("bit_speed_peaks", "bit_speed_max"), ("radius_peaks", "radius_max"))
@@ -28,30 +28,29 @@ WALL_IN_SIGHT = 0.4  # the wall is drawn where the motion comes this near to it,
 
 
 def draw(results: Results, units: str = "si") -> Figure:
-    with house_style():
-        figure, lines, columns = frame(results, units, len(PANELS), HEIGHT)
-        handles = outcome_handles(lines, markers=True)
-        spans = steady = 0
-        markers = sum(int(np.isfinite(results[peaks]).sum()) for peaks, _ in PANELS)
-        for one, column in zip(lines, columns, strict=True):
-            x = quantity(one.axis, units)
-            for axes, (peaks, constant) in zip(column[1:], PANELS, strict=True):
-                spans += shade_hysteresis(axes, one, x.scale)
-                steady += draw_peaks(axes, one, peaks, constant, x, quantity(peaks, units), markers > MANY_MARKERS)
-        speed = draw_drive_speed(lines, [column[2] for column in columns], units)
-        wall = draw_wall(results, [column[3] for column in columns], units)
-        for axes, (peaks, _) in zip(columns[0][1:], PANELS, strict=True):
-            axes.set_ylabel(quantity(peaks, units).label)
-        if {"up", "down"} <= set(lines[0].procedures):
-            handles += [_marker("up: filled", REFERENCE), _marker("down: open", "none")]
-        if spans:
-            handles.append(Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5,
-                                 label="up and down differ"))
-        if steady:
-            handles.append(Line2D([], [], color=REFERENCE, marker="_", linestyle="none", markersize=5,
-                                  label="no peaks: constant value"))
-        legend_below(figure, [*handles, *speed, *wall], 4)
-        return figure
+    figure, lines, columns = frame(results, units, len(PANELS), HEIGHT)
+    handles = outcome_handles(lines, markers=True)
+    spans = steady = 0
+    markers = sum(int(np.isfinite(results[peaks]).sum()) for peaks, _ in PANELS)
+    for one, column in zip(lines, columns, strict=True):
+        x = quantity(one.axis, units)
+        for axes, (peaks, constant) in zip(column[1:], PANELS, strict=True):
+            spans += shade_hysteresis(axes, one, x.scale)
+            steady += draw_peaks(axes, one, peaks, constant, x, quantity(peaks, units), markers > MANY_MARKERS)
+    speed = draw_drive_speed(lines, [column[2] for column in columns], units)
+    wall = draw_wall(results, [column[3] for column in columns], units)
+    for axes, (peaks, _) in zip(columns[0][1:], PANELS, strict=True):
+        axes.set_ylabel(quantity(peaks, units).label)
+    if {"up", "down"} <= set(lines[0].procedures):
+        handles += [_marker("up: filled", REFERENCE), _marker("down: open", "none")]
+    if spans:
+        handles.append(Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5,
+                             label="up and down differ"))
+    if steady:
+        handles.append(Line2D([], [], color=REFERENCE, marker="_", linestyle="none", markersize=5,
+                              label="no peaks: constant value"))
+    legend_below(figure, [*handles, *speed, *wall], 4)
+    return figure
 
 
 def _marker(label: str, face: str) -> Line2D:

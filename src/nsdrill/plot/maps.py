@@ -34,7 +34,6 @@ from nsdrill.plot.style import (
     SKY,
     VERMILLION,
     WINE,
-    house_style,
     new_figure,
 )
 
@@ -92,24 +91,23 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
         )
     if number + len(planes.panel_values) > MAX_PANELS:
         differs = None  # the comparison gives way before the data do
-    with house_style():
-        figure, grid = _frame(planes, units, extra=differs is not None)
-        if name is None:
-            handles = _draw_categories(grid, planes, variable, outcomes, units)
-        else:
-            handles = _draw_values(figure, grid, planes, name, outcomes, units)
-        cells = _cells(planes, units)
-        for row in range(len(planes.panel_values)):
-            for column in range(len(planes.procedures)):
-                hatch(grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000",
-                      "failed")
-            if differs is not None:
-                axes = grid[row][-1]
-                hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
-                hatch(axes, cells, differs[row] == 1, "//////", SHADE, "#404040", "differs")
-        handles += _remarks(outcomes, differs)
-        legend_below(figure, handles, 4 if len(handles) != 5 else 5)
-        return figure
+    figure, grid = _frame(planes, units, extra=differs is not None)
+    if name is None:
+        handles = _draw_categories(grid, planes, variable, outcomes, units)
+    else:
+        handles = _draw_values(figure, grid, planes, name, outcomes, units)
+    cells = _cells(planes, units)
+    for row in range(len(planes.panel_values)):
+        for column in range(len(planes.procedures)):
+            hatch(grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000",
+                  "failed")
+        if differs is not None:
+            axes = grid[row][-1]
+            hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
+            hatch(axes, cells, differs[row] == 1, "//////", SHADE, "#404040", "differs")
+    handles += _remarks(outcomes, differs)
+    legend_below(figure, handles, 4 if len(handles) != 5 else 5)
+    return figure
 
 
 def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[list[Axes]]]:

@@ -27,7 +27,7 @@ BLUE, SKY, GREEN, ORANGE, VERMILLION = "#0072B2", "#56B4E9", "#009E73", "#E69F00
 WINE, GREY, BLACK = "#882255", "#ABABAB", "#000000"
 SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale enough to carry every marker colour
 # Cells reach a hair over their borders: else viewers of PDF and SVG show the page between neighbours.
-SEAMLESS: dict[str, Any] = {"edgecolors": "face", "linewidth": 0.3}
+SEAMLESS: dict[str, Any] = {"edgecolors": "face", "linewidth": 0.6}
 REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the drive speed
 DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}  # colours belong to the responses
 
@@ -108,3 +108,13 @@ def new_figure(width: float, height: float) -> Figure:
     assert isinstance(engine, ConstrainedLayoutEngine)
     engine.set(w_pad=0.03, h_pad=0.03, hspace=0.02, wspace=0.02)
     return figure
+
+
+def settle(figure: Figure) -> None:
+    """Lay the figure out and keep it so: the same geometry in every format and at every saving.
+
+    More than one pass, because the space for aligned labels is known only after the axes have found their places.
+    """
+    for _ in range(2):
+        figure.draw_without_rendering()
+    figure.set_layout_engine("none")

@@ -14,7 +14,7 @@ from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
 from nsdrill.plot.kinds import value_name
 from nsdrill.plot.labels import Quantity, quantity
 from nsdrill.plot.slices import Line, robust_limits
-from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE, house_style
+from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE
 from nsdrill.variables import OK
 
 SUMMARY = ("stick_slip_index", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio")
@@ -25,22 +25,21 @@ SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 def draw(results: Results, kind: str = "summary", units: str = "si") -> Figure:
     names = SUMMARY if kind == "summary" else (value_name(kind) or kind,)
-    with house_style():
-        figure, lines, columns = frame(results, units, len(names), 6.3 if len(names) > 1 else 2.9)
-        for row, name in enumerate(names, start=1):
-            y = quantity(name, units)
-            for one, column in zip(lines, columns, strict=True):
-                draw_values(column[row], one, name, quantity(one.axis, units), y)
-            _limit([column[row] for column in columns], lines, name, y)
-            if name == "stick_slip_index":
-                for column in columns:
-                    shade_severity(column[row], named=column is columns[-1])
-            elif name == "whirl_ratio":
-                for column in columns:
-                    column[row].axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
-            columns[0][row].set_ylabel(y.label)
-        legend_below(figure, [*_direction_handles(lines[0]), *outcome_handles(lines, markers=False)], 4)
-        return figure
+    figure, lines, columns = frame(results, units, len(names), 6.3 if len(names) > 1 else 2.9)
+    for row, name in enumerate(names, start=1):
+        y = quantity(name, units)
+        for one, column in zip(lines, columns, strict=True):
+            draw_values(column[row], one, name, quantity(one.axis, units), y)
+        _limit([column[row] for column in columns], lines, name, y)
+        if name == "stick_slip_index":
+            for column in columns:
+                shade_severity(column[row], named=column is columns[-1])
+        elif name == "whirl_ratio":
+            for column in columns:
+                column[row].axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
+        columns[0][row].set_ylabel(y.label)
+    legend_below(figure, [*_direction_handles(lines[0]), *outcome_handles(lines, markers=False)], 4)
+    return figure
 
 
 def draw_values(axes: Axes, one: Line, name: str, x: Quantity, y: Quantity) -> None:

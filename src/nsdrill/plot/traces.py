@@ -14,7 +14,7 @@ from nsdrill.data import Trace
 from nsdrill.errors import InputError
 from nsdrill.plot.decimation import envelope, last_part
 from nsdrill.plot.labels import heading, operating_point, quantity
-from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, VERMILLION, house_style, new_figure
+from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, VERMILLION, new_figure
 
 HISTORIES = ("z", "bit_speed", "radius", "bit_force", "bit_torque", "wall_force")
 PLANES = (("z", "vz"), ("twist", "bit_speed"), ("radius", "radial_velocity"))
@@ -26,28 +26,27 @@ LAST_TURNS = 20  # of the drive: more lie over each other and hide the shape
 def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
     if len(trace.time) < 2:
         raise InputError(f"trace: found {len(trace.time)} samples; allowed: two or more.")
-    with house_style():
-        title = heading(trace.attrs, _point(trace, units))
-        if kind == "histories":
-            figure = new_figure(FULL_WIDTH, 7.2)
-            draw_histories(figure, trace, units)
-        elif kind == "orbit":
-            figure = new_figure(4.0, 4.5)
-            draw_orbit(figure.add_subplot(), trace, units)
-        elif kind == "phase":
-            figure = new_figure(FULL_WIDTH, 2.9)
-            draw_planes(list(figure.subplots(1, 3)), trace, units)
-        else:
-            figure = new_figure(FULL_WIDTH, 8.6)
-            left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
-            draw_histories(left, trace, units)
-            panels = list(right.subplots(4, 1, height_ratios=(1.55, 1.0, 1.0, 1.0)))
-            draw_orbit(panels[0], trace, units)
-            draw_planes(panels[1:], trace, units)
-            right.align_ylabels(panels[1:])
-        figure.suptitle(title if kind != "orbit" else heading(trace.attrs, _point(trace, units), width=50),
-                        parse_math=False)
-        return figure
+    title = heading(trace.attrs, _point(trace, units))
+    if kind == "histories":
+        figure = new_figure(FULL_WIDTH, 7.2)
+        draw_histories(figure, trace, units)
+    elif kind == "orbit":
+        figure = new_figure(4.0, 4.5)
+        draw_orbit(figure.add_subplot(), trace, units)
+    elif kind == "phase":
+        figure = new_figure(FULL_WIDTH, 2.9)
+        draw_planes(list(figure.subplots(1, 3)), trace, units)
+    else:
+        figure = new_figure(FULL_WIDTH, 8.6)
+        left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
+        draw_histories(left, trace, units)
+        panels = list(right.subplots(4, 1, height_ratios=(1.55, 1.0, 1.0, 1.0)))
+        draw_orbit(panels[0], trace, units)
+        draw_planes(panels[1:], trace, units)
+        right.align_ylabels(panels[1:])
+    figure.suptitle(title if kind != "orbit" else heading(trace.attrs, _point(trace, units), width=50),
+                    parse_math=False)
+    return figure
 
 
 def _point(trace: Trace, units: str) -> str:

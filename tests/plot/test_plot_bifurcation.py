@@ -1,0 +1,172 @@
+"""The bifurcation diagram holds every peak, in the colour of its response, and shades where up and down differ."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from made_up import GAP, make_results
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from nsdrill import plot
+from nsdrill.data import Results
+from nsdrill.plot.slices import edges, intervals, robust_limits
+from nsdrill.plot.style import MANY_MARKERS, RESPONSES
+from nsdrill.variables import DIVERGED, OK
+
+PEAKS = ("axial_peaks", "bit_speed_peaks", "radius_peaks")
+
+
+def drawn(figure: Figure, start: str) -> list:
+    return [line for axes in figure.axes for line in axes.get_lines() if str(line.get_gid()).startswith(start)]
+
+
+def panel(figure: Figure, label: str) -> Axes:
+    return next(axes for axes in figure.axes if axes.get_ylabel() == label)
+
+
+def legend_words(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+@pytest.mark.parametrize("name", PEAKS)
+def test_every_finite_peak_of_a_good_point_is_drawn(speeds: Results, name: str) -> None:
+    figure = plot.draw(speeds)
+    good = speeds["status"] == OK
+    expected = np.sort(speeds[name][good][np.isfinite(speeds[name][good])])
+    scale = 1.0 if name == "bit_speed_peaks" else 1e-3
+    found = np.sort(np.concatenate([line.get_ydata() for line in drawn(figure, f"{name}:")])) * scale
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", PEAKS)
+def test_colour_shape_and_filling(speeds: Results, name: str) -> None:
+    for line in drawn(plot.draw(speeds), f"{name}:"):
+        _, procedure, code = line.get_gid().split(":")
+        style = RESPONSES[int(code)]
+        assert (to_hex(line.get_color()), line.get_marker()) == (style.colour.lower(), style.marker)
+        assert (line.get_markerfacecolor() == "none") == (procedure == "down")
+        # The points drawn are those of this response and direction.
+        row = list(speeds.coords["procedure"]).index(procedure)
+        mine = (speeds["response"][row, 0, 0] == int(code)) & (speeds["status"][row, 0, 0] == OK)
+        assert set(line.get_xdata()) <= set(speeds.coords["rotary_speed"][mine])
+
+
+def test_shading_is_where_up_and_down_differ(speeds: Results) -> None:
+    figure = plot.draw(speeds)
+    response, good = speeds["response"][:, 0, 0], (speeds["status"][:, 0, 0] == OK).all(axis=0)
+    expected = intervals((response[0] != response[1]) & good, edges(speeds.coords["rotary_speed"]))
+    assert len(expected) >= 3
+    for axes in figure.axes[1:]:
+        spans = [patch for patch in axes.patches if patch.get_gid() == "hysteresis"]
+        found = sorted((patch.get_x(), patch.get_x() + patch.get_width()) for patch in spans)
+        np.testing.assert_allclose(found, expected)
+    assert "up and down differ" in legend_words(figure)
+
+
+def test_failed_points_are_crossed_and_counted(speeds: Results) -> None:
+    figure = plot.draw(speeds)
+    crosses = drawn(figure, "failed")
+    assert sum(len(line.get_xdata()) for line in crosses) == 3
+    assert "failed (3 of 122)" in legend_words(figure)
+
+
+def test_points_without_peaks_are_drawn_at_their_constant_value() -> None:
+    data = make_results(rotary_speed=np.linspace(3, 5, 11))
+    data["axial_peaks"][0, 0, 0, 4:7] = np.nan
+    figure = plot.draw(data)
+    [dashes] = drawn(figure, "axial_max:")
+    np.testing.assert_allclose(dashes.get_xdata(), data.coords["rotary_speed"][4:7])
+    np.testing.assert_allclose(dashes.get_ydata(), data["axial_max"][0, 0, 0, 4:7] * 1e3)
+    assert "no peaks: constant value" in legend_words(figure)
+
+
+def test_wall_where_it_is_in_sight() -> None:
+    whirling = make_results(rotary_speed=np.linspace(5, 8, 5))
+    [wall] = drawn(plot.draw(whirling), "wall")
+    np.testing.assert_allclose(wall.get_ydata(), GAP * 1e3)
+    calm = make_results(rotary_speed=np.linspace(3, 4, 5), rule=lambda *_: 0)
+    figure = plot.draw(calm)
+    assert not drawn(figure, "wall")
+    assert "wall at 76.2 mm, out of sight" in legend_words(figure)
+    del calm.attrs["gap"]
+    assert not any("wall" in word for word in legend_words(plot.draw(calm)))
+
+
+@pytest.mark.parametrize(("units", "labels", "x", "title"), [
+    ("si", ["Axial peaks $z$ [mm]", "Bit speed peaks [rad/s]", "Radial peaks $r$ [mm]"], "Rotary speed [rad/s]",
+     "5000 m, 22.24 kN"),
+    ("field", ["Axial peaks $z$ [in]", "Bit speed peaks [rpm]", "Radial peaks $r$ [in]"], "Rotary speed [rpm]",
+     "16404 ft, 5 klbf"),
+])  # fmt: skip
+def test_labels_have_units(speeds: Results, units: str, labels: list[str], x: str, title: str) -> None:
+    figure = plot.draw(speeds, units=units)
+    assert [axes.get_ylabel() for axes in figure.axes[1:]] == labels
+    assert figure.axes[-1].get_xlabel() == x
+    assert figure.get_suptitle().splitlines()[-1] == title
+
+
+def test_field_units_are_exact(speeds: Results) -> None:
+    [drive] = drawn(plot.draw(speeds, units="field"), "drive_speed")
+    np.testing.assert_allclose(drive.get_xdata(), speeds.coords["rotary_speed"] * 30 / np.pi, rtol=1e-14)
+
+
+def test_an_unordered_axis_is_put_in_order() -> None:
+    data = make_results(rotary_speed=(5.0, 2.0, 8.0))
+    ordered = make_results(rotary_speed=(2.0, 5.0, 8.0))
+    strip = plot.draw(data).axes[0].collections[0].get_array()
+    np.testing.assert_array_equal(strip, plot.draw(ordered).axes[0].collections[0].get_array())
+
+
+def test_markers_of_a_large_sweep_are_rasterised_and_text_is_not() -> None:
+    large = make_results(rotary_speed=np.linspace(1, 8, 231), procedures=("up", "down"))
+    assert sum(np.isfinite(large[name]).sum() for name in PEAKS) > MANY_MARKERS
+    figure = plot.draw(large)
+    assert all(line.get_rasterized() for name in PEAKS for line in drawn(figure, f"{name}:"))
+    assert not any(text.get_rasterized() for text in figure.legends[0].get_texts())
+    assert not any(line.get_rasterized() for line in drawn(plot.draw(make_results()), "axial_peaks:"))
+
+
+def test_words_stay_on_the_paper(speeds: Results) -> None:
+    """No label is clipped: all words of the figure lie within it."""
+    for figure in (plot.draw(speeds), plot.draw(speeds, "summary", units="field")):
+        box, page = figure.get_tightbbox(), figure.bbox_inches
+        assert box.x0 >= -0.01
+        assert box.y0 >= -0.01
+        assert box.x1 <= page.x1 + 0.01
+        assert box.y1 <= page.y1 + 0.01
+
+
+def test_summary_draws_values_of_good_points_and_marks_those_beyond(speeds: Results) -> None:
+    speeds["status"][0, 0, 0, 3] = OK
+    speeds["whirl_ratio"][0, 0, 0, 3] = 1e6
+    speeds["status"][0, 0, 0, 9] = DIVERGED
+    figure = plot.draw(speeds, "summary")
+    [line] = [line for line in drawn(figure, "lift_off_fraction:up")]
+    good = speeds["status"][0, 0, 0] == OK
+    np.testing.assert_allclose(line.get_ydata()[good], speeds["lift_off_fraction"][0, 0, 0][good] * 100)
+    assert np.isnan(line.get_ydata()[~good]).all()
+    [beyond] = drawn(figure, "whirl_ratio:up:beyond")
+    assert list(beyond.get_xdata()) == [speeds.coords["rotary_speed"][3]]
+    assert panel(figure, "Whirl ratio").get_ylim()[1] < 2
+
+
+def test_severity_bands(speeds: Results) -> None:
+    axes = panel(plot.draw(speeds, "summary"), "Stick-slip index [%]")
+    starts = [patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")]
+    assert starts == [0, 40, 60, 80, 100]  # the severity table of the directional-drilling paper
+
+
+def test_edges_and_intervals() -> None:
+    np.testing.assert_allclose(edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
+    np.testing.assert_allclose(edges(np.array([3.0])), [2.85, 3.15])
+    assert intervals(np.array([1, 1, 0, 1], bool), np.arange(5.0)) == [(0.0, 2.0), (3.0, 4.0)]
+    assert intervals(np.zeros(3, bool), np.arange(4.0)) == []
+
+
+def test_robust_limits_keep_all_but_the_wild() -> None:
+    assert robust_limits(np.linspace(0, 1, 101)) == (0.0, 1.0)
+    assert robust_limits(np.append(np.linspace(0, 1, 101), 1e6))[1] < 1.01
+    assert robust_limits(np.array([np.nan])) == (0.0, 1.0)
+    assert robust_limits(np.array([2.0, 2.0])) == (1.0, 3.0)

@@ -1,0 +1,115 @@
+"""Pictures of one trajectory: nothing of it is lost by drawing fewer samples."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from made_up import GAP, make_trace
+from matplotlib.patches import Circle
+
+from nsdrill import plot
+from nsdrill.data import Trace
+from nsdrill.errors import InputError
+from nsdrill.plot.decimation import envelope
+
+
+def line(figure, gid: str):
+    return next(one for axes in figure.axes for one in axes.get_lines() if one.get_gid() == gid)
+
+
+def axes_of(trace: Trace, kind: str):
+    figure = plot.draw(trace, kind)
+    return [axes for sub in (figure.subfigs or [figure]) for axes in sub.axes]
+
+
+def test_the_page_holds_everything(trace: Trace) -> None:
+    labels = [(axes.get_xlabel(), axes.get_ylabel()) for axes in axes_of(trace, "trace")]
+    assert [y for _, y in labels[:6]] == [
+        "$z$ [mm]", "Bit speed [rad/s]", "$r$ [mm]", "Bit force [kN]", "Bit torque [kN m]", "Wall force [kN]",
+    ]  # fmt: skip
+    assert labels[5][0] == "Time [s]"
+    assert labels[6:] == [
+        ("$x$ [mm]", "$y$ [mm]"), ("$z$ [mm]", "$\\dot z$ [m/s]"), ("Twist [rad]", "Bit speed [rad/s]"),
+        ("$r$ [mm]", "$\\dot r$ [m/s]"),
+    ]  # fmt: skip
+
+
+def test_title_tells_the_operating_point(trace: Trace) -> None:
+    lines = plot.draw(trace, "phase").get_suptitle().splitlines()
+    assert lines == ["Speed sweep, state carried", "5000 m, 66.72 kN, 3 rad/s, carried down"]
+    assert "16404 ft, 15 klbf, 28.65 rpm" in plot.draw(trace, "phase", units="field").get_suptitle()
+
+
+@pytest.mark.parametrize("name", ["z", "bit_speed", "radius", "wall_force"])
+def test_histories_keep_every_extreme(name: str) -> None:
+    trace = make_trace(duration=500.0, sample=0.01)
+    drawn = line(plot.draw(trace, "histories"), f"history:{name}")
+    scale = {"z": 1e-3, "bit_speed": 1.0, "radius": 1e-3, "wall_force": 1e3}[name]
+    assert len(drawn.get_xdata()) < len(trace.time) / 10
+    assert np.max(drawn.get_ydata()) * scale == pytest.approx(trace[name].max(), rel=1e-12)
+    assert np.min(drawn.get_ydata()) * scale == pytest.approx(trace[name].min(), rel=1e-12)
+
+
+def test_reference_lines(trace: Trace) -> None:
+    figure = plot.draw(trace, "histories")
+    assert line(figure, "drive speed").get_ydata()[0] == 3.0
+    assert line(figure, "wall").get_ydata()[0] == pytest.approx(GAP * 1e3)
+
+
+def test_orbit_in_the_hole(trace: Trace) -> None:
+    figure = plot.draw(trace, "orbit")
+    [axes] = figure.axes
+    [wall] = [patch for patch in axes.patches if isinstance(patch, Circle)]
+    assert wall.get_radius() == pytest.approx(GAP * 1e3)
+    assert axes.get_aspect() == 1.0
+    on_wall = line(figure, "orbit:wall").get_ydata()
+    shown = trace["wall_force"][-len(on_wall):] > 0
+    np.testing.assert_array_equal(np.isfinite(on_wall), shown)
+
+
+def test_the_part_that_is_shown_is_said(trace: Trace) -> None:
+    # 20 turns at 3 rad/s take 41.9 s
+    assert plot.draw(trace, "phase").axes[0].get_title() == "last 41.9 s"
+    short = make_trace(duration=20.0)
+    figure = plot.draw(short, "phase")
+    assert figure.axes[0].get_title() == ""
+    assert len(line(figure, "phase:twist").get_xdata()) == len(short.time)
+
+
+def test_a_trace_without_attributes_is_drawn(trace: Trace) -> None:
+    trace.attrs.clear()
+    for kind in ("trace", "phase"):
+        plot.draw(trace, kind)
+
+
+def test_a_trace_that_ends_in_nan_is_drawn(trace: Trace) -> None:
+    for values in trace.variables.values():
+        values[len(trace.time) // 3 :] = np.nan
+    for kind in ("histories", "orbit"):
+        plot.draw(trace, kind)
+
+
+def test_one_sample_is_no_line(trace: Trace) -> None:
+    short = Trace(trace.time[:1], {name: values[:1] for name, values in trace.variables.items()})
+    with pytest.raises(InputError, match="two or more"):
+        plot.draw(short)
+
+
+def test_a_million_samples_take_seconds_at_most() -> None:
+    trace = make_trace(duration=1000.0, sample=0.001)
+    start = time.perf_counter()
+    figure = plot.draw(trace)
+    assert time.perf_counter() - start < 5
+    drawn = [one for sub in figure.subfigs for axes in sub.axes for one in axes.get_lines()]
+    assert sum(len(one.get_xdata()) for one in drawn) < 400_000
+
+
+def test_envelope() -> None:
+    t = np.arange(10.0)
+    assert envelope(t, t, 5) == (t, t) or np.array_equal(envelope(t, t, 5)[1], t)  # short enough already
+    kept_t, kept = envelope(t, np.array([0, 9, 1, 2, 3, 3, -5, 4, 4, 4.0]), 2)
+    assert list(kept_t) == [0, 1, 6, 7]
+    assert list(kept) == [0, 9, -5, 4]
+    assert np.isnan(envelope(t, np.full(10, np.nan), 2)[1]).all()
