@@ -209,7 +209,8 @@ class _Builder:
             assert top.key is not None
             path = (*top.path, top.key)
             top.data[top.key], top.key = value, None
-        self.document.values[path] = _place(event)
+        empty = value is None and path in self.document.keys  # the parser places it where the next thing begins
+        self.document.values[path] = self.document.keys[path] if empty else _place(event)
         if anchor and event.anchor and type(event).__name__ == "ScalarEvent":
             self.anchors[event.anchor] = (value, 1)
         return path

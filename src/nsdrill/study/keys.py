@@ -119,15 +119,17 @@ class Leaf:
         if isinstance(raw, bool) or not isinstance(raw, int | float):
             hint = None
             if isinstance(raw, str):
-                hint = "Here stands a number without quotes and without a unit."
+                hint = "Write it bare, without quotes or unit."
             raise QuantityError(shown(raw), self.allowed(), hint)
         if not math.isfinite(raw) or (self.kind == "whole" and raw != int(raw)):
             raise QuantityError(shown(raw), self.allowed())
         return int(raw) if self.kind == "whole" else float(raw) + 0.0
 
     def _range(self) -> str:
-        low = "" if self.low == -math.inf else f"{'above' if self.strict else 'at least'} {_bound(self.low)}"
-        high = "" if self.high == math.inf else f"at most {_bound(self.high)}"
+        if self.low == self.high:
+            return f", {bound_text(self.low)}"
+        low = "" if self.low == -math.inf else f"{'above' if self.strict else 'at least'} {bound_text(self.low)}"
+        high = "" if self.high == math.inf else f"at most {bound_text(self.high)}"
         if low and high:
             return f", {low} and {high}"
         return f", {low or high}" if low or high else ""
@@ -195,5 +197,6 @@ def _either(names: tuple[str, ...]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
 
 
-def _bound(value: float) -> str:
-    return f"{value:g}"
+def bound_text(value: float) -> str:
+    """The end of a range, in words: 100 000 000 rather than 1e+08."""
+    return f"{value:,.0f}".replace(",", " ") if abs(value) >= 1e4 else f"{value:g}"

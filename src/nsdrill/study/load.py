@@ -94,12 +94,18 @@ def _validate(document: Document, stand_in: bool = False) -> tuple[dict[str, Any
         return study_model().model_validate(data).model_dump(exclude_unset=True, by_alias=True), [], set()
     except ValidationError as error:
         details = error.errors(include_url=False)
-    paths = [_path(detail["loc"]) for detail in details]
-    faults = [_fault(document, path, detail) for path, detail in zip(paths, details, strict=True)]
-    rest = _without(data, [path[:2] if path[0] == "sweep" else path for path in paths])
-    rest.setdefault("sweep", {})
-    given = study_model().model_validate(rest).model_dump(exclude_unset=True, by_alias=True)
-    return given, faults[:_MOST_FAULTS], {dotted(path) for path in paths}
+    faults = [_fault(document, _path(detail["loc"]), detail) for detail in details]
+    faulty = {fault.key for fault in faults}
+    while True:  # more than once where taking one value out shows another in a new light, a law and its stiffness
+        paths = [_path(detail["loc"]) for detail in details]
+        faulty |= {dotted(path) for path in paths}
+        data = {"sweep": {}, **_without(data, [path[:2] if path[0] == "sweep" else path for path in paths])}
+        try:
+            given = study_model().model_validate(data).model_dump(exclude_unset=True, by_alias=True)
+        except ValidationError as error:
+            details = error.errors(include_url=False)
+        else:
+            return given, faults[:_MOST_FAULTS], faulty
 
 
 def _path(loc: tuple[str | int, ...]) -> KeyPath:

@@ -25,7 +25,7 @@ def apply(document: Document, overrides: Sequence[str]) -> None:
             parsed = parse(value, label)
         except StudyError as error:
             found = f"{error.faults[0].found} ({label})"
-            document.faults.append(Fault(dotted(path), found, error.faults[0].allowed))
+            document.faults.append(Fault(dotted(path), found, "a value in YAML"))
             continue
         document.faults.extend(parsed.faults)
         _put(document, path, parsed.data if value.strip() else None, Place(override=label))

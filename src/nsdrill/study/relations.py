@@ -8,7 +8,7 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.study.document import Document, KeyPath, dotted
-from nsdrill.study.keys import Leaf, shown
+from nsdrill.study.keys import Leaf, bound_text, shown
 from nsdrill.study.study import AXES
 from nsdrill.units import USUAL, format_quantity
 
@@ -113,7 +113,7 @@ class Checker:
             return
         total = math.prod(size(sweep[axis]) for axis in swept)
         if total > MOST_POINTS:
-            yield self.fault("sweep", f"{total:.3g} points over all axes", f"at most {MOST_POINTS:.0e}")
+            yield self.fault("sweep", f"{total:.3g} points over all axes", f"at most {bound_text(MOST_POINTS)}")
         along = sweep["along"]
         if along is not None and along not in swept:
             yield self.fault("sweep.along", f"{along}, which is not swept", f"a swept axis: {' or '.join(swept)}")

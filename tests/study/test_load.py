@@ -1,0 +1,233 @@
+"""From text to a study: values, and every fault with its line, key, what was found and what is allowed."""
+
+import numpy as np
+import pytest
+
+from nsdrill.errors import Fault, StudyError
+from nsdrill.model.parameters import Collar, Friction, Parameters, Pipe, Well
+from nsdrill.observe.thresholds import Thresholds
+from nsdrill.study import change_thresholds, parse_study
+
+SWEEP = "sweep: {depth: [1000 m, 2000 m]}\n"
+
+
+def faults(text: str, *overrides: str) -> list[Fault]:
+    with pytest.raises(StudyError) as caught:
+        parse_study(text, "s.yaml", overrides)
+    return caught.value.faults
+
+
+def test_only_the_sweep_is_needed() -> None:
+    study = parse_study(SWEEP)
+    assert study.parameters == Parameters()
+    assert study.thresholds == Thresholds()
+    assert study.swept == ("depth",)
+    assert {name: axis.tolist() for name, axis in study.axes.items()} == {
+        "depth": [1000.0, 2000.0], "wob": [22240.0], "rotary_speed": [3.0],
+    }  # fmt: skip
+    assert (study.procedure, study.along, study.title) == ("same", None, "")
+
+
+def test_values_come_out_in_si() -> None:
+    study = parse_study(
+        "title: T\n"
+        "drillstring: {collar: {outer_diameter: 8 in}, lateral_softening: static}\n"
+        "well: {law: hertz, stiffness: 2 GN/m^1.5}\nbit: {lobes: 1, cutting: {c1: 1e-6}}\n"
+        "operation: {wob: 5 klbf}\ninitial: {z: -1 mm, bit_speed: 60 rpm, drive_angle: 0 rad}\n"
+        "sweep: {rotary_speed: {from: 60 rpm, to: 1 rev/s, points: 2}}\n".replace("1 rev/s", "2 rev/s")
+        + "simulation: {transient: 2 min, rtol: 1.0e-9, max_steps: 1e6}\n"
+        "classify: {stuck_below: 1 rpm, whirl: {direction: 0.2}}\nrecord: {peaks: 0}\n"
+    )
+    assert study.parameters.drillstring.collar == Collar(outer_diameter=8 * 0.0254)
+    assert study.parameters.drillstring.lateral_softening == "static"
+    assert study.parameters.well == Well(stiffness=2e9, law="hertz")
+    assert (study.parameters.bit.lobes, study.parameters.bit.cutting.c1) == (1, 1e-6)
+    assert study.initial.z == -1e-3
+    assert study.initial.bit_speed == 2 * np.pi
+    assert study.axes["rotary_speed"].tolist() == [2 * np.pi, 4 * np.pi]
+    assert study.axes["wob"].tolist() == [22241.1080763025]
+    assert (study.simulation.transient, study.simulation.max_steps, study.record.peaks) == (120.0, 1_000_000, 0)
+    assert isinstance(study.simulation.max_steps, int)
+    assert study.thresholds.whirl.direction == 0.2
+
+
+@pytest.mark.parametrize(
+    ("axis", "values"),
+    [
+        ("{from: 500 m, to: 900 m, points: 3}", [500.0, 700.0, 900.0]),
+        ("{from: 900 m, to: 500 m, points: 3}", [500.0, 700.0, 900.0]),
+        ("[900 m, 500 m]", [500.0, 900.0]),
+        ("1 km", [1000.0]),
+    ],
+)
+def test_axes_ascend(axis: str, values: list[float]) -> None:
+    assert parse_study(f"sweep: {{depth: {axis}}}").axes["depth"].tolist() == values
+
+
+def test_a_carried_state_needs_its_axis() -> None:
+    assert parse_study("sweep: {depth: [1 km, 2 km], procedure: up}").along == "depth"
+    two = "sweep: {depth: [1 km, 2 km], wob: [1 kN, 2 kN], procedure: up-down"
+    assert parse_study(two + ", along: wob}").along == "wob"
+    (fault,) = faults(two + "}")
+    assert fault.key == "sweep.along"
+    assert "depth or wob" in fault.allowed
+    (fault,) = faults(two + ", along: rotary_speed}")
+    assert "not swept" in fault.found
+    assert parse_study("sweep: {depth: [1 km, 2 km], along: wob}").along is None
+
+
+def test_all_faults_are_told_at_once_in_the_order_of_the_file() -> None:
+    found = faults(
+        SWEEP
+        + "operatoin: {}\n"
+        + "operation:\n  wbo: 3 kN\n  wob: 5 t\n  depth: 30\n  rotary_speed: 2 Hz\n"
+        + "mud: {density: -3 kg/m^3, drag: true}\n"
+        + "bit:\n  lobes: 3.5\n  cutting: {c1: .nan}\n"
+        + "drillstring: {pipe: {inner_diameter: 6 in}}\n"
+    )
+    assert [(fault.line, fault.key) for fault in found] == [
+        (2, "operatoin"), (4, "operation.wbo"), (5, "operation.wob"), (6, "operation.depth"),
+        (7, "operation.rotary_speed"), (8, "mud.density"), (8, "mud.drag"), (10, "bit.lobes"), (11, "bit.cutting.c1"),
+        (12, "drillstring.pipe.inner_diameter"),
+    ]  # fmt: skip
+    by_key = {fault.key: fault for fault in found}
+    assert by_key["operatoin"].suggestion == "Did you mean operation?"
+    assert by_key["operation.wbo"].suggestion == "Did you mean operation.wob?"
+    assert by_key["operation.wbo"].allowed == "depth, wob, rotary_speed"
+    assert by_key["operation.depth"].found == "the number 30 without a unit"
+    assert "m, mm, in or ft" in by_key["operation.depth"].allowed
+    assert by_key["operation.wob"].column == 8
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "key", "says"),
+    [
+        ("drillstring:\n  collar: {outer_diameter: 16 in}", 3, "drillstring.collar.outer_diameter", "well.diameter"),
+        ("well:\n  diameter: 5 in\n", 3, "well.diameter", "9 in (the default)"),
+        ("drillstring:\n  collar:\n    span: 300 m\n", 4, "drillstring.collar.span", "at most"),
+        ("drillstring:\n  pipe:\n    outer_diameter: 4 in\n", 4, "drillstring.pipe.outer_diameter", "above"),
+        ("well: {friction: {static: 0.1}}", 2, "well.friction.static", "at least"),
+        ("bit:\n  friction:\n    static: 0.3\n    dynamic: 0.4\n", 5, "bit.friction.dynamic", "at most"),
+        ("initial: {x: 60 mm, y: 60 mm}", 2, "initial.x", "76.2 mm"),
+        ("classify: {stick_slip: {medium_index: 30}}", 2, "classify.stick_slip.medium_index", "above"),
+        ("well: {stiffness: 25 MN/m^1.5}", 2, "well.stiffness", "law: hertz takes N/m^1.5"),
+        ("well: {law: hertz, stiffness: 25 MN/m}", 2, "well.stiffness", "law: linear takes N/m"),
+        ("well: {law: herz, stiffness: 25 MN/m^1.5}", 2, "well.law", "Did you mean hertz?"),
+        ("simulation: {rtol: 1}", 2, "simulation.rtol", "at most 0.01"),
+        ("simulation: {observe: 0 s}", 2, "simulation.observe", "above 0"),
+        ("simulation: {max_steps: 10}", 2, "simulation.max_steps", "at least 1000"),
+        ("record: {poincare: 3}", 2, "record.poincare", "not available in this version"),
+        ("record: {peaks: 1001}", 2, "record.peaks", "at most 1000"),
+        ("operation: {depth: .inf}", 2, "operation.depth", "inf"),
+        ("operation: {depth: 150 m}", 2, "operation.depth", "above drillstring.collar.length"),
+        ("operation: {wob: -1 kN}", 2, "operation.wob", "at least 0"),
+        ("operation: 5", 2, "operation", "a mapping with the keys depth, wob, rotary_speed"),
+        ("initial: {vx: null}", 2, "initial.vx", "nothing"),
+        ("mud: {drag: '1'}", 2, "mud.drag", "without quotes or unit"),
+        ("mud: {drag: 1_000}", 2, "mud.drag", "1_000"),
+        ("title: 5", 2, "title", "in quotes"),
+        ("wob: 3 kN", 2, "wob", "operation.wob or sweep.wob"),
+        ("mud: {drag: 1, drag: 2}", 2, "mud.drag", "a second time"),
+        ("<<: {mud: 3}", 2, "<<", "unknown"),
+    ],
+)
+def test_one_fault(text: str, line: int, key: str, says: str) -> None:
+    (fault,) = faults(SWEEP + text)
+    assert (fault.line, fault.key) == (line, key)
+    assert says in f"{fault.found} {fault.allowed} {fault.suggestion}"
+
+
+@pytest.mark.parametrize(
+    ("sweep", "key", "says"),
+    [
+        ("{}", "sweep", "at least one axis"),
+        ("{procedure: up}", "sweep", "at least one axis"),
+        ("{depth: [100 m, 500 m]}", "sweep.depth[0]", "collars"),
+        ("{depth: {from: 500 m, to: 100 m, points: 3}}", "sweep.depth.to", "collars"),
+        ("{depth: {from: 500 m, to: 500 m, points: 3}}", "sweep.depth", "the same"),
+        ("{depth: {from: 500 m, to: 600 m, points: 1}}", "sweep.depth.points", "at least 2"),
+        ("{depth: {from: 500 m, to: 600 m}}", "sweep.depth.points", "from, to and points"),
+        ("{depth: [1 km, 1000 m]}", "sweep.depth[1]", "each value once"),
+        ("{depth: [1 km, 30]}", "sweep.depth[1]", "without a unit"),
+        ("{depth: []}", "sweep.depth", "at least one value"),
+        ("{depth: null}", "sweep.depth", "null"),
+        ("{rotary_speed: [0 rpm]}", "sweep.rotary_speed[0]", "above 0"),
+        ("{wob: {from: 0 N, to: 1 N, points: 9999}, depth: {from: 1 km, to: 2 km, points: 20000}}", "sweep", "100 000"),
+        ("{wob: {from: 0 N, to: 1 kN, points: 1000000000}}", "sweep.wob.points", "100 000 000"),
+        ("{wob: [1 kN], procedure: sideways}", "sweep.procedure", "same, up, down or up-down"),
+        ("{wob: [1 kN], along: dpth}", "sweep.along", "Did you mean depth?"),
+    ],
+)
+def test_one_fault_of_the_sweep(sweep: str, key: str, says: str) -> None:
+    (fault,) = faults(f"sweep: {sweep}")
+    assert fault.key == key
+    assert fault.line == 1
+    assert says in f"{fault.found} {fault.allowed} {fault.suggestion}"
+
+
+def test_a_default_depth_that_is_swept_over_does_not_matter() -> None:
+    study = parse_study("drillstring: {collar: {length: 6000 m}}\nsweep: {depth: [7000 m]}")
+    assert study.axes["depth"].tolist() == [7000.0]
+
+
+@pytest.mark.parametrize(
+    ("record", "text"),
+    [
+        (lambda: Collar(inner_diameter=0.3), "drillstring: {collar: {inner_diameter: 0.3 m}}"),
+        (lambda: Collar(span=300.0), "drillstring: {collar: {span: 300 m}}"),
+        (lambda: Pipe(inner_diameter=0.2), "drillstring: {pipe: {inner_diameter: 0.2 m}}"),
+        (lambda: Friction(dynamic=0.5), "well: {friction: {dynamic: 0.5}}"),
+        (lambda: Parameters(well=Well(diameter=0.2)), "well: {diameter: 0.2 m}"),
+    ],
+)
+def test_what_the_model_refuses_is_a_fault_with_a_line(record, text: str) -> None:  # type: ignore[no-untyped-def]
+    with pytest.raises(ValueError, match="allowed"):
+        record()
+    (fault,) = faults(SWEEP + text)
+    assert fault.line == 2
+
+
+def test_overrides() -> None:
+    study = parse_study(SWEEP, "s", ["operation.wob=30 kN", "sweep.depth=[3 km, 4 km, 5 km]", "mud.drag=2"])
+    assert study.operation.wob == 30e3
+    assert study.axes["depth"].tolist() == [3000.0, 4000.0, 5000.0]
+    assert study.parameters.mud.drag == 2.0
+    assert study.overrides == ("operation.wob=30 kN", "sweep.depth=[3 km, 4 km, 5 km]", "mud.drag=2")
+    span = "sweep: {depth: {from: 500 m, to: 900 m, points: 3}}"
+    assert len(parse_study(span, "s", ["sweep.depth.points=5"]).axes["depth"]) == 5
+    assert parse_study(span, "s", ["sweep.procedure=up"]).along == "depth"
+    assert parse_study("operation:\n", "s", ["sweep.wob=1 kN"]).swept == ("wob",)
+    assert parse_study(SWEEP, "s", ["mud.drag=2", "mud={density: 1 kg/m^3}"]).parameters.mud.drag == 1.0
+
+
+@pytest.mark.parametrize(
+    ("override", "key", "says"),
+    [
+        ("operation.wbo=30 kN", "operation.wbo", "Did you mean operation.wob?"),
+        ("operatoin.wob=30 kN", "operatoin", "Did you mean operation?"),
+        ("operation.wob=30", "operation.wob", "without a unit"),
+        ("operation.wob=", "operation.wob", "nothing"),
+        ("operation.wob=[", "operation.wob", "a value in YAML"),
+        ("sweep.depth.points=3", "sweep.depth", "a list"),
+        ("drillstring.collar.span=300 m", "drillstring.collar.span", "at most"),
+        ("sweep.depth=[100 m]", "sweep.depth[0]", "collars"),
+        ("operation.wob", "", "--set key=value"),
+        ("=3", "", "--set key=value"),
+        ("a..b=3", "", "--set key=value"),
+    ],
+)
+def test_a_bad_override_is_named(override: str, key: str, says: str) -> None:
+    (fault,) = faults(SWEEP, override)
+    assert (fault.key, fault.line) == (key, None)
+    assert f"--set {override}" in fault.found
+    assert says in f"{fault.found} {fault.allowed} {fault.suggestion}"
+
+
+def test_thresholds_of_a_finished_file() -> None:
+    changed = change_thresholds(Thresholds(), ["classify.whirl.direction=0.2"])
+    assert changed.whirl.direction == 0.2
+    assert changed.stick_slip == Thresholds().stick_slip
+    refused = ("classify.stuck_below=3 rpm", "operation.wob=3 kN", "classify.stick_slip.severe_index=3", "classify=3")
+    for override in refused:
+        with pytest.raises(StudyError):
+            change_thresholds(Thresholds(), [override])

@@ -1,0 +1,154 @@
+"""Quantities: exact factors, dimensions with angle among them, and input that means no good."""
+
+import contextlib
+import math
+import subprocess
+import sys
+import time
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from nsdrill import units
+from nsdrill.units import QuantityError, exact_text, format_quantity, from_si, to_si
+
+LBF = 4.4482216152605  # N, exact: 0.45359237 kg x 9.80665 m/s^2
+
+
+@pytest.mark.parametrize(
+    ("text", "si", "value"),
+    [
+        ("15 in", "m", 0.381),
+        ("9 in", "m", 0.2286),  # not the 0.22859999999999997 of 9 * 0.0254
+        ("10000 ft", "m", 3048.0),
+        ("22.24 kN", "N", 22240.0),
+        ("12 tonne_force", "N", 117679.8),  # 12000 kg x 9.80665 m/s^2
+        ("60 rpm", "rad/s", 2 * math.pi),
+        ("5 rpm", "rad/s", 5 * math.pi / 30),
+        ("1 rev/s", "rad/s", 2 * math.pi),
+        ("180 deg", "rad", math.pi),
+        ("25 MN/m", "N/m", 25e6),
+        ("25 MN/m^1.5", "N/m^1.5", 25e6),
+        ("25 MN/m^(3/2)", "N/m^1.5", 25e6),
+        ("50 N*m*s/rad", "N m s/rad", 50.0),
+        ("50 N·m·s/rad", "N m s/rad", 50.0),
+        ("50 N m s / rad", "N m s/rad", 50.0),
+        ("500 s/rad", "s/rad", 500.0),
+        ("4 kN/(m/s)", "N s/m", 4000.0),
+        ("7.85 g/cm³", "kg/m^3", 7850.0),
+        ("7850 kg/m3", "kg/m^3", 7850.0),
+        ("7850 kg m⁻³", "kg/m^3", 7850.0),
+        ("5m", "m", 5.0),
+        ("-0 m", "m", 0.0),
+        ("\u22125 m", "m", -5.0),
+        ("1e-3 m", "m", 1e-3),
+    ],
+)
+def test_reads_what_people_write(text: str, si: str, value: float) -> None:
+    assert to_si(text, si) == value
+    assert math.copysign(1.0, to_si(text, si)) == math.copysign(1.0, value)
+
+
+def test_thousand_pound_force_is_exact() -> None:
+    assert abs(to_si("5 klbf", "N") - 5 * 1000 * LBF) <= math.ulp(22241.0)
+    assert to_si("5 klbf", "N") == 22241.1080763025
+
+
+@pytest.mark.parametrize("text", ["5 t", "5 kg", "5 tonne", "5 lb", "5 klb", "5 ton"])
+def test_a_mass_is_no_weight_on_bit(text: str) -> None:
+    with pytest.raises(QuantityError, match=r"a mass.*not of force: write kN, klbf, lbf or tonne_force"):
+        to_si(text, "N")
+
+
+@pytest.mark.parametrize("text", ["3 Hz", "3 1/s", "3 s^-1", "180 1/min"])
+def test_a_frequency_is_no_speed_of_rotation(text: str) -> None:
+    with pytest.raises(QuantityError, match="revolutions or radians: write rpm or rad/s"):
+        to_si(text, "rad/s")
+
+
+def test_damping_without_its_radian_is_refused() -> None:
+    with pytest.raises(QuantityError, match=r"N\*m\*s/rad"):
+        to_si("50 N*m*s", "N m s/rad")
+
+
+@pytest.mark.parametrize(("text", "meant"), [("5 KN", "kN"), ("5 KLBF", "klbf")])
+def test_capitals_are_suggested(text: str, meant: str) -> None:
+    with pytest.raises(QuantityError, match=f"Did you mean {meant}"):
+        to_si(text, "N")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", " ", "5", "m", "m 5", "nan m", "inf m", "-inf m", "1e999 m", "1e-999 m", "1e308 km", "1e9999999999999 m",
+        "9**9**9 m", "5 m + 3 ft", "5 m - 3 m", "5 m**9999999", "5 m^99", "__import__", "5 __import__('os')", "5 m//m",
+        "in" * 10000, "5 " + "in" * 10000, "9" * 100000 + " m", "5 " + "(" * 70 + "m", "5 )m(", "5 m/", "5 *m", "1,5 m",
+        "5 m; 3", "5 m\n3", "٣ m", "5 dB", "5 degC", "5 %", "5 \x00", "5 m_", "5 m^^2", "1_000 m", "0x10 m", "5 [m]",
+    ],
+)  # fmt: skip
+def test_anything_else_is_a_clear_error_at_once(text: str) -> None:
+    start = time.perf_counter()
+    with pytest.raises(QuantityError) as caught:
+        to_si(text, "m")
+    assert time.perf_counter() - start < 1.0
+    assert "m, mm, in or ft" in str(caught.value)
+    assert len(str(caught.value)) < 400
+
+
+def test_every_unit_that_pint_knows_is_read_or_refused() -> None:
+    for name in list(units._registry()._units):
+        for si in ("m", "rad/s"):
+            with contextlib.suppress(QuantityError):
+                assert math.isfinite(to_si(f"5 {name}", si))
+
+
+def test_every_suggested_unit_would_do() -> None:
+    for si, names in units.USUAL.items():
+        for name in names:
+            assert to_si(f"1 {name}", si) > 0.0
+    for table in (units.ENGINEERING, units.FIELD):
+        for si, name in table.items():
+            assert to_si(f"1 {name}", si) > 0.0
+
+
+pairs = st.sampled_from([(si, name) for si, names in units.USUAL.items() for name in names])
+magnitudes = st.floats(1e-9, 1e12) | st.floats(-1e12, -1e-9)
+
+
+@given(pairs, magnitudes)
+def test_units_round_trip(pair: tuple[str, str], value: float) -> None:
+    si, name = pair
+    assert to_si(f"{from_si(value, name)!r} {name}", si) == pytest.approx(value, rel=1e-12)
+
+
+@given(st.sampled_from(list(units.USUAL)), magnitudes)
+def test_exact_text_is_exact(si: str, value: float) -> None:
+    assert to_si(exact_text(value, si), si) == value
+
+
+@given(st.text(max_size=60) | st.from_regex(r"[0-9.eE+\-]{1,5} ?[a-z*/^()0-9. ]{0,20}", fullmatch=True))
+@settings(max_examples=300)
+def test_no_text_raises_anything_else(text: str) -> None:
+    with contextlib.suppress(QuantityError):
+        assert math.isfinite(to_si(text, "N/m"))
+
+
+def test_display() -> None:
+    assert format_quantity(22240.0, "kN") == "22.24 kN"
+    assert format_quantity(2 * math.pi, "rpm") == "60 rpm"
+    assert format_quantity(3048.0, "ft") == "10000 ft"
+    assert format_quantity(7850.0, "kg/m^3") == "7850 kg/m^3"
+    assert format_quantity(math.nan, "kN") == "nan kN"
+    assert [exact_text(*item) for item in ((0.2286, "m"), (0.0127, "m"), (22240.0, "N"), (25e6, "N/m"))] == [
+        "9 in", "12.7 mm", "22.24 kN", "25 MN/m",
+    ]  # fmt: skip
+
+
+def test_pint_is_loaded_late() -> None:
+    code = (
+        "import sys, nsdrill.units, nsdrill.study.study, nsdrill.study.resolved;"
+        "print([name for name in ('pint', 'pydantic', 'ruamel') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
