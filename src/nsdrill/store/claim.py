@@ -9,7 +9,8 @@ from typing import Literal
 
 from nsdrill.errors import FileError
 from nsdrill.store.files import reason
-from nsdrill.store.log import MAGIC, RunLog, part_path
+from nsdrill.store.log import RunLog, part_path
+from nsdrill.store.log_header import MAGIC
 
 Claim = Literal["new", "resume", "finished"]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import time
 from collections.abc import Iterator
@@ -14,11 +15,11 @@ _STALE_SECONDS = 600.0
 
 
 @contextmanager
-def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
+def replacing(path: str | os.PathLike[str], remedy: str = "Make room or choose another folder.") -> Iterator[Path]:
     """Yield a temporary name in the folder of ``path``; what was written there takes the name ``path`` at the end.
 
     Whatever goes wrong, ``path`` is untouched and the temporary file is removed. Errors of the system, of a full disk
-    say, become NsdrillError.
+    say, become NsdrillError that ends with ``remedy``.
     """
     target = Path(os.path.realpath(path))  # a link stays a link; its target is replaced
     _sweep_away(target)
@@ -35,7 +36,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[Path]:
     except InputError:
         raise
     except (OSError, RuntimeError) as error:  # h5py reports a failed flush as either
-        raise NsdrillError(f"{path}: could not be written: {reason(error)}. Nothing was changed.") from error
+        raise NsdrillError(f"{path}: could not be written: {reason(error)}. Nothing was changed. {remedy}") from error
     finally:
         with suppress(OSError):
             temporary.unlink()
@@ -55,6 +56,34 @@ def sync_folder(folder: Path) -> None:
         pass  # some network file systems refuse this; the file itself is safe
     finally:
         os.close(fd)
+
+
+def publish(temporary: Path, path: Path) -> None:
+    """Give the finished ``temporary`` its name; FileExistsError if that is taken."""
+    try:
+        os.link(temporary, path)
+    except OSError as error:
+        if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK):
+            raise
+        if path.exists():  # a file system without links: the check and the rename are two steps
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path)) from error
+        os.rename(temporary, path)
+
+
+def check_room(path: Path, size: int) -> None:
+    """OSError now rather than hours later if the disk cannot hold the finished log."""
+    disk = os.statvfs(path.parent)
+    if disk.f_bavail * disk.f_frsize < size:
+        free = disk.f_bavail * disk.f_frsize / 1e6
+        raise OSError(errno.ENOSPC, f"the points need {size / 1e6:.0f} MB, the disk has {free:.0f} MB free")
+
+
+def write_at(fd: int, data: bytes | memoryview, position: int) -> None:
+    """Write all of ``data`` at ``position``; a short write goes on where it stopped."""
+    view = memoryview(data)
+    while len(view):
+        written = os.pwrite(fd, view, position)
+        view, position = view[written:], position + written
 
 
 def reason(error: BaseException) -> str:

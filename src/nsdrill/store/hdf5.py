@@ -25,21 +25,26 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.errors import FileError
 from nsdrill.store.files import reason
-from nsdrill.store.log import MAGIC as LOG_MAGIC
+from nsdrill.store.forgiving import ForgivingFile
 from nsdrill.store.log import part_path
+from nsdrill.store.log_header import MAGIC as LOG_MAGIC
 from nsdrill.variables import COORDINATES, FORMAT_VERSION, Variable
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _SEAL = struct.Struct("<8sQ32s")
 _SEAL_MAGIC = b"nsdrill\x1a"
 _COMPACT_BYTES = 8192  # HDF5 allows 64 KiB in an object header; with more than this, chunks are as small
+_PROBE_SECONDS = 20.0
 _PROBE = """
-import resource, sys
+import os, resource, sys
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
 import h5py
+size = os.stat(sys.argv[1]).st_size
 def look(name, thing):
     dict(thing.attrs)
     if isinstance(thing, h5py.Dataset):
+        if thing.nbytes > 2000 * size:  # no compression does that (deflate: 1032), so most of it is not there
+            raise ValueError(name + " claims more numbers than the file can hold")
         for part in thing.iter_chunks() if thing.chunks else [()]:
             thing[part]
 with h5py.File(sys.argv[1], "r") as file:
@@ -48,11 +53,22 @@ with h5py.File(sys.argv[1], "r") as file:
 """
 
 
-def create(path: Path) -> Any:
-    """A new HDF5 file, in the format of HDF5 1.10: checksums in the metadata, small headers, names in our order."""
+@contextmanager
+def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
+    """A new HDF5 file, or with ``edit`` the one that is there; OSError if it cannot be written in full.
+
+    The format is that of HDF5 1.10: checksums in the metadata, small headers, and names in the order of writing. There
+    is no chunk cache, which would be 8 MiB per variable: every chunk is written once and whole.
+    """
     import h5py
 
-    return h5py.File(path, "w", libver=("v110", "v110"), track_order=True)
+    options = {} if edit else {"track_order": True}
+    with ForgivingFile(path, "r+b" if edit else "x+b") as raw:
+        try:
+            with h5py.File(raw, "r+" if edit else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options) as file:
+                yield file
+        finally:
+            raw.complain()  # also in place of what HDF5 made of it
 
 
 def add_coordinate(file: Any, name: str, values: Any) -> None:
@@ -194,7 +210,7 @@ def check_readable(path: str | os.PathLike[str]) -> None:
 
 def _probe(path: str | os.PathLike[str]) -> None:
     """Read an HDF5 file without seal in a child process, which may crash or hang in our stead."""
-    seconds = 60.0 + os.stat(path).st_size / 20e6
+    seconds = _PROBE_SECONDS + os.stat(path).st_size / 20e6  # a slow disk reads 20 MB/s
     command = [sys.executable, "-c", _PROBE, os.path.abspath(path)]
     try:
         child = subprocess.run(command, capture_output=True, text=True, timeout=seconds, check=False)

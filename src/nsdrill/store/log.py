@@ -4,18 +4,13 @@ A header, then one slot of fixed size per point. Every slot is written with one 
 so a process killed at any moment leaves whole slots and slots that are seen to be damaged, nothing in between; those
 run again. The results file is made from the log when all points are there, so half a results file never exists.
 
-Layout, little-endian: magic [16], format version u4, CRC-32 u4 of the JSON text, its length u8, the JSON text, zeros up
-to a multiple of 4096, slots. The file is sparse: a point that has not run takes no space.
+The file is sparse: a point that has not run takes no space.
 """
 
 from __future__ import annotations
 
 import errno
-import json
 import os
-import stat
-import struct
-import zlib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NoReturn, Self
@@ -24,15 +19,12 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.errors import FileError, NsdrillError
-from nsdrill.store.files import reason, sync_folder, temporary_name
-from nsdrill.store.records import check_write, pending_records, raw, record_dtype, seal, slot_dtype, sound
+from nsdrill.store.files import check_room, publish, reason, sync_folder, temporary_name, write_at
+from nsdrill.store.log_header import first_slot, pack_header, read_header
+from nsdrill.store.records import check_write, pending_records, raw, seal, slot_dtype, sound
 from nsdrill.store.sink import check_header
 from nsdrill.variables import PENDING
 
-MAGIC = b"nsdrill run log\n"
-LOG_VERSION = 1
-_PREFIX = struct.Struct("<16sIIQ")
-_PAGE = 4096
 _BLOCK_BYTES = 4 << 20  # read and write in pieces of this size, so that memory does not grow with the sweep
 
 
@@ -75,23 +67,19 @@ class RunLog:
         """
         path = Path(path)
         check_header(header, n_points)
-        fields = {"header": header, "n_points": n_points, "peaks": peaks, "fields": _fields(peaks)}
-        text = json.dumps(fields, ensure_ascii=False, default=_plain).encode()
-        salt = zlib.crc32(text)
-        head = _PREFIX.pack(MAGIC, LOG_VERSION, salt, len(text)) + text
-        offset = _aligned(len(head))
-        size = offset + n_points * slot_dtype(peaks).itemsize
+        head = pack_header(header, n_points, peaks)
+        size = first_slot(len(head)) + n_points * slot_dtype(peaks).itemsize
         # Under a name of its own until the header is whole; the link then fails if another process was quicker.
         temporary = temporary_name(path)
         try:
-            _check_room(path, size)
+            check_room(path, size)
             fd = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
             try:
                 _lock(fd, path)
-                _pwrite(fd, head, 0)
+                write_at(fd, head, 0)
                 os.ftruncate(fd, size)
                 os.fsync(fd)
-                _publish(temporary, path)
+                publish(temporary, path)
                 sync_folder(path.parent)
             except BaseException:
                 os.close(fd)
@@ -107,7 +95,8 @@ class RunLog:
                 f"{path}: the run log could not be made: {reason(error)}. Nothing has run. Make room or choose "
                 "another folder with -o."
             ) from error
-        return cls(path, fd, json.loads(text), offset, salt, writable=True)
+        fields, offset, salt = read_header(fd, path)
+        return cls(path, fd, fields, offset, salt, writable=True)
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], *, writable: bool = True) -> RunLog:
@@ -124,7 +113,7 @@ class RunLog:
         try:
             if writable:
                 _lock(fd, path)
-            fields, offset, salt = _read_header(fd, path)
+            fields, offset, salt = read_header(fd, path)
             if writable:
                 # A log cut short has lost slots, no more; as long as its header is whole they run again.
                 size = offset + fields["n_points"] * slot_dtype(fields["peaks"]).itemsize
@@ -227,7 +216,7 @@ class RunLog:
         try:
             if not self._writable:
                 raise OSError(errno.EROFS, "the run log was opened to be read")
-            _pwrite(self._fd, raw(slots), self._offset + int(places[0]) * self._slot.itemsize)
+            write_at(self._fd, raw(slots), self._offset + int(places[0]) * self._slot.itemsize)
         except OSError as error:
             self._fail(error)
 
@@ -247,40 +236,6 @@ def _runs(places: Array, longest: int) -> Iterator[slice]:
             yield slice(begin, min(begin + longest, stop))
 
 
-def _read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
-    """Fields, offset of the first slot and salt of the open log; FileError if it is none."""
-    info = os.fstat(fd)
-    if not stat.S_ISREG(info.st_mode):
-        raise FileError(f"{path}: not a file, so no run log.")
-    prefix = os.pread(fd, _PREFIX.size, 0)
-    if len(prefix) < _PREFIX.size or not prefix.startswith(MAGIC):
-        raise FileError(
-            f"{path}: this is no run log of nsdrill, though it has the name of one. Move it away or choose another -o."
-        )
-    _, version, salt, length = _PREFIX.unpack(prefix)
-    if version != LOG_VERSION:
-        raise FileError(
-            f"{path}: run log of format {version}; this nsdrill knows format {LOG_VERSION}. Go on with the version of "
-            "nsdrill that began the run, or start anew by --overwrite."
-        )
-    text = os.pread(fd, length, _PREFIX.size) if length <= info.st_size else b""
-    if len(text) != length or zlib.crc32(text) != salt:
-        raise FileError(f"{path}: the header of the run log is damaged, its points are lost. Start anew: --overwrite.")
-    fields = json.loads(text)
-    if fields["fields"] != _fields(fields["peaks"]):
-        raise FileError(
-            f"{path}: the run log holds other variables than this nsdrill writes. Go on with the version of nsdrill "
-            "that began the run, or start anew by --overwrite."
-        )
-    return fields, _aligned(_PREFIX.size + length), salt
-
-
-def _fields(peaks: int) -> list[list[str]]:
-    """Names and types of a record, as text: two versions with the same list can read each other's logs."""
-    kind = record_dtype(peaks)
-    return [[name, str(kind[name])] for name in kind.names or ()]
-
-
 def _lock(fd: int, path: Path) -> None:
     """Lock the open log for this process, until it is closed or the process ends, however it ends."""
     import fcntl  # not on Windows, where finished files can still be read
@@ -297,44 +252,3 @@ def _lock(fd: int, path: Path) -> None:
             raise
     if os.fstat(fd).st_nlink == 0:  # its name went away between opening and locking
         raise FileError(f"{path}: another process has just begun anew with these results. Try again.")
-
-
-def _publish(temporary: Path, path: Path) -> None:
-    """Give the finished ``temporary`` its name; FileExistsError if that is taken."""
-    try:
-        os.link(temporary, path)
-    except OSError as error:
-        if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK):
-            raise
-        if path.exists():  # a file system without links: the check and the rename are two steps
-            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path)) from error
-        os.rename(temporary, path)
-
-
-def _check_room(path: Path, size: int) -> None:
-    """OSError now rather than hours later if the disk cannot hold the finished log."""
-    disk = os.statvfs(path.parent)
-    if disk.f_bavail * disk.f_frsize < size:
-        free = disk.f_bavail * disk.f_frsize / 1e6
-        raise OSError(errno.ENOSPC, f"the points need {size / 1e6:.0f} MB, the disk has {free:.0f} MB free")
-
-
-def _pwrite(fd: int, data: bytes | memoryview, position: int) -> None:
-    """Write all of ``data`` at ``position``; a short write goes on where it stopped."""
-    view = memoryview(data)
-    while len(view):
-        written = os.pwrite(fd, view, position)
-        view, position = view[written:], position + written
-
-
-def _aligned(size: int) -> int:
-    return -(-size // _PAGE) * _PAGE
-
-
-def _plain(value: Any) -> Any:
-    """numpy values in a header as plain ones."""
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    if isinstance(value, np.generic):
-        return value.item()
-    raise TypeError(f"a header holds plain data; found {type(value).__name__}")

@@ -14,11 +14,12 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
 from nsdrill.store import hdf5
 from nsdrill.store.files import replacing
-from nsdrill.store.log import MAGIC, RunLog
+from nsdrill.store.log import RunLog
+from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, record_dtype, recorded
 from nsdrill.store.results import block_shape, blocks, points_in_block
 from nsdrill.store.sink import Source, grid_shape
-from nsdrill.variables import BY_NAME, FORMAT_VERSION, LABELS, PENDING, POINT, STATE_NAMES, Variable
+from nsdrill.variables import BY_NAME, FORMAT_VERSION, LABELS, PENDING, POINT, PROCEDURES, STATE_NAMES, Variable
 
 PathLike = str | os.PathLike[str]
 
@@ -116,26 +117,27 @@ def rewrite_labels(
 
     ``attrs`` replaces root attributes. A copy is edited and takes the name at the end, so a kill damages nothing.
     """
-    import h5py
-
     unknown = set(labels) - set(LABELS)
     if unknown:
         raise ValueError(f"not labels: {', '.join(sorted(unknown))}; labels are {', '.join(LABELS)}")
     with hdf5.opened(path) as file:
         coords, _ = _coordinates(path, file)
-        for name, values in labels.items():
-            dataset = _dataset(path, file, BY_NAME[name], coords)
-            if np.shape(values) != dataset.shape:
-                raise ValueError(f"{name} has shape {np.shape(values)}, the grid {dataset.shape}")
-        old = str(file.attrs.get("history", ""))
+        shapes = {name: _dataset(path, file, BY_NAME[name], coords).shape for name in labels}
+        known = hdf5.get_attributes(file)
+        old = str(known.get("history", ""))
+    for name, values in labels.items():
+        if np.shape(values) != shapes[name]:
+            raise ValueError(f"{name} has shape {np.shape(values)}, the grid {shapes[name]}")
     with replacing(path) as temporary:
         shutil.copyfile(path, temporary)
         shutil.copymode(path, temporary)
         hdf5.unseal(temporary)
-        with h5py.File(temporary, "r+", libver=("v110", "v110")) as file:
+        with hdf5.writing(temporary, edit=True) as file:
             for name, values in labels.items():
                 file[name][...] = np.asarray(values, file[name].dtype)
-            hdf5.put_attributes(file, {**(attrs or {}), "history": f"{old}\n{history}" if old else history})
+            # HDF5 does not use the place of replaced text again, so what stays the same is left alone.
+            changed = {name: value for name, value in (attrs or {}).items() if not _same(known.get(name), value)}
+            hdf5.put_attributes(file, {**changed, "history": f"{old}\n{history}" if old else history})
         hdf5.seal(temporary)
 
 
@@ -165,11 +167,18 @@ def kind_of(path: PathLike) -> Literal["results", "trace", "partial"]:
     return "results" if kind == "results" else "trace"
 
 
+def _same(old: Any, new: Any) -> bool:
+    return isinstance(new, str | int | float) and type(old) is type(new) and bool(old == new)
+
+
 def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], int]:
     """Coordinates of an open results file and its number of peaks."""
     if file.attrs["nsdrill_kind"] != "results":
         raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed here.")
     coords = {name: hdf5.read_coordinate(path, file, name) for name in (*POINT, "state")}
+    if not set(coords["procedure"]) <= set(PROCEDURES):
+        found = ", ".join(map(str, coords["procedure"]))
+        raise FileError(f"{path}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
     if tuple(coords["state"]) != STATE_NAMES:
         found = ", ".join(map(str, coords["state"]))
         raise FileError(f"{path}: the states are {found}; they should be {', '.join(STATE_NAMES)}.")

@@ -24,7 +24,7 @@ def write_trace(path: str | os.PathLike[str], trace: Trace) -> None:
         if np.shape(trace.variables.get(variable.name, 0.0)) != (samples,):
             raise ValueError(f"the trace needs {variable.name}, an array of {samples} samples")
     with replacing(path) as temporary:
-        with hdf5.create(temporary) as file:
+        with hdf5.writing(temporary) as file:
             hdf5.put_attributes(file, root_attributes("trace", trace.attrs))
             hdf5.add_coordinate(file, "time", np.asarray(trace.time, "<f8"))
             for variable in TRACE_VARIABLES:

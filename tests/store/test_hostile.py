@@ -1,0 +1,208 @@
+"""Files that are damaged, cut, foreign, or not there: one clear FileError each, never a crash."""
+
+from __future__ import annotations
+
+import os
+import random
+
+import h5py
+import numpy as np
+import pytest
+
+import nsdrill.store.hdf5 as hdf5
+from nsdrill.errors import FileError
+from nsdrill.store import (
+    RunLog,
+    kind_of,
+    open_results,
+    part_path,
+    read_attributes,
+    read_point,
+    read_results,
+    read_trace,
+    rewrite_labels,
+    to_netcdf,
+)
+
+from .samples import POINTS, header, make_results
+
+READERS = {
+    "read_results": read_results,
+    "read_attributes": read_attributes,
+    "read_point": lambda path: read_point(path, 0, 0, 0, 0),
+    "open_results": open_results,
+    "kind_of": kind_of,
+    "read_trace": read_trace,
+    "rewrite_labels": lambda path: rewrite_labels(path, {}, "x"),
+    "to_netcdf": lambda path: to_netcdf(path, f"{path}.nc"),
+}
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "out.h5"
+
+
+@pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        (None, "there is no such file"),
+        (b"", "this file is empty"),
+        (b"title: a study\n", "not an HDF5 file"),
+        (hdf5.SIGNATURE, "damaged or incomplete"),
+        (hdf5.SIGNATURE + bytes(range(256)) * 40, "damaged or incomplete"),
+    ],
+)
+def test_what_is_no_hdf5_file(path, reader, data, words):
+    if data is not None:
+        path.write_bytes(data)
+    with pytest.raises(FileError, match=words):
+        reader(path)
+
+
+@pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
+def test_hdf5_of_another_program(path, reader):
+    with h5py.File(path, "w") as file:
+        file["depth"] = [1.0, 2.0]
+    with pytest.raises(FileError, match="none of nsdrill"):
+        reader(path)
+
+
+@pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
+def test_a_newer_format(path, reader):
+    make_results(path)
+    with h5py.File(path, "r+") as file:
+        file.attrs["format_version"] = 99
+    with pytest.raises(FileError, match="file format 99.*Use a newer nsdrill"):
+        reader(path)
+
+
+def test_folders_pipes_and_impossible_names(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(FileError, match="this is no file"):
+        read_results(tmp_path)
+    with pytest.raises(FileError, match="this is no file"):
+        read_results(tmp_path / "pipe")
+    with pytest.raises(FileError, match="cannot be read"):
+        read_results("a\0b")
+    with pytest.raises(FileError, match="cannot be read"):
+        read_results(tmp_path / ("n" * 300))
+
+
+def test_a_file_that_may_not_be_read(path, monkeypatch):
+    make_results(path)
+
+    def refuse(*args):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "stat", refuse)  # root may read everything, so the system is not asked
+    with pytest.raises(FileError, match="cannot be read: permission denied"):
+        read_results(path)
+
+
+def test_an_unfinished_run_is_pointed_at(path):
+    RunLog.create(part_path(path), header(), POINTS, 0).close()
+    with pytest.raises(FileError, match="unfinished run.*--resume"):
+        read_results(path)
+    with pytest.raises(FileError, match="unfinished run.*--resume"):
+        read_results(part_path(path))
+    assert kind_of(part_path(path)) == "partial"
+
+
+def test_a_file_cut_anywhere_is_refused(path):
+    make_results(path)
+    whole = path.read_bytes()
+    chance = random.Random(1)
+    # All but the last cut go through a child process, so few of them.
+    for length in (*(chance.randrange(8, len(whole) - 60) for _ in range(4)), len(whole) // 2):
+        path.write_bytes(whole[:length])
+        with pytest.raises(FileError, match="damaged or incomplete"):
+            read_results(path)
+
+
+def test_every_flipped_bit_is_noticed(path):
+    make_results(path)
+    whole = path.read_bytes()
+    chance = random.Random(2)
+    for _ in range(300):
+        spot = chance.randrange(len(whole) - 48)  # the seal itself is 48 bytes; without it the child process reads
+        path.write_bytes(whole[:spot] + bytes([whole[spot] ^ (1 << chance.randrange(8))]) + whole[spot + 1 :])
+        with pytest.raises(FileError, match="damaged|not an HDF5 file"):
+            read_results(path)
+
+
+def test_flipped_numbers_are_noticed_without_a_seal_too(path):
+    records = make_results(path, (1, 2000, 1, 1), 0)
+    with h5py.File(path, "r+") as file:
+        file.attrs["note"] = "edited by another program, which drops the seal"
+        offset = file["axial_max"].id.get_chunk_info(0).byte_offset
+    assert read_results(path)["axial_max"].tobytes() == records["axial_max"].tobytes()
+    data = bytearray(path.read_bytes())
+    data[offset + 1000] ^= 1
+    path.write_bytes(data)
+    with pytest.raises(FileError, match="damaged"):
+        read_results(path)
+
+
+@pytest.mark.parametrize("code", ["import os, signal; os.kill(os.getpid(), signal.SIGSEGV)", "while True: pass"])
+def test_a_crash_or_a_hang_of_the_library_stays_in_the_child(path, monkeypatch, code):
+    make_results(path)
+    hdf5.unseal(path)
+    monkeypatch.setattr(hdf5, "_PROBE", code)
+    monkeypatch.setattr(hdf5, "_PROBE_SECONDS", 0.5)
+    with pytest.raises(FileError, match=r"crashes on it \(signal 11\)|reading it does not end"):
+        read_results(path)
+
+
+@pytest.mark.parametrize(
+    ("edit", "words"),
+    [
+        (lambda file: file.pop("axial_max"), "the variable axial_max is missing"),
+        (lambda file: file.pop("depth"), "the coordinate depth is missing"),
+        (lambda file: file.pop("state"), "the coordinate state is missing"),
+        (lambda file: file["procedure"].write_direct(np.array(["same", "over"], object)), "the procedures are"),
+        (lambda file: file["state"].write_direct(np.array(["x"] * 9, object)), "the states are"),
+        (lambda file: replace(file, "axial_max", np.zeros((2, 5, 3, 5))), "has shape .*it should have shape"),
+        (lambda file: replace(file, "axial_max", np.zeros((2, 5, 3, 4), int)), "real numbers"),
+        (lambda file: replace(file, "status", np.zeros((2, 5, 3, 4))), "whole numbers"),
+        (lambda file: replace(file, "axial_max", None), "axial_max is missing"),
+        (lambda file: replace(file, "depth", np.zeros((2, 2))), "coordinate depth"),
+        (lambda file: file.attrs.__setitem__("nsdrill_kind", "poem"), "poem"),
+        (lambda file: file.attrs.__setitem__("nsdrill_kind", [1, 2]), "results file is needed|damaged"),
+        (lambda file: file.attrs.__setitem__("format_version", "one"), "none of nsdrill"),
+    ],
+)
+def test_edited_files_are_refused_in_words(path, edit, words):
+    make_results(path)
+    with h5py.File(path, "r+") as file:
+        edit(file)
+    with pytest.raises(FileError, match=words):
+        read_results(path)
+
+
+def test_a_file_that_promises_more_than_it_holds(path):
+    """A dataset may have any shape on disk and hold nothing; memory must not be spent on its word."""
+    make_results(path, (1, 1, 1, 1), 0)
+    with h5py.File(path, "r+") as file:
+        del file["depth"]
+        file.create_dataset("depth", (10**13,), "f8", chunks=(10**6,))
+    with pytest.raises(FileError, match="damaged.*claims more numbers"):
+        read_results(path)
+
+
+def test_points_outside_and_unknown_names(path):
+    make_results(path)
+    with pytest.raises(FileError, match=r"there is no point \(0, 5, 0, 0\); the sweep has 2 x 5 x 3 x 4"):
+        read_point(path, 0, 5, 0, 0)
+    with pytest.raises(FileError, match="no variable is called axial_maximum"):
+        read_results(path, ["axial_maximum"])
+
+
+def replace(file, name, values):
+    """Put other values, or a group, under ``name``."""
+    del file[name]
+    if values is None:
+        file.create_group(name)
+    else:
+        file[name] = values
