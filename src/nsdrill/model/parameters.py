@@ -13,8 +13,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any, Literal
 
-INCH = 0.0254
-
 
 def parameter(
     default: Any, units: str, source: str, confidence: str, low: float = 0.0, strict: bool = True, high: float = math.inf
@@ -60,7 +58,7 @@ class Collar(_Checked):
     outer_diameter: float = parameter(0.2286, "m", "J, B", "medium")
     inner_diameter: float = parameter(0.0762, "m", "J, B", "medium", strict=False)
     length: float = parameter(200.0, "m", "J, B", "medium")
-    span: float = parameter(65 * 12 * INCH, "m", "J, B (65 ft)", "medium")
+    span: float = parameter(19.81, "m", "J, B (65 ft, rounded as printed)", "medium")
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -1,0 +1,212 @@
+"""The few things that compiled rooms share: how they are compiled and cached, and the layout of the lane buffer.
+
+**Lanes.** The kernel integrates ``lanes`` trajectories side by side, one per slot of the processor's vector registers.
+Everything a trajectory owns is a column of one flat float64 buffer, row after row::
+
+    buffer[row * lanes + lane]
+
+A loop over the lanes of one or several rows then compiles to packed instructions. That holds only while all rows
+live in this one buffer and ``lanes`` and the row numbers are compile-time constants; so the compiled functions are made
+by small factories, ``make_...(lanes)``, and the row numbers come from :class:`Rows`.
+
+**Cache.** numba's disk cache notices an edit in the file of a function, but not in the files of the functions inlined
+into it: the numbers would silently be stale. So the cache directory is named after a digest of all compiled sources
+and of the versions of numba and llvmlite.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+from numba import types
+
+# The package's folders whose sources end up in compiled code.
+COMPILED = ("abi.py", "elementary.py", "model", "kernel", "observe")
+
+# `nsz` ignores the sign of zero. Nothing that reorders sums or fuses products at the compiler's pleasure (the bits would
+# depend on the number of lanes), and nothing that assumes away NaN (a run that blows up must be seen).
+FASTMATH = {"nsz"}
+
+BUFFER = types.float64[::1]
+# A right-hand side reads the rows `stage`, `stage_time` and `parameter` and writes the rows `slope` and `aux_now`.
+RIGHT_HAND_SIDE = types.FunctionType(types.void(BUFFER))
+# An observer is shown every packed step: the lane buffer and a store of its own.
+OBSERVER = types.FunctionType(types.void(BUFFER, BUFFER))
+# A stepper tries one step in every lane, shows it to the observer, and returns whether some lane wants attention.
+STEPPER = types.FunctionType(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER))
+# The observer is told of the marks of one lane's run (lane, mark) and leaves its findings in a row of the outbox (from column).
+MARKER = types.FunctionType(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64))
+
+# The marks: the window opens, is half over, is over.
+OPENS, HALVES, CLOSES = range(3)
+
+# Every model has its drive angle and speed as its first two parameters: the angle is carried from point to point.
+DRIVE_PHASE, DRIVE_SPEED = 0, 1
+
+
+@lru_cache(maxsize=1)
+def source_digest() -> str:
+    """Digest of all compiled sources and of what compiles them: names the cache directory."""
+    digest = hashlib.sha256()
+    root = Path(__file__).parent
+    for name in COMPILED:
+        path = root / name
+        for file in [path] if path.suffix else sorted(path.glob("*.py")):
+            digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
+    digest.update(f"{numba.__version__} {llvmlite.__version__} {sorted(FASTMATH)}".encode())
+    return digest.hexdigest()[:16]
+
+
+def cache_directory() -> Path:
+    """``$NUMBA_CACHE_DIR`` where set, else the user's cache folder; one folder per digest of the sources."""
+    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
+        root = Path(chosen)
+    elif os.name == "nt":
+        root = Path(os.environ.get("LOCALAPPDATA", Path.home())) / "nsdrill" / "cache"
+    else:
+        root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "nsdrill"
+    return root / source_digest()
+
+
+def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], Any]:
+    """Compile at once for ``signature``, without the GIL, cached on disk across processes where the disk allows it.
+
+    ``variant`` are the numbers that tell the functions of one factory apart. They go into the function's name: numba
+    names the machine code after it, and of two pieces loaded from the cache under one name only the first is found.
+    """
+
+    def compile_function(function: Callable[..., Any]) -> Any:
+        function.__name__ = "_".join([function.__name__, *map(str, map(int, variant))])
+        function.__qualname__ = function.__name__
+        saved = numba.config.CACHE_DIR
+        numba.config.CACHE_DIR = str(cache_directory())
+        try:
+            return numba.njit(signature, cache=_cache_is_writable(), nogil=True, fastmath=FASTMATH,
+                              error_model="numpy")(function)
+        finally:
+            numba.config.CACHE_DIR = saved
+
+    return compile_function
+
+
+@lru_cache(maxsize=1)
+def _cache_is_writable() -> bool:
+    # A read-only home is no reason to fail: everything is then compiled anew in each process.
+    try:
+        cache_directory().mkdir(parents=True, exist_ok=True)
+        return os.access(cache_directory(), os.W_OK)
+    except OSError:
+        return False
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """A helper that disappears into its caller, so that the caller's lane loop still vectorises."""
+    return numba.njit(forceinline=True, fastmath=FASTMATH, error_model="numpy")(function)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Row numbers of the lane buffer for a model of ``states`` states, ``aux`` auxiliary outputs and ``parameters``
+    parameters, and an observer with ``observed`` rows of its own.
+
+    The model knows ``stage``, ``slope``, ``stage_time``, ``aux`` and ``parameter``; the observer also the end points of
+    the step; the rest is the kernel's.
+    """
+
+    states: int
+    aux: int
+    parameters: int
+    observed: int
+
+    # What the model reads and writes.
+    @property
+    def stage(self) -> int:
+        return 0
+
+    @property
+    def slope(self) -> int:
+        return self.states
+
+    @property
+    def stage_time(self) -> int:
+        return 2 * self.states
+
+    @property
+    def aux_now(self) -> int:
+        return 2 * self.states + 1
+
+    @property
+    def parameter(self) -> int:
+        return self.aux_now + self.aux
+
+    # What the observer reads besides: the step goes from (`time`, `start`) to (`time` + `step`, `stage`), with the slopes
+    # `start_slope` and `slope` at its ends; `moves` is 1.0 where it is accepted, `window` where it is observed, else 0.0.
+    @property
+    def start(self) -> int:
+        return self.parameter + self.parameters
+
+    @property
+    def start_slope(self) -> int:
+        return self.start + self.states
+
+    @property
+    def time(self) -> int:
+        return self.start_slope + self.states
+
+    @property
+    def step(self) -> int:
+        return self.time + 1
+
+    @property
+    def moves(self) -> int:
+        return self.time + 2
+
+    @property
+    def window(self) -> int:
+        return self.time + 3
+
+    @property
+    def observer(self) -> int:
+        return self.time + 4
+
+    # The kernel's own.
+    @property
+    def inner_slope(self) -> int:
+        return self.observer + self.observed
+
+    @property
+    def size(self) -> int:
+        return self.inner_slope + 5 * self.states
+
+    @property
+    def control(self) -> int:
+        return self.size + self.states
+
+    @property
+    def total(self) -> int:
+        return self.control + len(CONTROL)
+
+
+# The kernel's bookkeeping of a lane, one row each.
+CONTROL = (
+    "proposed",  # the step that the controller proposes [s]
+    "mark_time",  # when the next mark is due [s]
+    "last_error",  # log2 of the last accepted squared error
+    "growth",  # log2 of how much the step may grow
+    "per_rtol",  # 1 / relative tolerance
+    "least_step",  # [s]
+    "accepted",  # steps so far
+    "rejected",
+    "limit",  # of the tries
+    "running",  # 1.0 where the lane has a run, else 0.0
+    "attention",  # what the lane wants attention for
+)
+NOTHING, MARK, NONFINITE, UNDERFLOW, LIMIT = 0.0, 1.0, 2.0, 3.0, 4.0

@@ -1,0 +1,189 @@
+"""A gang: some lanes, the runs waiting for them, and the runs just finished.
+
+A gang is plain data; the compiled parts come in when it is advanced. So it can be sent to any thread or process. It is advanced for a bounded time, so that its owner can save, stop, and hand it more runs; nothing about
+the numbers depends on when that happens, on the number of lanes, or on the neighbours in the other lanes.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nsdrill.abi import Rows
+from nsdrill.kernel.loop import COUNTERS, FINISHED, LANE_STEPS, PACKED_STEPS, QUEUE_END, QUEUE_NEXT, REPORT, SETTINGS
+from nsdrill.kernel.loop import make_advance
+from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.stepper import make_stepper
+
+Array = np.ndarray[Any, np.dtype[Any]]
+SEGMENT = 20_000  # packed steps between looks at the clock: some 20 ms
+
+
+def default_lanes() -> int:
+    """One AVX-512 register of doubles, or ``$NSDRILL_LANES`` (1, 2, 4, 8, 16, 32). The numbers do not depend on it."""
+    return int(os.environ.get("NSDRILL_LANES", "8"))
+
+
+@dataclass(frozen=True)
+class Compiled:
+    """The compiled parts for one lane count: the model's right-hand side, the observer and its marker."""
+
+    right_hand_side: Any
+    observer: Any
+    marker: Any
+
+
+@dataclass
+class Finished:
+    """Runs that ended, in the order in which they did; arrays over these runs."""
+
+    job: Array  #: the ids given to :meth:`Gang.add`
+    status: Array
+    accepted: Array
+    rejected: Array
+    initial: Array  #: [runs, states + 1], the drive angle last
+    final: Array
+    report: Array  #: the observer's columns
+    parameters: Array
+
+
+class Gang:
+    """``lanes`` lanes with room for ``slots`` runs.
+
+    ``store`` is the observer's store and ``report_width`` the number of columns in which it reports.
+    """
+
+    def __init__(
+        self, lanes: int, slots: int, rows: Rows, store: Array, report_width: int, simulation: Simulation
+    ) -> None:
+        self.lanes, self.rows = lanes, rows
+        self._buffer = _aligned(rows.total * lanes)
+        self._store = store
+        self._lane = np.full(3 * lanes, -1, dtype=np.int64)
+        self._table = np.zeros((slots, rows.parameters + rows.states + len(SETTINGS)))
+        self._state = np.zeros((slots, rows.states + 1))
+        self._successor = np.full(slots, -1, dtype=np.int64)
+        self._job = np.full(slots, -1, dtype=np.int64)
+        self._queue = np.zeros(slots, dtype=np.int64)
+        self._outbox = np.zeros((slots, len(REPORT) + rows.states + 1 + report_width))
+        self._finished = np.zeros(slots, dtype=np.int64)
+        self._counters = np.zeros(COUNTERS, dtype=np.int64)
+        self._free = list(range(slots))[::-1]
+        self.settings = self._settings(simulation)
+
+    @staticmethod
+    def _settings(simulation: Simulation) -> dict[str, float]:
+        opens, length = simulation.transient, simulation.observe
+        closes = opens + length
+        # The least step still moves the clock at the end of the run.
+        return {
+            "least_step": 16 * np.finfo(float).eps * closes, "per_rtol": 1.0 / simulation.rtol,
+            "limit": float(simulation.max_steps), "opens": opens, "halves": opens + 0.5 * length, "closes": closes,
+        }  # fmt: skip
+
+    @property
+    def free(self) -> int:
+        """How many more runs fit."""
+        return len(self._free)
+
+    @property
+    def waiting(self) -> int:
+        """Runs in the queue, not yet in a lane."""
+        return int(self._counters[QUEUE_END] - self._counters[QUEUE_NEXT])
+
+    @property
+    def idle(self) -> bool:
+        """Whether nothing runs or waits."""
+        return self.waiting == 0 and bool(np.all(self._lane[: self.lanes] < 0))
+
+    @property
+    def lane_steps(self) -> int:
+        """Steps tried by the runs that ended, over all lanes."""
+        return int(self._counters[LANE_STEPS])
+
+    @property
+    def packed_steps(self) -> int:
+        return int(self._counters[PACKED_STEPS])
+
+    def add(self, job: Array, parameters: Array, sizes: Array, first_step: Array, initial: Array) -> None:
+        """Append one chain: runs that follow one another, each from the state which the one before has reached.
+
+        ``job`` [n] ids, ``parameters`` [n, parameters], ``sizes`` [n, states], ``first_step`` [n]. ``initial``
+        [n, states + 1]: the first row is the state of the first run; the others serve where the run before failed.
+        Raises ValueError where they do not fit.
+        """
+        slots = self._place(job, parameters, sizes, first_step)
+        self._state[slots] = initial
+        self._successor[slots[:-1]] = slots[1:]
+        self._enqueue(slots[:1])
+
+    def add_many(self, job: Array, parameters: Array, sizes: Array, first_step: Array, initial: Array) -> None:
+        """Append independent runs; arguments as of :meth:`add`."""
+        slots = self._place(job, parameters, sizes, first_step)
+        self._state[slots] = initial
+        self._enqueue(slots)
+
+    def _place(self, job: Array, parameters: Array, sizes: Array, first_step: Array) -> Array:
+        if len(job) > self.free:
+            raise ValueError(f"{len(job)} runs for {self.free} free slots")
+        slots = np.array([self._free.pop() for _ in range(len(job))], dtype=np.int64)
+        p, n = self.rows.parameters, self.rows.states
+        self._table[slots, :p] = parameters
+        self._table[slots, p : p + n] = sizes
+        self._table[slots, p + n] = first_step
+        self._table[slots, p + n + 1 :] = [self.settings[name] for name in SETTINGS[1:]]
+        self._job[slots] = job
+        self._successor[slots] = -1
+        return slots
+
+    def _enqueue(self, slots: Array) -> None:
+        end = int(self._counters[QUEUE_END])
+        self._queue[(end + np.arange(len(slots))) % len(self._queue)] = slots
+        self._counters[QUEUE_END] = end + len(slots)
+
+    def advance(self, parts: Compiled, seconds: float, drain: bool) -> Finished:
+        """Advance for about ``seconds`` of wall time, less where all runs end; unless ``drain``, also less where a lane
+        finds nothing to do. Gives the runs that ended and forgets them."""
+        deadline = time.perf_counter() + seconds
+        loop = make_advance(self.lanes, self.rows)
+        stepper = make_stepper(self.lanes, self.rows)
+        while True:
+            before = self.packed_steps
+            loop(
+                self._buffer, self._store, self._lane, self._table, self._state, self._successor, self._queue,
+                self._outbox, self._finished, self._counters, drain, SEGMENT,
+                parts.right_hand_side, parts.observer, parts.marker, stepper,
+            )  # fmt: skip
+            if self.packed_steps - before < SEGMENT or time.perf_counter() >= deadline:
+                return self._collect()
+
+    def __setstate__(self, data: dict[str, Any]) -> None:
+        self.__dict__.update(data)
+        buffer = _aligned(self._buffer.size)
+        buffer[:] = self._buffer
+        self._buffer = buffer
+
+    def _collect(self) -> Finished:
+        n = int(self._counters[FINISHED])
+        self._counters[FINISHED] = 0
+        slots = self._finished[:n]
+        states = self.rows.states
+        out = self._outbox[slots]
+        self._free.extend(slots[::-1].tolist())
+        return Finished(
+            job=self._job[slots], status=out[:, 0].astype(np.int8), accepted=out[:, 1].astype(np.int64),
+            rejected=out[:, 2].astype(np.int64), initial=self._state[slots],
+            final=out[:, len(REPORT) : len(REPORT) + states + 1], report=out[:, len(REPORT) + states + 1 :],
+            parameters=self._table[slots, : self.rows.parameters],
+        )  # fmt: skip
+
+
+def _aligned(size: int) -> Array:
+    """Zeros that begin on a cache line: a packed load or store that straddles two lines costs twice."""
+    raw = np.zeros(size + 8)
+    offset = (-raw.ctypes.data % 64) // 8
+    return raw[offset : offset + size]

@@ -1,0 +1,102 @@
+"""From parameters and an operating point to the lumped coefficients of the equations of motion.
+
+The span between stabilisers is simply supported with deflection shape sin(pi x / l); the pipe is as long as the depth
+less the collars, and a third of its mass moves with its lower end.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from nsdrill.model.parameters import Parameters
+
+Float = float | np.ndarray
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """The lumped coefficients [SI]; each a float, or an array over operating points."""
+
+    m_c: Float  #: modal steel mass of the span [kg]
+    m_f: Float  #: modal fluid mass, inside and added [kg]
+    m_l: Float  #: lateral mass m_c + m_f [kg]
+    m_e: Float  #: eccentric mass [kg]
+    k_bend: Float  #: bending stiffness E I pi^4 / (2 l^3) [N/m]
+    c_h: Float  #: hydrodynamic drag coefficient [N s^2/m^2]
+    m_a: Float  #: axial mass [kg]
+    k_a: Float  #: axial stiffness of the pipe [N/m]
+    J: Float  #: rotary inertia [kg m^2]
+    k_t: Float  #: torsional stiffness of the pipe [N m/rad]
+    gap: Float  #: radial clearance c0 between collar and wall [m]
+    depth_of_cut: Float  #: per bit revolution [m]
+    cutting_arm: Float  #: zeta sqrt(r_h delta_c) [m]
+    buckling_load: Float  #: Euler load of the span pi^2 E I / l^2 [N]
+    bit_radius: Float  #: r_h, half the hole diameter [m]
+    collar_radius: Float  #: R_c [m]
+
+
+UNITS = {
+    "m_c": "kg", "m_f": "kg", "m_l": "kg", "m_e": "kg", "k_bend": "N/m", "c_h": "N s^2/m^2", "m_a": "kg", "k_a": "N/m",
+    "J": "kg m^2", "k_t": "N m/rad", "gap": "m", "depth_of_cut": "m", "cutting_arm": "m", "buckling_load": "N",
+    "bit_radius": "m", "collar_radius": "m",
+}
+
+
+def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float) -> Coefficients:
+    """The coefficients at operating points: depth [m], weight on bit [N], top-drive speed [rad/s], scalars or arrays
+    that broadcast together. Raises ValueError where a depth does not exceed the collar length."""
+    string, mud, well, bit = parameters.drillstring, parameters.mud, parameters.well, parameters.bit
+    collar, pipe, steel = string.collar, string.pipe, string.material
+    pipe_length = np.asarray(depth, dtype=float) - collar.length
+    if np.any(pipe_length <= 0.0):
+        raise ValueError(f"depth: found {np.min(depth):g} m, allowed: more than the collar length, {collar.length:g} m")
+
+    area_c, second_c = _ring(collar.outer_diameter, collar.inner_diameter)
+    area_p, second_p = _ring(pipe.outer_diameter, pipe.inner_diameter)
+    half_span = collar.span / 2
+    m_c = steel.density * area_c * half_span
+    m_f = (
+        mud.density * math.pi / 4 * (collar.inner_diameter**2 + mud.added_mass * collar.outer_diameter**2) * half_span
+    )
+    bending = steel.young_modulus * second_c
+    bit_radius = well.diameter / 2
+    speed = np.asarray(rotary_speed, dtype=float)
+    rate = np.maximum(bit.cutting.c1 * np.asarray(wob, dtype=float) * np.sqrt(speed) + bit.cutting.c2, 0.0)
+    depth_of_cut = 2 * math.pi * rate / speed
+    values = {
+        "m_c": m_c,
+        "m_f": m_f,
+        "m_l": m_c + m_f,
+        "m_e": m_c + m_f if string.eccentric_mass == "total" else m_c,
+        "k_bend": bending * math.pi**4 / (2 * collar.span**3),
+        "c_h": 2 / (3 * math.pi) * mud.density * mud.drag * collar.outer_diameter * collar.span,
+        "m_a": steel.density * (area_c * collar.length + area_p * pipe_length / 3),
+        "k_a": steel.young_modulus * area_p / pipe_length,
+        # The polar second moment is twice the second moment of area.
+        "J": steel.density * 2 * (second_c * collar.length + second_p * pipe_length / 3),
+        "k_t": steel.shear_modulus * 2 * second_p / pipe_length,
+        "gap": (well.diameter - collar.outer_diameter) / 2,
+        "depth_of_cut": depth_of_cut,
+        "cutting_arm": bit.cutting.zeta * np.sqrt(bit_radius * depth_of_cut),
+        "buckling_load": math.pi**2 * bending / collar.span**2,
+        "bit_radius": bit_radius,
+        "collar_radius": collar.outer_diameter / 2,
+    }
+    plain = {name: float(value) if np.ndim(value) == 0 else value for name, value in values.items()}
+    return Coefficients(**plain)
+
+
+def _ring(outer: float, inner: float) -> tuple[float, float]:
+    """Area [m^2] and second moment of area [m^4] of a ring."""
+    return math.pi / 4 * (outer**2 - inner**2), math.pi / 64 * (outer**4 - inner**4)
+
+
+def at(coefficients: Coefficients, index: int) -> Coefficients:
+    """The coefficients of one operating point out of arrays."""
+    return Coefficients(**{
+        item.name: float(np.ravel(value)[index]) if np.ndim(value := getattr(coefficients, item.name)) else value
+        for item in fields(coefficients)
+    })

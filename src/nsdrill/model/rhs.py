@@ -1,0 +1,230 @@
+"""The right-hand side of the 4-DOF equations of motion, for all lanes at once.
+
+Derived from the Lagrangian of the coupled system (theory page of the documentation); the printed equations of the paper
+have sign and index errors. States: x, vx, y, vy, z, vz, twist, bit_speed, all SI.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.elementary import fma, sincos
+from nsdrill.model.coefficients import Coefficients, derive
+from nsdrill.model.friction import direction, stribeck
+from nsdrill.model.lobes import MAX_LOBES, cosine_polynomial, sine_polynomial
+from nsdrill.model.parameters import Initial, Parameters
+
+STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
+AUX = ("cosine", "sine", "bit_arm")
+LOBE_SINE = tuple(f"lobe_sine_{i}" for i in range(MAX_LOBES))
+LOBE_COSINE = tuple(f"lobe_cosine_{i}" for i in range(MAX_LOBES + 1))
+PARAMETERS = (
+    "drive_phase", "drive_speed", "wob",
+    "per_lateral_mass", "per_inertia", "per_axial_mass", "unbalance_arm",
+    "bending", "softening_force", "softening_torque", "drag",
+    "axial_damping", "axial_stiffness", "torsional_damping", "torsional_stiffness",
+    "gap", "wall_stiffness", "collar_radius", "wall_smoothing", "wall_decay", "wall_rise", "wall_dynamic",
+    "rock_stiffness", "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic",
+    "lobes", *LOBE_SINE, *LOBE_COSINE, "stuck_below",
+)  # fmt: skip
+INDEX = {name: i for i, name in enumerate(PARAMETERS)}
+
+
+@dataclass(frozen=True)
+class Model:
+    """What the kernel and the observer need to know of a model: its sizes and its right-hand side for a lane count."""
+
+    states: tuple[str, ...]
+    aux: tuple[str, ...]
+    parameters: tuple[str, ...]
+    hertz: bool
+
+    def rows(self, observed: int) -> Rows:
+        return Rows(len(self.states), len(self.aux), len(self.parameters), observed)
+
+    def right_hand_side(self, lanes: int) -> Any:
+        return make_right_hand_side(lanes, self.hertz)
+
+
+def model_for(parameters: Parameters) -> Model:
+    return Model(STATES, AUX, PARAMETERS, parameters.well.law == "hertz")
+
+
+@lru_cache
+def make_right_hand_side(lanes: int, hertz: bool) -> Any:
+    """The compiled right-hand side for a number of lanes and a wall law."""
+    rows = Rows(len(STATES), len(AUX), len(PARAMETERS), 0)
+    W = lanes
+    x_, vx_, y_, vy_, z_, vz_, twist_, speed_ = (W * (rows.stage + i) for i in range(8))
+    dx_, dvx_, dy_, dvy_, dz_, dvz_, dtwist_, dspeed_ = (W * (rows.slope + i) for i in range(8))
+    time_ = W * rows.stage_time
+    cosine_, sine_, arm_ = (W * (rows.aux_now + i) for i in range(3))
+    P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
+    phase_, drive_, wob_ = P["drive_phase"], P["drive_speed"], P["wob"]
+    iml_, iJ_, ima_, q_ = P["per_lateral_mass"], P["per_inertia"], P["per_axial_mass"], P["unbalance_arm"]
+    bend_, soft_F_, soft_T_, drag_ = P["bending"], P["softening_force"], P["softening_torque"], P["drag"]
+    c_a_, k_a_, c_t_, k_t_ = (
+        P["axial_damping"], P["axial_stiffness"], P["torsional_damping"], P["torsional_stiffness"])
+    gap_, k_w_, R_c_ = P["gap"], P["wall_stiffness"], P["collar_radius"]
+    eps_w_, tau_w_, rise_w_, mu_w_ = P["wall_smoothing"], P["wall_decay"], P["wall_rise"], P["wall_dynamic"]
+    k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
+    eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
+    u0_, u1_, u2_, u3_, u4_, u5_, u6_, u7_ = (P[name] for name in LOBE_SINE)
+
+    @compiled(types.void(BUFFER), W, hertz)
+    def right_hand_side(b):  # type: ignore[no-untyped-def]
+        for i in range(W):
+            x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
+            z, vz, twist, omega = b[z_ + i], b[vz_ + i], b[twist_ + i], b[speed_ + i]
+
+            # Bit: interference with the lobed surface, force, torque. Cutting and friction share their direction.
+            s, c = sincos(twist + fma(b[drive_ + i], b[time_ + i], b[phase_ + i]))
+            lobe = fma(c, b[u7_ + i], b[u6_ + i])
+            lobe = fma(c, lobe, b[u5_ + i])
+            lobe = fma(c, lobe, b[u4_ + i])
+            lobe = fma(c, lobe, b[u3_ + i])
+            lobe = fma(c, lobe, b[u2_ + i])
+            lobe = fma(c, lobe, b[u1_ + i])
+            lobe = fma(c, lobe, b[u0_ + i])
+            force = b[k_c_ + i] * max(fma(b[s0_ + i], s * lobe, -z), 0.0)
+            arm = direction(omega, b[eps_b_ + i]) * stribeck(omega, b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i])
+            torque = force * arm
+
+            # Wall: penetration, normal force, friction against the slip of the collar's surface. The floor under r only
+            # matters at the hole's centre, where there is no wall force to divide.
+            r = np.sqrt(fma(x, x, y * y))
+            per_r = 1.0 / max(r, 1e-30)
+            penetration = max(r - b[gap_ + i], 0.0)
+            normal = b[k_w_ + i] * penetration
+            if hertz:
+                normal = normal * np.sqrt(penetration)
+            slip = fma(omega, b[R_c_ + i], fma(x, vy, -(y * vx)) * per_r)
+            friction = normal * direction(slip, b[eps_w_ + i]) * stribeck(
+                slip, b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i])
+
+            # Lateral forces at the collar's centre; axial force and torque soften the span.
+            stiffness = fma(-b[soft_F_ + i], force, fma(-b[soft_T_ + i], torque, b[bend_ + i]))
+            drag = b[drag_ + i] * np.sqrt(fma(vx, vx, vy * vy))
+            radial = fma(normal, per_r, stiffness)
+            tangential = friction * per_r
+            F_x = fma(tangential, y, -fma(radial, x, drag * vx))
+            F_y = -fma(tangential, x, fma(radial, y, drag * vy))
+
+            q = b[q_ + i]
+            moment = fma(b[c_t_ + i], omega, fma(b[k_t_ + i], twist, fma(friction, b[R_c_ + i], torque)))
+            angular = -fma(q, fma(F_y, c, -(F_x * s)), moment) * b[iJ_ + i]
+            centripetal = omega * omega
+            b[dx_ + i] = vx
+            b[dvx_ + i] = fma(q, fma(centripetal, c, angular * s), F_x * b[iml_ + i])
+            b[dy_ + i] = vy
+            b[dvy_ + i] = fma(q, fma(centripetal, s, -(angular * c)), F_y * b[iml_ + i])
+            b[dz_ + i] = vz
+            b[dvz_ + i] = (force - fma(b[c_a_ + i], vz, fma(b[k_a_ + i], z, b[wob_ + i]))) * b[ima_ + i]
+            b[dtwist_ + i] = omega - b[drive_ + i]
+            b[dspeed_ + i] = angular
+            b[cosine_ + i] = c
+            b[sine_ + i] = s
+            b[arm_ + i] = arm
+
+    return right_hand_side
+
+
+def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_below: float = 0.0) -> np.ndarray:
+    """Lane parameters of operating points, shape (points, len(PARAMETERS)), from 1-D arrays depth [m], wob [N] and
+    rotary_speed [rad/s] of one length. ``drive_phase`` is left at zero: it belongs to the state."""
+    depth, wob, rotary_speed = np.broadcast_arrays(*(np.atleast_1d(a).astype(float) for a in (depth, wob, rotary_speed)))
+    k: Coefficients = derive(parameters, depth, wob, rotary_speed)
+    string, well, bit = parameters.drillstring, parameters.well, parameters.bit
+    span = string.collar.span
+    q = k.m_e * string.eccentricity / k.m_l
+    force_softening, torque_softening = math.pi**2 / (2 * span), math.pi**3 / (2 * span**2)
+    live = string.lateral_softening == "live"
+    # Both parts of the torque, (2/3) r_h f(omega) + arm g(omega), share g: they are one law with shifted coefficients.
+    friction_arm = 2 / 3 * k.bit_radius
+    values: dict[str, Any] = {
+        "drive_speed": rotary_speed,
+        "wob": wob,
+        "per_lateral_mass": 1 / k.m_l,
+        "per_inertia": 1 / (k.J + k.m_e * string.eccentricity * (string.eccentricity - q)),
+        "per_axial_mass": 1 / k.m_a,
+        "unbalance_arm": q,
+        "bending": k.k_bend - (force_softening * wob if string.lateral_softening == "static" else 0.0),
+        "softening_force": force_softening if live else 0.0,
+        "softening_torque": torque_softening if live else 0.0,
+        "drag": k.c_h,
+        "axial_damping": string.axial_damping,
+        "axial_stiffness": k.k_a,
+        "torsional_damping": string.torsional_damping,
+        "torsional_stiffness": k.k_t,
+        "gap": k.gap,
+        "wall_stiffness": well.stiffness,
+        "collar_radius": k.collar_radius,
+        "wall_smoothing": well.friction.smoothing,
+        "wall_decay": well.friction.decay,
+        "wall_rise": well.friction.static - well.friction.dynamic,
+        "wall_dynamic": well.friction.dynamic,
+        "rock_stiffness": bit.rock_stiffness,
+        "surface_amplitude": bit.surface_amplitude,
+        "bit_smoothing": bit.friction.smoothing,
+        "bit_decay": bit.friction.decay,
+        "bit_rise": friction_arm * (bit.friction.static - bit.friction.dynamic),
+        "bit_dynamic": friction_arm * bit.friction.dynamic + k.cutting_arm,
+        "lobes": float(bit.lobes),
+        "stuck_below": stuck_below,
+        **dict(zip(LOBE_SINE, sine_polynomial(bit.lobes), strict=True)),
+        **dict(zip(LOBE_COSINE, cosine_polynomial(bit.lobes), strict=True)),
+    }
+    table = np.zeros((depth.size, len(PARAMETERS)))
+    for name, value in values.items():
+        table[:, INDEX[name]] = value
+    return table
+
+
+def sizes(table: np.ndarray) -> np.ndarray:
+    """Natural size of each state at operating points, shape (points, 8): the absolute tolerance is rtol times this.
+
+    Lateral: a tenth of the gap; axial: the static penetration of the rock under the weight on bit, at least a tenth of
+    the lobe amplitude; twist and bit speed: a tenth of a radian, a tenth of the drive speed. Velocities: the position's
+    size times the frequency of the free mode, bending for the lateral one and in contact for the axial one.
+    """
+    p = {name: table[:, i] for name, i in INDEX.items()}
+    lateral = 0.1 * p["gap"]
+    contact = p["axial_stiffness"] + p["rock_stiffness"]
+    axial = np.maximum(p["wob"] / contact, np.maximum(0.1 * p["surface_amplitude"], 1e-6))
+    bending_rate = np.sqrt(np.abs(p["bending"]) * p["per_lateral_mass"])
+    axial_rate = np.sqrt(contact * p["per_axial_mass"])
+    columns = (
+        lateral, lateral * bending_rate, lateral, lateral * bending_rate, axial, axial * axial_rate,
+        np.full(len(table), 0.1), 0.1 * p["drive_speed"],
+    )  # fmt: skip
+    return np.stack(columns, axis=1)
+
+
+def first_step(table: np.ndarray) -> np.ndarray:
+    """A first step size [s] for each operating point: a hundredth of the shortest natural time, shape (points,)."""
+    p = {name: table[:, i] for name, i in INDEX.items()}
+    fastest = np.maximum(
+        p["wall_stiffness"] * p["per_lateral_mass"],
+        (p["axial_stiffness"] + p["rock_stiffness"]) * p["per_axial_mass"],
+    )
+    return 0.01 / np.sqrt(np.maximum(fastest, p["drive_speed"] ** 2))
+
+
+def initial_states(parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any) -> np.ndarray:
+    """Initial states with the drive angle last, shape (points, 9)."""
+    depth, wob, rotary_speed = np.broadcast_arrays(*(np.atleast_1d(a).astype(float) for a in (depth, wob, rotary_speed)))
+    k = derive(parameters, depth, wob, rotary_speed)
+    states = np.zeros((depth.size, 9))
+    z = -wob / (k.k_a + parameters.bit.rock_stiffness) if initial.z is None else initial.z
+    bit_speed = rotary_speed if initial.bit_speed is None else initial.bit_speed
+    for i, value in enumerate((initial.x, initial.vx, initial.y, initial.vy, z, initial.vz, initial.twist, bit_speed,
+                               initial.drive_angle)):
+        states[:, i] = value
+    return states

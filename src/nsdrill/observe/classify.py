@@ -1,0 +1,47 @@
+"""From features to labels: which critical responses, of which kind, how severe. Plain numpy, rerunnable on a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from nsdrill.observe.thresholds import Thresholds
+from nsdrill.variables import (
+    BACKWARD, BACKWARD_ROLLING, BIT_BOUNCE, FORWARD, IRREGULAR, NO_WHIRL, OK, STICK_SLIP, WHIRL,
+)  # fmt: skip
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+def classify(features: Mapping[str, Array], status: Array, thresholds: Thresholds) -> dict[str, Array]:
+    """The labels ``response``, ``whirl_kind``, ``stick_slip_severity`` and ``settled`` of runs with these features.
+
+    All arrays have one shape; runs that did not end well (``status`` not ok) get zeros. A bit that does not turn at all
+    (mean speed zero, an infinite or undefined index) sticks.
+    """
+    t = thresholds
+    ok = status == OK
+    bounce = features["lift_off_fraction"] > t.bit_bounce.lift_off_fraction
+    index = np.nan_to_num(features["stick_slip_index"], nan=np.inf)
+    stick_slip = index > t.stick_slip.stick_slip_index
+    whirl = features["wall_contact_fraction"] > t.whirl.wall_contact_fraction
+
+    ratio = np.nan_to_num(features["whirl_ratio"])
+    rolling = (
+        (np.abs(features["rolling_ratio"] - 1.0) <= t.whirl.rolling_tolerance)
+        & (features["wall_contact_fraction"] >= t.whirl.rolling_contact)
+    )
+    kind = np.select(
+        [~whirl, rolling, np.abs(ratio) < t.whirl.direction, ratio > 0.0],
+        [NO_WHIRL, BACKWARD_ROLLING, IRREGULAR, FORWARD],
+        default=BACKWARD,
+    )
+    bands = (
+        t.stick_slip.oscillation_index, t.stick_slip.medium_index, t.stick_slip.stall_index, t.stick_slip.severe_index)
+    severity = np.digitize(index, bands, right=True)
+    response = BIT_BOUNCE * bounce + STICK_SLIP * stick_slip + WHIRL * whirl
+    settled = features["half_difference"] <= t.settled.tolerance
+    labels = {"response": response, "whirl_kind": kind, "stick_slip_severity": severity, "settled": settled}
+    return {name: np.where(ok, value, 0).astype(np.int8) for name, value in labels.items()}

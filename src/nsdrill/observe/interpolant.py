@@ -1,0 +1,107 @@
+"""The continuous solution between steps: two-point Hermite polynomials.
+
+Positions come with their velocities and accelerations at both ends of a step, so the quintic through these six numbers
+follows them to sixth order in the step: finer than the pair's own free interpolant, and the same for any stepper. All
+polynomials are in theta from 0 to 1 over the step, as coefficients of rising powers.
+"""
+
+from __future__ import annotations
+
+from nsdrill.abi import inlined
+from nsdrill.elementary import fma
+
+
+@inlined
+def quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
+    """Coefficients p0..p5 from value g, slope times step d and second derivative times step squared c at both ends."""
+    rise = g1 - g0
+    half0, half1 = 0.5 * c0, 0.5 * c1
+    p3 = fma(10.0, rise, fma(-6.0, d0, fma(-4.0, d1, fma(-3.0, half0, half1))))
+    p4 = fma(-15.0, rise, fma(8.0, d0, fma(7.0, d1, fma(3.0, half0, -c1))))
+    p5 = fma(6.0, rise, fma(-3.0, d0 + d1, half1 - half0))
+    return g0, d0, half0, p3, p4, p5
+
+
+@inlined
+def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
+    """Coefficients p0..p5 (the last two zero) from value and slope times step at both ends."""
+    rise = g1 - g0
+    return g0, d0, 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise, 0.0, 0.0
+
+
+@inlined
+def derivative(p1, p2, p3, p4, p5):  # type: ignore[no-untyped-def]
+    """Coefficients of the derivative by theta of p0 + p1 theta + ..., the last zero."""
+    return p1, 2.0 * p2, 3.0 * p3, 4.0 * p4, 5.0 * p5, 0.0
+
+
+@inlined
+def value(p0, p1, p2, p3, p4, p5, theta):  # type: ignore[no-untyped-def]
+    """The polynomial at theta."""
+    return fma(theta, fma(theta, fma(theta, fma(theta, fma(theta, p5, p4), p3), p2), p1), p0)
+
+
+@inlined
+def slope(p1, p2, p3, p4, p5, theta):  # type: ignore[no-untyped-def]
+    """Its derivative by theta at theta."""
+    return fma(theta, fma(theta, fma(theta, fma(theta, 5.0 * p5, 4.0 * p4), 3.0 * p3), 2.0 * p2), p1)
+
+
+@inlined
+def extreme(p1, p2, p3, p4, p5, end_slope):  # type: ignore[no-untyped-def]
+    """Where the slope, of opposite signs at both ends, vanishes: the secant's zero and two Newton steps.
+
+    The value at an extreme is flat, so an error of 1e-4 in theta is 1e-8 of the variation. Branch-free.
+    """
+    theta = p1 / (p1 - end_slope)
+    for _ in range(2):
+        bend = fma(theta, fma(theta, fma(theta, 20.0 * p5, 12.0 * p4), 6.0 * p3), 2.0 * p2)
+        theta = theta - slope(p1, p2, p3, p4, p5, theta) / bend
+        theta = max(min(theta, 1.0), 0.0)  # also where the bend vanishes: max(min(nan, 1), 0) is a bound
+    return theta
+
+
+@inlined
+def crossing(p0, p1, p2, p3, p4, p5, level, low, high):  # type: ignore[no-untyped-def]
+    """Where the polynomial takes ``level`` between ``low`` and ``high``, at which it lies on different sides of it.
+
+    Newton, kept inside a shrinking bracket by bisection. For one lane: it branches.
+    """
+    below_at_low = value(p0, p1, p2, p3, p4, p5, low) < level
+    theta = 0.5 * (low + high)
+    for _ in range(60):
+        rest = value(p0, p1, p2, p3, p4, p5, theta) - level
+        if (rest < 0.0) == below_at_low:
+            low = theta
+        else:
+            high = theta
+        bend = slope(p1, p2, p3, p4, p5, theta)
+        following = theta - rest / bend if bend != 0.0 else 0.5 * (low + high)
+        if not (low < following < high):
+            following = 0.5 * (low + high)
+        if abs(following - theta) < 1e-13:
+            break
+        theta = following
+    return theta
+
+
+@inlined
+def share_above(p0, p1, p2, p3, p4, p5, end_slope, level):  # type: ignore[no-untyped-def]
+    """Fraction of the step that the polynomial spends above ``level``, with at most one extreme inside the step."""
+    turn = 1.0
+    if (p1 > 0.0) != (end_slope > 0.0):
+        turn = extreme(p1, p2, p3, p4, p5, end_slope)
+    total = 0.0
+    low = 0.0
+    above_low = p0 > level
+    for piece in range(2):
+        high = turn if piece == 0 else 1.0
+        above_high = value(p0, p1, p2, p3, p4, p5, high) > level
+        if above_low != above_high:
+            theta = crossing(p0, p1, p2, p3, p4, p5, level, low, high)
+            total += (theta - low) if above_low else (high - theta)
+        elif above_low:
+            total += high - low
+        low = high
+        above_low = above_high
+    return total

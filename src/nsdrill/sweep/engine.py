@@ -1,0 +1,172 @@
+"""The engine: keeps the gangs of all workers fed, over any ``concurrent.futures`` executor.
+
+Every worker has one gang. A slice advances it for a fraction of a second and gives back the runs that ended; the engine
+delivers those, tops the gang up and submits it again. So results come steadily, a stop takes no longer than a slice, and
+nothing is lost but the runs in flight. Which gang runs a point changes nothing in its numbers.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from nsdrill.kernel.gang import Gang
+from nsdrill.sweep.work import Work, advance
+from nsdrill.variables import OK
+
+Array = np.ndarray[Any, np.dtype[Any]]
+SEGMENT = 64  # points of a chain handed over at once
+
+
+@dataclass
+class Progress:
+    """How far a sweep is: points done (of which failed, and done before this session), steps tried so far."""
+
+    total: int
+    before: int = 0
+    done: int = 0
+    failed: int = 0
+    lane_steps: int = 0
+    packed_lane_steps: int = 0
+
+
+@dataclass
+class Start:
+    """Where a chain is to begin: at which place, and, where it has got somewhere, from which state."""
+
+    chain: int
+    place: int = 0
+    state: Array | None = None
+
+
+@dataclass
+class _Crew:
+    """A gang with what the engine knows of it."""
+
+    gang: Gang
+    ends: dict[int, tuple[int, int]] = field(default_factory=dict)  # last point of a segment -> (chain, next place)
+    appetite: int = 64
+
+
+class Engine:
+    """Runs a :class:`Work` on ``workers`` gangs of ``lanes`` lanes.
+
+    ``deliver(points, columns)`` is called, in the calling thread, with the numbers of finished points and their
+    results; ``watch(progress)`` after each slice. ``slice_seconds`` bounds how long a stop takes.
+    """
+
+    def __init__(
+        self,
+        work: Work,
+        executor: Executor,
+        workers: int,
+        lanes: int,
+        deliver: Callable[[Array, dict[str, Array]], None],
+        watch: Callable[[Progress], None] = lambda progress: None,
+        slice_seconds: float = 0.25,
+    ) -> None:
+        self.work, self.executor, self.workers, self.lanes = work, executor, workers, lanes
+        self.deliver, self.watch, self.slice_seconds = deliver, watch, slice_seconds
+        self.slots = max(4 * SEGMENT, 2 * SEGMENT * lanes)
+        self.progress = Progress(total=work.plan.points)
+
+    def run(self, starts: list[Start] | None = None, pending: Array | None = None) -> Progress:
+        """Run everything, or only these: for carried chains ``starts``, for single points the numbers ``pending``.
+
+        An interrupt in the calling thread ends the run after the slices under way; their results are delivered and
+        then the interrupt goes on to the caller.
+        """
+        plan = self.work.plan
+        self._carried = plan.chain_length > 1
+        if self._carried:
+            self._starts = deque(starts if starts is not None else [Start(chain) for chain in range(plan.chains)])
+            self._todo = sum(plan.chain_length - start.place for start in self._starts)
+        else:
+            self._pending = np.arange(plan.points) if pending is None else pending
+            self._next = 0
+            self._todo = len(self._pending)
+        self.progress.before = plan.points - self._todo
+
+        count = max(1, min(self.workers, self._left()))
+        crews = [_Crew(self.work.new_gang(self.lanes, self.slots)) for _ in range(count)]
+        futures: dict[Future[Any], _Crew] = {}
+        try:
+            for crew in crews:
+                self._submit(crew, futures)
+            while futures:
+                finished, _ = wait(futures, return_when=FIRST_COMPLETED)
+                for future in finished:
+                    crew = futures.pop(future)
+                    self._receive(crew, future)
+                    self._submit(crew, futures)
+        except BaseException:
+            # Let the slices under way end and keep what they finished.
+            wait(futures)
+            for future, crew in futures.items():
+                if not future.cancelled() and future.exception() is None:
+                    self._receive(crew, future)
+            raise
+        return self.progress
+
+    def _left(self) -> int:
+        return len(self._starts) if self._carried else len(self._pending) - self._next
+
+    def _submit(self, crew: _Crew, futures: dict[Future[Any], _Crew]) -> None:
+        self._feed(crew)
+        if crew.gang.idle:
+            return
+        drain = self._left() == 0 and not crew.ends
+        future = self.executor.submit(advance, crew.gang, self.work.hertz, self.slice_seconds, drain)
+        futures[future] = crew
+
+    def _feed(self, crew: _Crew) -> None:
+        """Top up: at most a fair share of what is left, so that the workers end together."""
+        share = max(self.lanes, -(-self._left() // (2 * self.workers)))
+        room = min(share, crew.appetite) - crew.gang.waiting
+        if not self._carried:
+            count = min(room, crew.gang.free, self._left())
+            if count > 0:
+                points = self._pending[self._next : self._next + count]
+                self._next += count
+                crew.gang.add_many(points, *self.work.prepare(points))
+            return
+        while room > 0 and self._starts and crew.gang.free >= SEGMENT:
+            start = self._starts.popleft()
+            self._add_segment(crew, start)
+            room -= 1
+
+    def _add_segment(self, crew: _Crew, start: Start) -> None:
+        plan = self.work.plan
+        end = min(start.place + SEGMENT, plan.chain_length)
+        points = plan.points_of(start.chain, np.arange(start.place, end))
+        table, sizes, first, initial = self.work.prepare(points)
+        if start.state is not None:
+            initial[0] = start.state
+        if end < plan.chain_length:
+            crew.ends[int(points[-1])] = (start.chain, end)
+        crew.gang.add(points, table, sizes, first, initial)
+
+    def _receive(self, crew: _Crew, future: Future[Any]) -> None:
+        gang, done = future.result()
+        crew.gang = gang
+        n = len(done.job)
+        if n == 0:
+            return
+        # A gang that eats its portion in much less than a slice gets a larger one.
+        if not self._carried and n >= crew.appetite // 2:
+            crew.appetite = min(2 * crew.appetite, self.slots)
+        for i, point in enumerate(done.job.tolist()):
+            if (following := crew.ends.pop(point, None)) is not None:
+                state = done.final[i] if done.status[i] == OK else None
+                self._add_segment(crew, Start(*following, state))
+        self.progress.done += n
+        self.progress.failed += int(np.count_nonzero(done.status != OK))
+        self.deliver(done.job, self.work.columns(done))
+        self.progress.lane_steps += int(np.sum(done.accepted + done.rejected))
+        self.progress.packed_lane_steps = max(self.progress.packed_lane_steps, gang.packed_steps * gang.lanes)
+        self.watch(self.progress)

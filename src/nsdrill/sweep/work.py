@@ -1,0 +1,82 @@
+"""What a sweep computes: the plan, the model and how it is watched; and one slice of that work on one gang."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from nsdrill.kernel.gang import Compiled, Finished, Gang
+from nsdrill.kernel.settings import Simulation
+from nsdrill.model.parameters import Initial, Parameters
+from nsdrill.model.rhs import STATES, first_step, initial_states, make_right_hand_side, model_for, pack, sizes
+from nsdrill.observe.classify import classify
+from nsdrill.observe.features import OBSERVED, make_observer, report_width, store_size
+from nsdrill.observe.reduce import features, peaks
+from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.sweep.plan import Plan
+from nsdrill.variables import OK, PEAKS
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+@dataclass(frozen=True)
+class Work:
+    """All that decides the numbers of a sweep."""
+
+    plan: Plan
+    parameters: Parameters
+    initial: Initial
+    simulation: Simulation
+    thresholds: Thresholds
+    record: Record
+
+    @property
+    def hertz(self) -> bool:
+        return self.parameters.well.law == "hertz"
+
+    def new_gang(self, lanes: int, slots: int) -> Gang:
+        store = np.zeros(store_size(lanes, self.record.peaks))
+        store[0] = self.record.peaks
+        rows = model_for(self.parameters).rows(len(OBSERVED))
+        return Gang(lanes, slots, rows, store, report_width(self.record.peaks), self.simulation)
+
+    def prepare(self, points: Array) -> tuple[Array, Array, Array, Array]:
+        """Lane parameters, state sizes, first steps and initial states of these points."""
+        depth, wob, speed = self.plan.values(points)
+        table = pack(self.parameters, depth, wob, speed, self.thresholds.stuck_below)
+        return table, sizes(table), first_step(table), initial_states(self.parameters, self.initial, depth, wob, speed)
+
+    def columns(self, done: Finished) -> dict[str, Array]:
+        """The results of finished runs, one array per variable of the results file."""
+        n = len(done.job)
+        measured = features(done.report, done.parameters, self.simulation.observe, self.hertz)
+        ok = done.status == OK
+        measured = {name: np.where(ok, value, np.nan) for name, value in measured.items()}
+        heights = peaks(done.report, self.record.peaks)
+        heights[~ok] = np.nan
+        return {
+            "status": done.status,
+            "steps": done.accepted,
+            "rejected": done.rejected,
+            **measured,
+            **classify(measured, done.status, self.thresholds),
+            **{name: heights[:, i] for i, name in enumerate(PEAKS)},
+            "initial_state": done.initial.reshape(n, len(STATES) + 1),
+            "final_state": done.final.reshape(n, len(STATES) + 1),
+        }
+
+
+@lru_cache
+def compiled_parts(lanes: int, hertz: bool) -> Compiled:
+    """The model and the observer, compiled for a number of lanes; from the disk cache where it has them."""
+    observer, marker = make_observer(lanes)
+    return Compiled(make_right_hand_side(lanes, hertz), observer, marker)
+
+
+def advance(gang: Gang, hertz: bool, seconds: float, drain: bool) -> tuple[Gang, Finished]:
+    """One slice of work: a task for any executor, in this process or in another."""
+    done = gang.advance(compiled_parts(gang.lanes, hertz), seconds, drain)
+    return gang, done
