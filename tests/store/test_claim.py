@@ -30,7 +30,7 @@ def test_a_free_name_is_new(path, options):
 
 def test_a_finished_file_is_kept_unless_told(path):
     path.write_text("precious")
-    with pytest.raises(FileError, match="the file exists.*--overwrite") as caught:
+    with pytest.raises(FileError, match=r"the file exists.*--overwrite") as caught:
         claim(path)
     assert caught.value.exit_code == 2
     assert claim(path, overwrite=True) == "new"

@@ -205,7 +205,7 @@ def test_a_disk_too_small_for_the_points_is_told_before_the_run(part, monkeypatc
     real = os.statvfs(part.parent)
     tiny = type("Disk", (), {"f_bavail": 1, "f_frsize": real.f_frsize})
     monkeypatch.setattr(os, "statvfs", lambda path: tiny)
-    with pytest.raises(NsdrillError, match="the points need .* MB, the disk has .* Nothing has run"):
+    with pytest.raises(NsdrillError, match=r"the points need .* MB, the disk has .* Nothing has run"):
         RunLog.create(part, header(), POINTS, PEAKS)
     assert list(part.parent.iterdir()) == []
 
@@ -251,7 +251,7 @@ def test_what_is_no_log_of_ours_is_refused_in_words(part, damage, words):
 def test_missing_and_odd_files_are_refused_in_words(part, tmp_path):
     with pytest.raises(FileError, match="no such file"):
         RunLog.open(part)
-    with pytest.raises(FileError, match="cannot be opened|not a file"):
+    with pytest.raises(FileError, match=r"cannot be opened|not a file"):
         RunLog.open(tmp_path)
     os.mkfifo(part)
     with pytest.raises(FileError, match="not a file"):

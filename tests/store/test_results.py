@@ -199,7 +199,7 @@ def test_a_failure_leaves_the_old_file_and_no_rubbish(path):
         def read(self, start, stop):
             raise OSError(28, "No space left on device")
 
-    with pytest.raises(NsdrillError, match="no space left on device. Nothing was changed") as caught:
+    with pytest.raises(NsdrillError, match=r"no space left on device. Nothing was changed") as caught:
         write_results(path, Broken(header(), POINTS, 0))
     assert caught.value.exit_code == 1
     assert path.read_bytes() == before

@@ -29,10 +29,8 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
     block = block_shape(shape, points_in_block(log.peaks))
     variables = recorded(log.peaks)
     part = getattr(log, "path", None)
-    remedy = (
-        f"The points are safe in {part}: give the same command with --resume." if part else "They are still in memory."
-    )
-    with replacing(path, f"Make room first. {remedy}") as temporary:
+    where = f"safe in {part}: give the same command with --resume" if part else "still in memory"
+    with replacing(path, f"Make room first. The points are {where}.") as temporary:
         with hdf5.writing(temporary) as file:
             hdf5.put_attributes(file, root_attributes("results", {**log.header["attrs"], **(attrs or {})}))
             for name in POINT:
