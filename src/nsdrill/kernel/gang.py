@@ -14,8 +14,17 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.kernel.loop import COUNTERS, FINISHED, LANE_STEPS, PACKED_STEPS, QUEUE_END, QUEUE_NEXT, REPORT, SETTINGS
-from nsdrill.kernel.loop import make_advance
+from nsdrill.kernel.loop import (
+    COUNTERS,
+    FINISHED,
+    LANE_STEPS,
+    PACKED_STEPS,
+    QUEUE_END,
+    QUEUE_NEXT,
+    REPORT,
+    SETTINGS,
+    make_advance,
+)
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.stepper import make_stepper
 

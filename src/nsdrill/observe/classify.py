@@ -9,7 +9,15 @@ import numpy as np
 
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.variables import (
-    BACKWARD, BACKWARD_ROLLING, BIT_BOUNCE, FORWARD, IRREGULAR, NO_WHIRL, OK, STICK_SLIP, WHIRL,
+    BACKWARD,
+    BACKWARD_ROLLING,
+    BIT_BOUNCE,
+    FORWARD,
+    IRREGULAR,
+    NO_WHIRL,
+    OK,
+    STICK_SLIP,
+    WHIRL,
 )  # fmt: skip
 
 Array = np.ndarray[Any, np.dtype[Any]]

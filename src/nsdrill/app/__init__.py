@@ -1,0 +1,1 @@
+"""The use cases, one file each: what the commands do, for scripts as well."""

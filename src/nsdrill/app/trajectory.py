@@ -1,0 +1,168 @@
+"""One run with its trajectory: simulate an operating point, or replay a point of a sweep bit for bit."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from nsdrill.app.provenance import provenance
+from nsdrill.app.run import plan_of
+from nsdrill.data import Trace
+from nsdrill.errors import FileError, InputError
+from nsdrill.kernel.gang import Compiled, Gang
+from nsdrill.kernel.settings import Simulation
+from nsdrill.model.forces import forces
+from nsdrill.model.parameters import Operation
+from nsdrill.model.rhs import STATES, first_step, initial_states, make_right_hand_side, model_for, pack, sizes
+from nsdrill.observe.features import OBSERVED
+from nsdrill.observe.trace import make_tracer, samples_of, trace_store
+from nsdrill.store import read_attributes, read_point
+from nsdrill.study.resolved import study_from_resolved
+from nsdrill.study.study import Study
+from nsdrill.variables import BY_NAME, OK, PENDING
+
+DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
+MOST_SAMPLES = 50_000_000
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A trace, how its run ended (a status of the results file) and, for a replay, whether the end has the stored bits."""
+
+    trace: Trace
+    status: int
+    same_bits: bool | None = None
+
+
+def simulate(
+    study: Study,
+    *,
+    depth: float | None = None,
+    wob: float | None = None,
+    rotary_speed: float | None = None,
+    duration: float | None = None,
+    sample: float = DEFAULT_SAMPLE,
+) -> Trajectory:
+    """Simulate one operating point of a study: depth [m], weight on bit [N], speed [rad/s], by default those of its
+    ``operation``, for ``duration`` [s] (default: transient and observed time), sampled every ``sample`` [s]."""
+    given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
+    try:
+        operation = replace(study.operation, **{k: v for k, v in given.items() if v is not None})
+        if operation.depth <= study.parameters.drillstring.collar.length:
+            raise ValueError(
+                f"depth: found {operation.depth:g} m, allowed: more than the collar length, "
+                f"{study.parameters.drillstring.collar.length:g} m")
+    except ValueError as error:
+        raise InputError(f"The operating point is outside the model. {error}.") from error
+    simulation = study.simulation
+    if duration is not None:
+        if not duration > 0:
+            raise InputError(f"--duration: found {duration:g} s; allowed: more than 0 s.")
+        # The marks cut steps: without a transient of its own the run is one observed window.
+        simulation = replace(simulation, transient=0.0, observe=duration)
+    initial = initial_states(study.parameters, study.initial, operation.depth, operation.wob, operation.rotary_speed)[0]
+    return _trace(study, operation, simulation, initial, sample, "simulate", {})
+
+
+def replay(
+    path: str | os.PathLike[str],
+    *,
+    depth: float | None = None,
+    wob: float | None = None,
+    rotary_speed: float | None = None,
+    procedure: str | None = None,
+    sample: float = DEFAULT_SAMPLE,
+) -> Trajectory:
+    """Run the point of the results file ``path`` nearest to these values again, from its stored initial state.
+
+    An axis with a single value may be left out, and so may the procedure where there is one only.
+    """
+    attrs = read_attributes(path)
+    if "study_resolved" not in attrs:
+        raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
+    study = study_from_resolved(json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path))
+    plan = plan_of(study)
+    wanted: dict[str, float] = {}
+    for name, value in (("depth", depth), ("wob", wob), ("rotary_speed", rotary_speed)):
+        values = plan.axes[name]
+        if value is None:
+            if len(values) > 1:
+                option = "--" + name.replace("_", "-")
+                raise InputError(f"{path}: the sweep has {len(values)} values of {name}. Say which one with {option}.")
+            value = float(values[0])
+        wanted[name] = value
+    if procedure is None:
+        if len(plan.procedures) > 1:
+            raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
+        procedure = plan.procedures[0]
+    try:
+        number, found = plan.find(**wanted, procedure=procedure)
+    except ValueError as error:
+        raise InputError(f"{path}: {error}.") from error
+    point = read_point(path, *(int(i) for i in np.unravel_index(number, plan.shape)))
+    if point["status"] == PENDING:
+        raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
+    operation = Operation(*found)
+    extra = {"procedure": procedure, "replay_of": str(path)}
+    initial = np.asarray(point["initial_state"], dtype=float)
+    result = _trace(study, operation, study.simulation, initial, sample, "replay", extra)
+    same = result.status == int(point["status"]) and bool(
+        np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True))
+    return replace(result, same_bits=same)
+
+
+def _trace(
+    study: Study,
+    operation: Operation,
+    simulation: Simulation,
+    initial: np.ndarray,
+    sample: float,
+    command: str,
+    extra: dict[str, Any],
+) -> Trajectory:
+    total = simulation.transient + simulation.observe
+    if not sample > 0:
+        raise InputError(f"--sample: found {sample:g} s; allowed: more than 0 s.")
+    samples = int(np.floor(total / sample * (1 + 1e-12))) + 1
+    if samples > MOST_SAMPLES:
+        raise InputError(
+            f"--sample: {samples} samples of {total:g} s are more than {MOST_SAMPLES}. Sample more coarsely or shorten "
+            "the run with --duration.")
+    parameters = study.parameters
+    model = model_for(parameters)
+    table = pack(parameters, operation.depth, operation.wob, operation.rotary_speed, study.thresholds.stuck_below)
+    store = trace_store(samples, sample)
+    gang = Gang(1, 1, model.rows(len(OBSERVED)), store, 0, simulation)
+    gang.add(np.array([0]), table, sizes(table), first_step(table), initial[np.newaxis])
+    parts = Compiled(make_right_hand_side(1, model.hertz), *make_tracer(1))
+    done = gang.advance(parts, 0.2, True)
+    while len(done.job) == 0:
+        done = gang.advance(parts, 0.2, True)
+    taken = samples_of(store)
+    time = np.arange(len(taken)) * sample
+    state = {name: taken[:, i].copy() for i, name in enumerate(STATES)}
+    state["drive_angle"] = initial[-1] + operation.rotary_speed * time
+    attrs = {
+        **provenance(study, command),
+        "depth": operation.depth,
+        "wob": operation.wob,
+        "rotary_speed": operation.rotary_speed,
+        "transient": simulation.transient,
+        "observe": simulation.observe,
+        "rtol": simulation.rtol,
+        "status": (BY_NAME["status"].flag_meanings or "").split()[int(done.status[0])],
+        "steps": int(done.accepted[0]),
+        "rejected": int(done.rejected[0]),
+        "initial_state": initial,
+        "final_state": done.final[0],
+        **extra,
+    }
+    trace = Trace(time, {**state, **forces(parameters, operation, state)}, attrs)
+    return Trajectory(trace, int(done.status[0]))
+
+
+__all__ = ["DEFAULT_SAMPLE", "OK", "Trajectory", "replay", "simulate"]

@@ -1,0 +1,96 @@
+"""What an engineer reads off the coefficients at one operating point: natural frequencies, critical speeds, margins."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from nsdrill.model.coefficients import Coefficients, derive
+from nsdrill.model.forces import friction
+from nsdrill.model.parameters import Operation, Parameters
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One number: SI value (None where there is none), SI unit, meaning."""
+
+    value: float | None
+    units: str
+    meaning: str
+
+
+def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
+    """The figures by name."""
+    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
+    bit = parameters.bit
+    contact = math.sqrt((k.k_a + bit.rock_stiffness) / k.m_a)
+    torque = mean_torque(parameters, operation, k)
+    stiffness = lateral_stiffness(parameters, operation, k)
+    return {
+        "axial_free": Figure(math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock"),
+        "axial_contact": Figure(contact, "rad/s", "axial frequency, bit on the rock"),
+        "torsional": Figure(math.sqrt(k.k_t / k.J), "rad/s", "torsional frequency"),
+        "lateral": Figure(
+            math.sqrt(stiffness / k.m_l) if stiffness > 0 else None, "rad/s", "lateral frequency at this WOB"),
+        "lateral_stiffness": Figure(stiffness, "N/m", "lateral stiffness at this WOB"),
+        "buckling_margin": Figure(1 - operation.wob / k.buckling_load, "1", "1 - WOB / buckling load of the span"),
+        "wall_speed": Figure(
+            wall_speed(parameters, operation, k), "rad/s", "speed at which forward whirl reaches the wall"),
+        "lobe_resonance": Figure(contact / bit.lobes, "rad/s", "speed at which the lobes excite the axial contact mode"),
+        "lift_off_wob": Figure(lift_off_wob(parameters, operation, k), "N", "WOB below which steady contact is lost"),
+        "mean_torque": Figure(torque, "N m", "steady torque at the surface"),
+        "static_twist": Figure(-torque / k.k_t, "rad", "steady twist of the string"),
+    }
+
+
+def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
+    """Steady surface torque [N m]: rock at mean bit force W, and torsional damping."""
+    bit = parameters.bit
+    speed = operation.rotary_speed
+    cutting = k.cutting_arm * 2 / math.pi * math.atan(bit.friction.smoothing * speed)
+    rock = operation.wob * (2 / 3 * k.bit_radius * float(friction(bit.friction, speed)) + cutting)
+    return float(rock + parameters.drillstring.torsional_damping * speed)
+
+
+def lateral_stiffness(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
+    """Lateral stiffness [N/m] under the mean axial force and torque, as the study softens it; negative if buckled."""
+    string, span = parameters.drillstring, parameters.drillstring.collar.span
+    if string.lateral_softening == "none":
+        return float(k.k_bend)
+    stiffness = k.k_bend - operation.wob * math.pi**2 / (2 * span)
+    if string.lateral_softening == "live":
+        torque = mean_torque(parameters, operation, k) - string.torsional_damping * operation.rotary_speed
+        stiffness -= torque * math.pi**3 / (2 * span**2)
+    return float(stiffness)
+
+
+def wall_speed(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
+    """Least speed [rad/s] at which drag-limited forward synchronous whirl has the radius of the gap, None if there is
+    none: (k_r - m_l W^2)^2 c0^2 + (c_h W^2 c0^2)^2 = (m_e e0 W^2)^2, a quadratic in W^2."""
+    stiffness = lateral_stiffness(parameters, operation, k)
+    unbalance = k.m_e * parameters.drillstring.eccentricity
+    a = (k.m_l * k.gap) ** 2 + (k.c_h * k.gap**2) ** 2 - unbalance**2
+    b = -2 * stiffness * k.m_l * k.gap**2
+    c = (stiffness * k.gap) ** 2
+    if stiffness <= 0:
+        return 0.0
+    if a == 0:
+        return math.sqrt(-c / b)
+    discriminant = b * b - 4 * a * c
+    if discriminant < 0:
+        return None
+    # The stable form of the roots; the smaller positive one is where the gap is first reached.
+    half = -0.5 * (b - math.sqrt(discriminant))
+    roots = [root for root in (half / a, c / half) if root > 0]
+    return math.sqrt(min(roots)) if roots else None
+
+
+def lift_off_wob(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
+    """Weight on bit [N] below which linear steady contact over the lobes is lost at this speed:
+    s0 K |k_a - m_a w^2 + i c_a w| / |K - m_a w^2 + i c_a w| with K = k_a + k_c and w = n_b Omega."""
+    bit = parameters.bit
+    w = bit.lobes * operation.rotary_speed
+    damping = complex(0, parameters.drillstring.axial_damping * w)
+    both = k.k_a + bit.rock_stiffness
+    free = k.k_a - k.m_a * w * w + damping
+    return float(bit.surface_amplitude * both * abs(free) / abs(both - k.m_a * w * w + damping))

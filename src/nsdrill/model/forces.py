@@ -1,0 +1,116 @@
+"""Forces, energies and powers of given states, in plain numpy: for traces, figures and the energy balance.
+
+The same laws as the compiled right-hand side, written as on the theory page; tests hold the two together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from nsdrill.model.coefficients import derive
+from nsdrill.model.parameters import Friction, Operation, Parameters
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def friction(law: Friction, speed: Any) -> Any:
+    """The friction coefficient with its sign, f(v)."""
+    direction = 2 / math.pi * np.arctan(law.smoothing * speed)
+    return direction * ((law.static - law.dynamic) / (1 + law.decay * np.abs(speed)) + law.dynamic)
+
+
+def forces(parameters: Parameters, operation: Operation, state: Mapping[str, Array]) -> dict[str, Array]:
+    """Contact forces and what follows from the state.
+
+    ``state`` holds x, vx, y, vy [m, m/s], z, vz, twist [rad], bit_speed [rad/s] and drive_angle [rad], arrays of one
+    shape. Gives radius, radial_velocity, whirl_angle (unwrapped along the array), whirl_speed, bit_force, bit_torque,
+    wall_force, wall_friction, surface_torque, all SI.
+    """
+    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
+    well, bit = parameters.well, parameters.bit
+    x, vx, y, vy = (state[name] for name in ("x", "vx", "y", "vy"))
+    omega = state["bit_speed"]
+    radius = np.hypot(x, y)
+    safe = np.where(radius > 0, radius, 1.0)
+    tangential = (x * vy - y * vx) / safe
+    surface = bit.surface_amplitude * np.sin(bit.lobes * (state["twist"] + state["drive_angle"]))
+    bit_force = bit.rock_stiffness * np.maximum(surface - state["z"], 0.0)
+    cutting = k.cutting_arm * 2 / math.pi * np.arctan(bit.friction.smoothing * omega)
+    penetration = np.maximum(radius - k.gap, 0.0)
+    wall_force = well.stiffness * penetration ** (1.5 if well.law == "hertz" else 1.0)
+    slip = omega * k.collar_radius + tangential
+    return {
+        "radius": radius,
+        "radial_velocity": (x * vx + y * vy) / safe,
+        "whirl_angle": np.unwrap(np.arctan2(y, x)),
+        "whirl_speed": tangential / safe,
+        "bit_force": bit_force,
+        "bit_torque": bit_force * (2 / 3 * k.bit_radius * friction(bit.friction, omega) + cutting),
+        "wall_force": wall_force,
+        "wall_friction": wall_force * friction(well.friction, slip),
+        "surface_torque": -k.k_t * state["twist"],
+    }
+
+
+def energy(parameters: Parameters, operation: Operation, state: Mapping[str, Array]) -> Array:
+    """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic energy of rock and wall contacts and
+    the work still to be had from the weight on bit, W z. Lateral softening is left out (it does work, see
+    :func:`powers`)."""
+    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
+    string, well, bit = parameters.drillstring, parameters.well, parameters.bit
+    e0 = string.eccentricity
+    phi = state["twist"] + state["drive_angle"]
+    omega = state["bit_speed"]
+    # Velocity of the mass centre, G = C + e0 (cos phi, sin phi).
+    gx = state["vx"] - e0 * omega * np.sin(phi)
+    gy = state["vy"] + e0 * omega * np.cos(phi)
+    kinetic = 0.5 * (
+        k.m_e * (gx**2 + gy**2)
+        + (k.m_l - k.m_e) * (state["vx"] ** 2 + state["vy"] ** 2)
+        + k.J * omega**2
+        + k.m_a * state["vz"] ** 2
+    )
+    r2 = state["x"] ** 2 + state["y"] ** 2
+    penetration = np.maximum(np.sqrt(r2) - k.gap, 0.0)
+    exponent = 2.5 if well.law == "hertz" else 2.0
+    potential = (
+        0.5 * k.k_bend * r2
+        + 0.5 * k.k_t * state["twist"] ** 2
+        + 0.5 * k.k_a * state["z"] ** 2
+        + operation.wob * state["z"]
+        + well.stiffness * penetration**exponent / exponent
+    )
+    return np.asarray(kinetic + potential)
+
+
+def powers(parameters: Parameters, operation: Operation, state: Mapping[str, Array]) -> dict[str, Array]:
+    """Power [W] that each agent feeds into :func:`energy`; dissipation is negative. Their sum is its rate of change.
+
+    ``drive`` the top drive, ``bit`` the rock (force times velocity, less torque times speed), ``drag`` mud, ``damping``
+    axial and torsional, ``wall`` wall friction, ``softening`` axial force and torque working on the bent span.
+    """
+    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
+    string = parameters.drillstring
+    f = forces(parameters, operation, state)
+    vx, vy, vz, omega = (state[name] for name in ("vx", "vy", "vz", "bit_speed"))
+    span = string.collar.span
+    force, torque = {
+        "live": (f["bit_force"], f["bit_torque"]),
+        "static": (np.full_like(omega, operation.wob), np.zeros_like(omega)),
+        "none": (np.zeros_like(omega), np.zeros_like(omega)),
+    }[string.lateral_softening]
+    softening = force * math.pi**2 / (2 * span) + torque * math.pi**3 / (2 * span**2)
+    slip = omega * k.collar_radius + f["whirl_speed"] * f["radius"]
+    return {
+        # The spring's energy 1/2 k_t twist^2 changes at the rate k_t twist (omega - drive speed); the drive pays its part.
+        "drive": -k.k_t * state["twist"] * operation.rotary_speed,
+        "bit": f["bit_force"] * vz - f["bit_torque"] * omega,
+        "drag": -k.c_h * np.hypot(vx, vy) ** 3,
+        "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,
+        "wall": -f["wall_friction"] * slip,
+        "softening": softening * (state["x"] * vx + state["y"] * vy),
+    }

@@ -1,0 +1,70 @@
+"""The trajectory itself, sampled at even times from the continuous solution: the observer of ``simulate``."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.model.rhs import AUX, PARAMETERS, STATES
+from nsdrill.observe.features import OBSERVED
+from nsdrill.observe.interpolant import quintic, slope, value
+
+# The store: next sample, interval [s], capacity, then the samples, each with all states.
+NEXT, INTERVAL, CAPACITY, HEADER = range(4)
+
+
+def trace_store(samples: int, interval: float) -> np.ndarray:
+    """A store for this many samples, ``interval`` seconds apart, the first at time zero."""
+    store = np.zeros(HEADER + samples * len(STATES))
+    store[INTERVAL], store[CAPACITY] = interval, samples
+    return store
+
+
+def samples_of(store: np.ndarray) -> np.ndarray:
+    """The samples taken, shape (samples, states)."""
+    taken = int(store[NEXT])
+    return store[HEADER : HEADER + taken * len(STATES)].reshape(taken, len(STATES))
+
+
+@lru_cache
+def make_tracer(lanes: int) -> tuple[Any, Any]:
+    """The compiled (observer, marker) that sample lane 0. Rows as those of the other observer, whose steps it shows."""
+    rows = Rows(len(STATES), len(AUX), len(PARAMETERS), len(OBSERVED))
+    W, N = lanes, len(STATES)
+    start_, start_slope_, end_, end_slope_ = (W * r for r in (rows.start, rows.start_slope, rows.stage, rows.slope))
+    time_, step_, moves_ = W * rows.time, W * rows.step, W * rows.moves
+    drive_ = W * (rows.parameter + PARAMETERS.index("drive_speed"))
+    twist_pair = N - 2
+
+    @compiled(types.void(BUFFER, BUFFER), W)
+    def tracer(b, store):  # type: ignore[no-untyped-def]
+        h = b[step_]
+        if b[moves_] == 0.0 or h == 0.0:
+            return
+        interval = store[INTERVAL]
+        while store[NEXT] < store[CAPACITY]:
+            theta = (store[NEXT] * interval - b[time_]) / h
+            if theta > 1.0 + 1e-9 * interval / h:
+                return
+            theta = max(min(theta, 1.0), 0.0)
+            sample = HEADER + N * int(store[NEXT])
+            for k in range(0, N, 2):  # positions and velocities alternate
+                j, m = k * W, (k + 1) * W
+                p0, p1, p2, p3, p4, p5 = quintic(
+                    b[start_ + j], h * b[start_slope_ + j], h * h * b[start_slope_ + m],
+                    b[end_ + j], h * b[end_slope_ + j], h * h * b[end_slope_ + m])
+                store[sample + k] = value(p0, p1, p2, p3, p4, p5, theta)
+                rate = slope(p1, p2, p3, p4, p5, theta) / h
+                # The twist is counted from the drive: its rate is the bit speed less the drive speed.
+                store[sample + k + 1] = rate + b[drive_] if k == twist_pair else rate
+            store[NEXT] += 1.0
+
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), W)
+    def trace_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+        pass
+
+    return tracer, trace_marker
