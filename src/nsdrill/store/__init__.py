@@ -2,6 +2,7 @@
 
 from nsdrill.store.claim import check_target, claim, claim_file
 from nsdrill.store.export import flag_words, to_csv, to_netcdf
+from nsdrill.store.files import write_text
 from nsdrill.store.log import RunLog, part_path
 from nsdrill.store.memory import MemoryLog
 from nsdrill.store.read import (
@@ -45,5 +46,6 @@ __all__ = [
     "to_csv",
     "to_netcdf",
     "write_results",
+    "write_text",
     "write_trace",
 ]

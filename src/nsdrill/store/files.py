@@ -42,6 +42,12 @@ def replacing(path: str | os.PathLike[str], remedy: str = "Make room or choose a
             temporary.unlink()
 
 
+def write_text(path: str | os.PathLike[str], text: str) -> None:
+    """Write ``text`` to ``path``, which is replaced in one step."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
 def temporary_name(path: Path) -> Path:
     """Hidden name beside ``path`` that no other process uses."""
     return path.with_name(f".{path.name}.tmp-{os.getpid()}")

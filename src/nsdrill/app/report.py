@@ -1,0 +1,139 @@
+"""What is in a results file, in words and numbers; and new labels on it."""
+
+from __future__ import annotations
+
+import json
+import os
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from nsdrill import __version__
+from nsdrill.data import Results, Trace
+from nsdrill.errors import FileError
+from nsdrill.observe.classify import classify
+from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
+from nsdrill.study.resolved import study_from_resolved
+from nsdrill.variables import BY_NAME, FEATURES, OK, PENDING
+
+MOST_LISTED = 20
+SUMMARY = ("stick_slip_index", "stuck_fraction", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio",
+           "bit_force_max", "bit_torque_max", "wall_force_max", "lateral_acceleration_rms")  # fmt: skip
+
+
+def summarize(data: Results | Trace) -> dict[str, Any]:
+    """Plain data for ``show``: what the file is, its axes, counts of responses, ranges, failed points."""
+    return _summarize_trace(data) if isinstance(data, Trace) else _summarize_results(data)
+
+
+def _summarize_results(results: Results) -> dict[str, Any]:
+    status = results["status"]
+    ok = status == OK
+    summary: dict[str, Any] = {
+        "kind": "results",
+        **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
+        "axes": {name: _axis(results, name) for name in ("depth", "wob", "rotary_speed")},
+        "procedures": [str(p) for p in results.coords["procedure"]],
+        "points": int(status.size),
+        "status": _counts("status", status),
+        "responses": {},
+        "whirl_kinds": {},
+        "ranges": {},
+    }
+    for i, procedure in enumerate(summary["procedures"]):
+        chosen = ok[i]
+        summary["responses"][procedure] = _counts("response", results["response"][i][chosen])
+        kinds = results["whirl_kind"][i][chosen]
+        summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
+    summary["settled"] = int(np.count_nonzero(results["settled"][ok]))
+    for name in SUMMARY:
+        values = results[name][ok]
+        values = values[np.isfinite(values)]
+        if values.size:
+            summary["ranges"][name] = {
+                "min": float(values.min()), "max": float(values.max()), "units": BY_NAME[name].units}
+    failed = np.argwhere(~ok & (status != PENDING))
+    summary["failed"] = [
+        {
+            "procedure": summary["procedures"][p],
+            "depth": float(results.coords["depth"][d]),
+            "wob": float(results.coords["wob"][w]),
+            "rotary_speed": float(results.coords["rotary_speed"][s]),
+            "status": flag_words(BY_NAME["status"], int(status[p, d, w, s])),
+        }
+        for p, d, w, s in failed
+    ]
+    if len(results.swept) == 1:
+        summary["intervals"] = intervals(results)
+    return summary
+
+
+def _axis(results: Results, name: str) -> dict[str, Any]:
+    values = results.coords[name]
+    return {"from": float(values[0]), "to": float(values[-1]), "points": len(values)}
+
+
+def _counts(name: str, values: np.ndarray) -> dict[str, int]:
+    found, counts = np.unique(values, return_counts=True)
+    return {flag_words(BY_NAME[name], int(v)): int(c) for v, c in zip(found, counts, strict=True)}
+
+
+def intervals(results: Results) -> list[dict[str, Any]]:
+    """Runs of neighbouring points with one response along the swept axis of a one-axis sweep."""
+    axis = results.swept[0]
+    values = results.coords[axis]
+    rows = []
+    for i, procedure in enumerate(results.coords["procedure"]):
+        response = results["response"][i].ravel()
+        status = results["status"][i].ravel()
+        start = 0
+        for end in range(1, len(values) + 1):
+            if end < len(values) and response[end] == response[start] and status[end] == status[start]:
+                continue
+            state = "response" if status[start] == OK else "status"
+            word = flag_words(BY_NAME[state], int((response if state == "response" else status)[start]))
+            rows.append({
+                "procedure": str(procedure), "axis": axis, "from": float(values[start]), "to": float(values[end - 1]),
+                "points": end - start, "response": word,
+            })
+            start = end
+    return rows
+
+
+def _summarize_trace(trace: Trace) -> dict[str, Any]:
+    wanted = ("title", "created", "nsdrill_version", "depth", "wob", "rotary_speed", "procedure", "status", "steps",
+              "rejected")  # fmt: skip
+    plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
+    return {
+        "kind": "trace",
+        **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
+        "samples": len(trace.time),
+        "duration": float(trace.time[-1]) if len(trace.time) else 0.0,
+        "ranges": {
+            name: {"min": float(np.nanmin(values)), "max": float(np.nanmax(values))}
+            for name, values in trace.variables.items() if len(values)
+        },
+    }
+
+
+def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, tuple[int, int]]:
+    """Give the results file ``path`` new labels with changed thresholds (``classify.key=value``); nothing runs again.
+
+    Gives, for each label, how many points changed and how many there are.
+    """
+    from nsdrill.study import change_thresholds
+
+    attrs = read_attributes(path)
+    if "study_resolved" not in attrs:
+        raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
+    study = study_from_resolved(json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path))
+    thresholds = change_thresholds(study.thresholds, overrides)
+    results = read_results(path, ["status", "response", "whirl_kind", "stick_slip_severity", "settled", *FEATURES])
+    labels = classify(results.variables, results["status"], thresholds)
+    changed = {
+        name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
+    now = datetime.now(UTC).isoformat(timespec="seconds")
+    line = f"{now} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
+    rewrite_labels(path, labels, line, {"classification": json.dumps(overrides)})
+    return changed

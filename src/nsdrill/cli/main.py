@@ -1,0 +1,123 @@
+"""The group of commands, and how errors reach people."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from importlib import import_module
+from typing import Any, NoReturn
+
+import click
+
+from nsdrill import __version__
+from nsdrill.errors import NsdrillError
+
+# name -> (file, one line for the help). Kept here so that the help imports nothing else.
+COMMANDS = {
+    "run": "Run a study: sweep, classify, and write the results file.",
+    "simulate": "Simulate one operating point and write its trajectory.",
+    "replay": "Run one point of a results file again, bit for bit, with its trajectory.",
+    "plot": "Draw a results or trace file.",
+    "show": "Say what is in a results or trace file, in words and numbers.",
+    "check": "Validate a study and print its derived coefficients.",
+    "new": "Write a commented study to start from.",
+    "schema": "Print the JSON Schema of the study file.",
+    "export": "Write results as CSV or netCDF.",
+    "classify": "Give a results file new labels with other thresholds; nothing is run again.",
+}
+
+
+class LazyGroup(click.Group):
+    """A group whose commands are imported when they are called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        command: click.Command = import_module(f"nsdrill.cli.{cmd_name}").command
+        return command
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            import difflib
+
+            near = difflib.get_close_matches(args[0], COMMANDS, n=1)
+            hint = f" Did you mean {near[0]}?" if near else ""
+            error.message = f"{error.message.rstrip('.')}.{hint} Commands: {', '.join(COMMANDS)}."
+            raise
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(__version__, prog_name="nsdrill")
+def group() -> None:
+    """A bifurcation explorer for drill-string vibration: bit-bounce, stick-slip and whirl over depth, weight on bit and
+    rotary speed, with history.
+
+    Start with: nsdrill new -o study.yaml; nsdrill run study.yaml -o out.h5; nsdrill plot out.h5 -o out.png
+    """
+
+
+def main() -> NoReturn:
+    """Entry point of the console script."""
+    # A scheduler's polite request to end is an interrupt like Ctrl-C: save, then leave.
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        code = group.main(prog_name="nsdrill", standalone_mode=False)
+        sys.stdout.flush()
+        sys.exit(code if isinstance(code, int) else 0)
+    except click.exceptions.Abort:
+        _leave("Interrupted.", 130)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except NsdrillError as error:
+        _leave(f"Error: {error}", error.exit_code)
+    except BrokenPipeError:
+        # The reader of our output has gone (`| head`): nothing to say, and nobody to say it to.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(0)
+    except KeyboardInterrupt as error:
+        _leave(_interrupted(error), 130)
+    except MemoryError:
+        _leave("Error: out of memory. Sweep fewer points at once, or sample a trace more coarsely.", 1)
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        _leave(f"Error: {where}{error.strerror or error}.", 1)
+    except Exception as error:
+        if os.environ.get("NSDRILL_DEBUG"):
+            raise
+        _leave(
+            f"Error: this should not happen and is a bug of nsdrill ({type(error).__name__}: {error}). Please report it "
+            "with the output of the same command under NSDRILL_DEBUG=1.",
+            1,
+        )
+
+
+def _interrupt(signum: int, frame: Any) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+def _interrupted(error: KeyboardInterrupt) -> str:
+    done = getattr(error, "done", None)
+    if done is None:
+        return "Interrupted; nothing was written."
+    part, total = getattr(error, "part", None), getattr(error, "total", 0)
+    return (
+        f"Interrupted: {done} of {total} points are safe in {part}. Go on with the same command and --resume."
+    )
+
+
+def _leave(message: str, code: int) -> NoReturn:
+    try:
+        click.echo(message, err=True)
+    finally:
+        sys.exit(code)

@@ -1,0 +1,26 @@
+"""nsdrill new."""
+
+from __future__ import annotations
+
+import click
+
+from nsdrill.cli import options
+
+
+@click.command("new")
+@options.output("Study file to write; without it, the study goes to standard output.", required=False)
+@options.overwrite
+def command(output: str | None, overwrite: bool) -> int:
+    """Write a commented study to start from, with every key, its unit and its default."""
+    from nsdrill.study import template_text
+
+    text = template_text()
+    if output is None:
+        click.echo(text, nl=False)
+        return 0
+    from nsdrill.store import claim_file, write_text
+
+    claim_file(output, overwrite)
+    write_text(output, text)
+    click.echo(f"{output}: written. Next: nsdrill check {output}; nsdrill run {output} -o out.h5", err=True)
+    return 0

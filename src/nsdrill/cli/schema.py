@@ -1,0 +1,16 @@
+"""nsdrill schema."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+
+@click.command("schema")
+def command() -> int:
+    """Print the JSON Schema of the study file, for editors and other programs."""
+    from nsdrill.study import json_schema
+
+    click.echo(json.dumps(json_schema(), indent=2))
+    return 0
