@@ -1,7 +1,7 @@
-"""The equations of motion once more, in plain Python and NumPy, written from the theory page and not from the sources.
+"""The equations of motion once more, in plain Python and NumPy, written from the theory page, not from the sources.
 
-Nothing here imports nsdrill. The state is (x, vx, y, vy, z, vz, twist, bit_speed); the lateral mass matrix is solved as it
-comes out of the Lagrangian, as a 3 x 3 system, not by the eliminated form that the package integrates.
+Nothing here imports nsdrill. The state is (x, vx, y, vy, z, vz, twist, bit_speed); the lateral mass matrix is solved as
+it comes out of the Lagrangian, as a 3 x 3 system, not by the eliminated form that the package integrates.
 """
 
 from __future__ import annotations
@@ -232,7 +232,8 @@ def quick(case, phase=0.0):
             rub = normal * law(slip, c.wall_static, c.wall_dynamic, c.wall_smoothing, c.wall_decay)
             fx += (-normal * x + rub * y) / r
             fy += (-normal * y - rub * x) / r
-        alpha = (-torque - c.torsional_damping * omega - k_t * twist - rub * R - s / m_l * (fy * cos - fx * sin)) / inertia
+        moment = -torque - c.torsional_damping * omega - k_t * twist - rub * R
+        alpha = (moment - s / m_l * (fy * cos - fx * sin)) / inertia
         return np.array((
             vx, (fx + s * (omega * omega * cos + alpha * sin)) / m_l,
             vy, (fy + s * (omega * omega * sin - alpha * cos)) / m_l,

@@ -1,4 +1,4 @@
-"""The elementary functions against mpmath: 2 ulp for sine, cosine and arctangent, 1e-9 for the controller's logarithm."""
+"""The elementary functions against mpmath: 2 ulp for sine, cosine and arctangent, 1e-9 for the logarithm."""
 
 from __future__ import annotations
 
@@ -136,12 +136,6 @@ def test_arctangent_never_decreases_by_more_than_its_error(x: float, y: float) -
 @QUICK
 def test_logarithm_undoes_the_power(x: float) -> None:
     assert abs(log2(exp2(x)) - x) < 3e-9
-
-
-@pytest.mark.parametrize("function", [arctan, lambda x: sincos(x)[0]])
-def test_zero_keeps_its_sign(function: object) -> None:
-    assert math.copysign(1, function(-0.0)) == -1
-    assert math.copysign(1, function(0.0)) == 1
 
 
 def test_a_blown_up_angle_stays_visible() -> None:

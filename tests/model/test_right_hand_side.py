@@ -1,0 +1,231 @@
+"""The compiled right-hand side against the independent reference, across lanes, and against plain Python."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from reference import Case, contacts, derivative, quick
+
+from model.buffers import ROWS, slopes
+from model.cases import parameters_of, random_case, random_state, table_of
+from nsdrill.model.lobes import cosine_polynomial, sine_polynomial
+from nsdrill.model.rhs import first_step, initial_states, make_right_hand_side, pack, sizes
+
+HERE = Path(__file__).parent
+TESTS = str(HERE.parent)
+
+
+def terms(c: Case, t: float, s: np.ndarray) -> np.ndarray:
+    """How large the terms are that sum up to each derivative: cancellation loses bits against these, not the sum."""
+    f = contacts(c, t, s)
+    _, vx, _, vy, z, vz, twist, omega = np.abs(s)
+    speed = np.hypot(vx, vy)
+    stiffness = c.k_bend + f["bit_force"] * np.pi**2 / c.span + abs(f["bit_torque"]) * np.pi**3 / c.span**2
+    lateral = (stiffness * f["radius"] + c.c_h * speed**2 + f["wall_force"] + abs(f["wall_friction"]))
+    s_e = c.m_e * c.eccentricity
+    inertia = c.J + s_e * (c.eccentricity - s_e / c.m_l)
+    angular = (abs(f["bit_torque"]) + c.torsional_damping * omega + c.k_t * twist
+               + abs(f["wall_friction"]) * c.collar_radius + s_e / c.m_l * lateral) / inertia
+    a = lateral / c.m_l + s_e / c.m_l * (omega**2 + angular)
+    axial = (f["bit_force"] + c.rock_stiffness * (c.amplitude + z) * (f["bit_force"] > 0) + c.wob
+             + c.axial_damping * vz + c.k_a * z) / c.m_a
+    return np.array([vx, a, vy, a, vz, axial, omega + c.speed, angular])
+
+
+def wall_terms(c: Case, s: np.ndarray) -> float:
+    """What a rounding of the radius does to the wall's acceleration: k_w r eps / m_l, relative to eps."""
+    r = np.hypot(s[0], s[2])
+    if r <= c.gap * (1 - 1e-12):
+        return 0.0
+    rise = 1.5 * np.sqrt(max(r - c.gap, 1e-14)) if c.wall_law == "hertz" else 1.0
+    return c.wall_stiffness * r * rise / c.m_l
+
+
+def points(options: dict, count: int, seed: int) -> list[tuple[Case, float, np.ndarray]]:
+    rng = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        case = random_case(rng, **options)
+        found.append((case, rng.uniform(0, 5), random_state(rng, case)))
+    return found
+
+
+@pytest.mark.parametrize("wall_law", ["linear", "hertz"])
+@pytest.mark.parametrize("softening", ["live", "static", "none"])
+@pytest.mark.parametrize("eccentric_mass", ["total", "steel"])
+def test_derivatives_equal_the_reference(wall_law: str, softening: str, eccentric_mass: str) -> None:
+    """To 2e-13 of the terms summed, at 200 random states of 200 random strings, all contacts and lobe numbers."""
+    options = {"wall_law": wall_law, "softening": softening, "eccentric_mass": eccentric_mass}
+    cases = points(options, 200, 7)
+    table = np.concatenate([table_of(c) for c, _, _ in cases])
+    found = slopes(8, wall_law == "hertz", table, np.array([t for _, t, _ in cases]), np.array([s for *_, s in cases]))
+    for (c, t, s), mine in zip(cases, found, strict=True):
+        scale = terms(c, t, s)
+        scale[[1, 3, 7]] += wall_terms(c, s)
+        assert np.all(np.abs(mine - derivative(c, t, s)) <= 2e-13 * scale), (c, t, s)
+    in_rock = np.mean([contacts(c, t, s)["bit_force"] > 0 for c, t, s in cases])
+    on_wall = np.mean([contacts(c, t, s)["wall_force"] > 0 for c, t, s in cases])
+    assert 0.2 < in_rock < 0.9, "the states are to be in and out of the rock"
+    assert 0.2 < on_wall < 0.9, "and on and off the wall"
+
+
+def test_the_two_references_agree() -> None:
+    """The 3 x 3 Lagrange system and the eliminated scalar form are one model."""
+    for c, t, s in points({}, 200, 8):
+        assert quick(c)(t, s) == pytest.approx(derivative(c, t, s), rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("lobes", range(1, 9))
+def test_lobed_surface_is_the_sine_of_the_multiple_angle(lobes: int) -> None:
+    """sin(n phi) = sin(phi) U_{n-1}(cos phi), cos(n phi) = T_n(cos phi): Abramowitz & Stegun 22.3.15-16."""
+    phi = np.linspace(-7, 7, 501)
+    powers = np.cos(phi) ** np.arange(9)[:, None]
+    assert np.sin(phi) * (sine_polynomial(lobes) @ powers[:8]) == pytest.approx(np.sin(lobes * phi), abs=1e-13)
+    assert cosine_polynomial(lobes) @ powers == pytest.approx(np.cos(lobes * phi), abs=1e-13)
+
+
+def batch(hertz: bool, count: int = 32) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    cases = points({"wall_law": "hertz" if hertz else "linear"}, count, 9)
+    return (np.concatenate([table_of(c) for c, _, _ in cases]), np.array([t for _, t, _ in cases]),
+            np.array([s for *_, s in cases]))
+
+
+@pytest.mark.parametrize("hertz", [False, True])
+def test_one_eight_and_sixteen_lanes_give_the_same_bits(hertz: bool) -> None:
+    table, time, states = batch(hertz)
+    one = slopes(1, hertz, table, time, states)
+    assert np.array_equal(one, slopes(8, hertz, table, time, states))
+    assert np.array_equal(one, slopes(16, hertz, table, time, states))
+
+
+def test_a_lane_does_not_feel_its_neighbours() -> None:
+    table, time, states = batch(False, 8)
+    alone = slopes(8, False, table, time, states)
+    for lane in range(8):
+        others = np.arange(8) != lane
+        spoiled_table, spoiled_states = table.copy(), states.copy()
+        spoiled_table[others], spoiled_states[others] = np.nan, np.inf
+        assert np.array_equal(slopes(8, False, spoiled_table, time, spoiled_states)[lane], alone[lane])
+
+
+def test_only_slopes_and_auxiliary_rows_are_written() -> None:
+    table, time, states = batch(False, 8)
+    rows = np.random.default_rng(1).uniform(size=(ROWS.total, 8))
+    rows[: ROWS.states], rows[ROWS.stage_time] = states.T, time
+    rows[ROWS.parameter : ROWS.parameter + ROWS.parameters] = table.T
+    buffer = rows.ravel().copy()
+    make_right_hand_side(8, False)(buffer)
+    changed = np.any(buffer.reshape(rows.shape) != rows, axis=1)
+    written = [*range(ROWS.slope, ROWS.slope + ROWS.states), *range(ROWS.aux_now, ROWS.aux_now + ROWS.aux)]
+    assert set(np.flatnonzero(changed)) == set(written)
+
+
+PLAIN = """
+import json, sys
+import numpy as np
+sys.path.insert(0, {tests!r})
+from model.test_right_hand_side import batch
+from model.buffers import slopes
+out = []
+for hertz in (False, True):
+    out.append(slopes(2, hertz, *batch(hertz, 16)).tolist())
+print(json.dumps(out))
+"""
+
+
+def test_plain_python_computes_the_same() -> None:
+    """NUMBA_DISABLE_JIT=1, the same code interpreted: a * b + c rounds twice there, so equal to rounding, not in bits."""
+    done = subprocess.run(
+        [sys.executable, "-c", PLAIN.format(tests=TESTS)], env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True, text=True, check=True)
+    for hertz, plain in zip((False, True), json.loads(done.stdout), strict=True):
+        cases = points({"wall_law": "hertz" if hertz else "linear"}, 16, 9)
+        compiled = slopes(8, hertz, *batch(hertz, 16))
+        for (c, t, s), mine, theirs in zip(cases, compiled, np.array(plain), strict=True):
+            scale = terms(c, t, s)
+            scale[[1, 3, 7]] += wall_terms(c, s)
+            assert np.all(np.abs(mine - theirs) <= 2e-13 * scale)
+
+
+def test_turning_the_lateral_plane_turns_the_accelerations() -> None:
+    """Isotropy: without eccentricity no direction in the plane is special."""
+    rng = np.random.default_rng(11)
+    for _ in range(30):
+        c = random_case(rng, eccentricity=0.0, wall_law="linear")
+        s = random_state(rng, c)
+        turned = np.repeat(s[None], 8, axis=0)
+        angles = np.linspace(0, 2 * np.pi, 8, endpoint=False)
+        cos, sin = np.cos(angles), np.sin(angles)
+        for a in (0, 1):
+            turned[:, a], turned[:, a + 2] = cos * s[a] - sin * s[a + 2], sin * s[a] + cos * s[a + 2]
+        f = slopes(8, False, np.repeat(table_of(c), 8, axis=0), np.full(8, 1.25), turned)
+        back_x, back_y = cos * f[:, 1] + sin * f[:, 3], -sin * f[:, 1] + cos * f[:, 3]
+        size = 1e-13 * (terms(c, 1.25, s) + wall_terms(c, s))
+        assert np.all(np.abs(back_x - f[0, 1]) <= size[1])
+        assert np.all(np.abs(back_y - f[0, 3]) <= size[3])
+        assert np.all(np.abs(f[:, 7] - f[0, 7]) <= size[7])
+        assert np.array_equal(f[:, 5], np.repeat(f[0, 5], 8)), "the axial motion does not see the lateral plane"
+
+
+def test_mirror_image_of_the_rotation() -> None:
+    """y, twist, speed and drive reversed give the mirrored motion; on flat rock, as a lobe would show its other flank."""
+    rng = np.random.default_rng(12)
+    for _ in range(30):
+        c = random_case(rng, amplitude=0.0, wall_law="linear", eccentricity=0.01)
+        s = random_state(rng, c)
+        flip = np.array([1, 1, -1, -1, 1, 1, -1, -1])
+        table = np.repeat(table_of(c), 8, axis=0)
+        table[1, 1] *= -1  # drive_speed; depth of cut and all else stay
+        f = slopes(8, False, table, np.full(8, 2.0), np.array([s, s * flip] + [s] * 6))
+        if c.softening != "live":  # the torque that softens changes its sign in the mirror
+            assert f[1] == pytest.approx(f[0] * flip, rel=1e-12, abs=1e-12 * np.max(np.abs(f[0])))
+
+
+def test_bit_off_the_rock_feels_neither_force_nor_torque() -> None:
+    c = Case()
+    s = np.array([0.01, 0.0, 0.0, 0.0, 2e-3, 0.0, 0.0, 3.0])  # 1 mm above the highest lobe
+    f = slopes(1, False, table_of(c), np.zeros(1), s[None])[0]
+    assert f[5] == pytest.approx(-(c.wob + c.k_a * 2e-3) / c.m_a, rel=1e-14)
+
+
+def test_centre_of_the_hole_is_an_ordinary_point() -> None:
+    """The polar form of the paper divides by r there."""
+    c = Case()
+    s = np.array([0.0, 0.0, 0.0, 0.0, -1e-4, 0.0, 0.0, 3.0])
+    f = slopes(1, False, table_of(c), np.zeros(1), s[None])[0]
+    assert np.all(np.isfinite(f))
+    assert f == pytest.approx(derivative(c, 0.0, s), rel=1e-12)
+
+
+def test_packing_many_points_is_packing_each() -> None:
+    c = Case()
+    rng = np.random.default_rng(13)
+    depth, wob, speed = rng.uniform(300, 9000, 20), rng.uniform(0, 1e5, 20), rng.uniform(0.1, 20, 20)
+    many = pack(parameters_of(c), depth, wob, speed, 0.5)
+    each = [pack(parameters_of(c), *point, 0.5)[0] for point in zip(depth, wob, speed, strict=True)]
+    assert np.array_equal(many, np.array(each))
+
+
+def test_natural_sizes_and_first_steps_are_positive_everywhere() -> None:
+    rng = np.random.default_rng(14)
+    for _ in range(50):
+        table = table_of(random_case(rng))
+        assert np.all(sizes(table) > 0)
+        assert np.all((first_step(table) > 0) & (first_step(table) < 0.1))
+
+
+def test_bit_starts_where_it_rests_under_the_weight() -> None:
+    """z = -W/(k_a + k_c): theory page."""
+    from nsdrill.model.parameters import Initial
+
+    c = Case()
+    state = initial_states(parameters_of(c), Initial(), c.depth, c.wob, c.speed)[0]
+    assert state[4] == pytest.approx(-c.wob / (c.k_a + c.rock_stiffness), rel=1e-14)
+    assert state.tolist()[:4] == [1e-3, 0, 0, 0]
+    assert state[7] == c.speed
