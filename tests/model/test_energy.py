@@ -38,7 +38,7 @@ def test_energy_changes_by_the_powers_at_any_state(law: str, softening: str, mas
     """
     rng = np.random.default_rng(31)
     for _ in range(16):
-        c = random_case(rng, wall_law=law, softening=softening, eccentric_mass=mass, wall_stiffness=10 ** rng.uniform(6, 7))
+        c = random_case(rng, wall_law=law, softening=softening, eccentric_mass=mass, wall_stiffness=5e6)
         s, t = random_state(rng, c), rng.uniform(0, 5)
         f = slopes(1, law == "hertz", table_of(c), np.array([t]), s[None])[0]
         par, op = parameters_of(c), operation_of(c)
@@ -95,7 +95,7 @@ def chaotic(law: str, softening: str, mass: str):
 def test_energy_balances_along_trajectories_through_all_contacts(law: str, softening: str, mass: str) -> None:
     """To 1e-7 of the work that goes through, in 20 s of chaos at rtol 1e-10.
 
-    The powers are continuous with kinks at the contacts, each of which costs Simpson's rule h^2 times the jump of slope:
+    The powers are continuous with kinks at the contacts; each costs Simpson's rule h^2 times the jump of slope: some
     1e-8 of the work at h = 1/8 ms (found to fall with h^2 down to 3e-9 at 1/20 ms, whatever the tolerance below 1e-9).
     """
     study = chaotic(law, softening, mass)

@@ -140,7 +140,7 @@ print(json.dumps(out))
 
 
 def test_plain_python_computes_the_same() -> None:
-    """NUMBA_DISABLE_JIT=1, the same code interpreted: a * b + c rounds twice there, so equal to rounding, not in bits."""
+    """NUMBA_DISABLE_JIT=1, the same code interpreted: a * b + c rounds twice, so equal to rounding."""
     done = subprocess.run(
         [sys.executable, "-c", PLAIN.format(tests=TESTS)], env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
         capture_output=True, text=True, check=True)
@@ -174,7 +174,7 @@ def test_turning_the_lateral_plane_turns_the_accelerations() -> None:
 
 
 def test_mirror_image_of_the_rotation() -> None:
-    """y, twist, speed and drive reversed give the mirrored motion; on flat rock, as a lobe would show its other flank."""
+    """y, twist, speed and drive reversed give the mirrored motion; flat rock, as lobes have another flank."""
     rng = np.random.default_rng(12)
     for _ in range(30):
         c = random_case(rng, amplitude=0.0, wall_law="linear", eccentricity=0.01)
