@@ -1,0 +1,88 @@
+"""How the code is compiled: packed instructions, and the same numbers without compilation."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sweep.runs import run_from, work_for
+
+from kernel.motions import BOUNCING, RUBBING, SMOOTH, scaled_error, start_of
+from nsdrill.kernel.settings import Simulation
+
+TESTS = str(Path(__file__).parents[1])
+
+ASSEMBLY = """
+import sys
+from dataclasses import replace
+from nsdrill.kernel.stepper import make_stepper
+from nsdrill.model.parameters import Parameters
+from nsdrill.model.rhs import make_right_hand_side, model_for
+from nsdrill.observe.features import OBSERVED
+rows = model_for(Parameters()).rows(len(OBSERVED))
+function = make_right_hand_side(8, False) if sys.argv[1] == "rhs" else make_stepper(8, rows)
+print("".join(function.inspect_asm().values()))
+"""
+
+
+def has_wide_registers() -> bool:
+    import llvmlite.binding as llvm
+
+    features = llvm.get_host_cpu_features()
+    return platform.machine().lower() in ("x86_64", "amd64") and bool(features.get("avx2") and features.get("fma"))
+
+
+@pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
+@pytest.mark.parametrize("part", ["rhs", "stepper"])
+def test_lane_loops_compile_to_packed_instructions(part: str, tmp_path: Path) -> None:
+    """One function call or branch in a lane loop, and LLVM goes back to one lane at a time: five times slower.
+
+    Compiled afresh, as code from the cache shows no assembly.
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", ASSEMBLY, part], env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True, text=True, check=True)
+    packed = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)pd\b[^\n]*%[yz]mm", done.stdout)
+    single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", done.stdout)
+    assert len(packed) > 50
+    # A few scalar ones may be left around the loops; a loop that fell back has as many as there are operations.
+    assert len(single) < 0.1 * len(packed)
+
+
+PLAIN = """
+import json, sys
+sys.path.insert(0, {tests!r})
+from kernel.test_compilation import few_steps
+print(json.dumps(few_steps()))
+"""
+
+
+def few_steps() -> list[list[float]]:
+    """State, steps and rejected of 50 ms of three motions: some steps of each."""
+    found = []
+    for case in (SMOOTH, BOUNCING, RUBBING):
+        out = run_from(work_for(case, Simulation(0.0, 0.05, rtol=1e-8)), start_of(case)[None], lanes=1)
+        found.append([*out["final_state"][0].tolist(), int(out["steps"][0]), int(out["rejected"][0])])
+    return found
+
+
+def test_plain_python_takes_the_same_steps() -> None:
+    """NUMBA_DISABLE_JIT=1: the whole kernel interpreted, so that coverage can look at it. Equal to rounding.
+
+    The fused multiply-add rounds twice there. Some ten roundings of 1e-16 in each of up to sixty steps, in units of the
+    natural sizes, which are a tenth of the states: below 1e-12.
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", PLAIN.format(tests=TESTS)], env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True, text=True, check=True)
+    for case, mine, plain in zip((SMOOTH, BOUNCING, RUBBING), few_steps(), json.loads(done.stdout), strict=True):
+        assert mine[9:] == plain[9:]
+        assert 2 <= mine[9] < 60
+        assert scaled_error(case, np.array(mine[:8]), np.array(plain[:8])) < 1e-12
