@@ -36,7 +36,7 @@ COMPILED = ("abi.py", "elementary.py", "model", "kernel", "observe")
 FASTMATH = {"nsz"}
 
 BUFFER = types.float64[::1]
-# A right-hand side reads the rows `stage`, `stage_time` and `parameter` and writes the rows `slope` and `aux_now`.
+# A right-hand side reads the rows `stage`, `stage_time` and `parameter` and writes `acceleration` and `aux_now`.
 RIGHT_HAND_SIDE = types.FunctionType(types.void(BUFFER))
 # An observer is shown every packed step: the lane buffer and a store of its own.
 OBSERVER = types.FunctionType(types.void(BUFFER, BUFFER))
@@ -117,8 +117,9 @@ class Rows:
     """Row numbers of the lane buffer for a model of ``states`` states, ``aux`` auxiliary outputs and ``parameters``
     parameters, and an observer with ``observed`` rows of its own.
 
-    The model knows ``stage``, ``slope``, ``stage_time``, ``aux`` and ``parameter``; the observer also the end points of
-    the step; the rest is the kernel's.
+    States are positions and velocities in turn: position' = velocity + drift, velocity' = acceleration. The model knows
+    ``stage``, ``acceleration``, ``stage_time``, ``aux`` and ``parameter``; the observer also the ends of the step; the
+    rest is the kernel's.
     """
 
     states: int
@@ -126,40 +127,50 @@ class Rows:
     parameters: int
     observed: int
 
-    # What the model reads and writes.
+    @property
+    def pairs(self) -> int:
+        """How many positions there are."""
+        return self.states // 2
+
+    # What the model reads (`stage`, `stage_time`, `parameter`) and writes (`acceleration`, `aux_now`).
     @property
     def stage(self) -> int:
         return 0
 
     @property
-    def slope(self) -> int:
+    def acceleration(self) -> int:
         return self.states
 
     @property
     def stage_time(self) -> int:
-        return 2 * self.states
+        return self.acceleration + self.pairs
 
     @property
     def aux_now(self) -> int:
-        return 2 * self.states + 1
+        return self.stage_time + 1
 
     @property
     def parameter(self) -> int:
         return self.aux_now + self.aux
 
-    # What the observer reads besides: the step goes from (`time`, `start`) to (`time` + `step`, `stage`), with the slopes
-    # `start_slope` and `slope` at its ends; `moves` is 1.0 where it is accepted, `window` where it is observed, else 0.0.
+    # What the observer reads besides: the step goes from (`time`, `start`) to (`time` + `step`, `stage`), with the
+    # accelerations `start_acceleration` and `acceleration` at its ends; `moves` is 1.0 where it is accepted, `window`
+    # where it is observed, else 0.0.
     @property
     def start(self) -> int:
         return self.parameter + self.parameters
 
     @property
-    def start_slope(self) -> int:
+    def start_acceleration(self) -> int:
         return self.start + self.states
 
     @property
+    def drift(self) -> int:
+        return self.start_acceleration + self.pairs
+
+    @property
     def time(self) -> int:
-        return self.start_slope + self.states
+        return self.drift + self.pairs
 
     @property
     def step(self) -> int:
@@ -179,12 +190,18 @@ class Rows:
 
     # The kernel's own.
     @property
-    def inner_slope(self) -> int:
+    def inner(self) -> int:
+        """Accelerations at the inner stages 2 to 6."""
         return self.observer + self.observed
 
     @property
+    def lead(self) -> int:
+        """How far each position would go in the step at its present rate."""
+        return self.inner + 5 * self.pairs
+
+    @property
     def size(self) -> int:
-        return self.inner_slope + 5 * self.states
+        return self.lead + self.pairs
 
     @property
     def control(self) -> int:

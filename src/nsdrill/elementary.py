@@ -1,7 +1,7 @@
 """Elementary functions that vectorise: branch-free, free of library calls, accurate to 2 ulp over the range used.
 
 A call of ``math.sin`` inside a lane loop keeps it scalar. These are the classical algorithms (Cody & Waite 1980;
-fdlibm's kernel polynomials; Cephes' arctangent) written with selects instead of branches.
+fdlibm's kernel polynomials; Cephes' three intervals of the arctangent) with selects instead of branches.
 
 Fused multiply-adds are written out, ``fma(a, b, c)`` for a * b + c in one rounding. Were the compiler free to fuse where
 it likes (the ``contract`` flag), it would choose differently for one lane and for eight, and the bits would differ.
@@ -104,29 +104,42 @@ def sincos(angle: float) -> tuple[float, float]:
 
 
 @inlined
-def arctan(x: float) -> float:
-    """Arctangent of any finite x (Cephes ``atan.c``, with its three intervals as selects)."""
+def arctan_reduced(x: float) -> tuple[float, float, float, float]:
+    """The three intervals of the arctangent: (above, below, base, rest) with atan |x| = base + rest + atan(above/below)
+    and |above/below| at most tan(pi/8). The quotient is left to the caller, who may have another division to share."""
     size = abs(x)
-    middle = size > 0.66
+    middle = size > 0.41421356237309504880
     large = size > 2.41421356237309504880
-    # One division serves the three reductions: x, (x - 1)/(x + 1), -1/x.
     above = -1.0 if large else (size - 1.0 if middle else size)
     below = size if large else (size + 1.0 if middle else 1.0)
-    t = above / below
-    z = t * t
-    p = fma(z, -8.750608600031904122785e-01, -1.615753718733365076637e01)
-    p = fma(z, p, -7.500855792314704667340e01)
-    p = fma(z, p, -1.228866684490136173410e02)
-    p = fma(z, p, -6.485021904942025371773e01)
-    q = z + 2.485846490142306297962e01
-    q = fma(z, q, 1.650270098316988542046e02)
-    q = fma(z, q, 4.328810604912902668951e02)
-    q = fma(z, q, 4.853903996359136964868e02)
-    q = fma(z, q, 1.945506571482613964425e02)
     base = math.pi / 2 if large else (math.pi / 4 if middle else 0.0)
     rest = 6.123233995736765886130e-17 if large else (3.061616997868382943065e-17 if middle else 0.0)
-    angle = base + (t + fma(t, z * (p / q), rest))
+    return above, below, base, rest
+
+
+@inlined
+def arctan_joined(x: float, t: float, base: float, rest: float) -> float:
+    """The arctangent of x from its reduced argument t; the polynomial is a minimax one, to 2e-18 on the interval."""
+    z = t * t
+    p = fma(z, -0.017803896394812563193, 0.037963903161110833033)
+    p = fma(z, p, -0.050350497953124393166)
+    p = fma(z, p, 0.058468667522751389837)
+    p = fma(z, p, -0.06662950246036791267)
+    p = fma(z, p, 0.07692045194561481467)
+    p = fma(z, p, -0.090908968014728134434)
+    p = fma(z, p, 0.11111110744657099602)
+    p = fma(z, p, -0.14285714279244968487)
+    p = fma(z, p, 0.19999999999940837328)
+    p = fma(z, p, -0.33333333333333120948)
+    angle = base + (t + fma(t * z, p, rest))
     return bits_float(float_bits(angle) ^ (float_bits(x) & -9223372036854775808))
+
+
+@inlined
+def arctan(x: float) -> float:
+    """Arctangent of any finite x."""
+    above, below, base, rest = arctan_reduced(x)
+    return arctan_joined(x, above / below, base, rest)
 
 
 @inlined

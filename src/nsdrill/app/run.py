@@ -129,11 +129,11 @@ def run_study(
         begun = time.perf_counter()
         try:
             progress = _compute(study, log, workers, watch, executor, lanes)
+            seconds = time.perf_counter() - begun
+            write_results(path, log)
         except KeyboardInterrupt:
             log.sync()
             raise Interrupted(part, int(np.count_nonzero(log.done())), plan.points) from None
-        seconds = time.perf_counter() - begun
-        write_results(path, log)
         failed = _failed(log)
         log.discard()
     return Outcome(path, plan.points, failed, seconds, progress.lane_steps, already)
@@ -173,7 +173,7 @@ def _compute(
     if lanes is None:
         # A lone chain gains nothing from lanes: it would leave all but one empty.
         lanes = default_lanes() if plan.chains > workers else 1
-    compiled_parts(lanes, work.hertz)
+    compiled_parts(lanes, *work.variant)
     kind = record_dtype(study.record.peaks)
     synced = time.monotonic()
 
@@ -225,8 +225,8 @@ def _check_same(study: Study, log: RunLog, where: Path) -> None:
         changes = differences(json.loads(attrs.get("study_resolved", "{}")), study.resolved)
         listed = "; ".join(f"{key}: {old} there, {new} here" for key, old, new in changes[:8] if key != "title")
         raise FileError(
-            f"{where}: made from another study ({listed or 'the digests differ'}). Resume it with the study it was made "
-            "from, or start anew by --overwrite."
+            f"{where}: made from another study ({listed or 'the digests differ'}). Resume it with the study it was "
+            "made from, or start anew by --overwrite."
         )
     mine = provenance(study, "run")
     for key, what in (("nsdrill_version", "nsdrill"), ("model_digest", "the compiled model")):

@@ -17,12 +17,13 @@ from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.forces import forces
 from nsdrill.model.parameters import Operation
-from nsdrill.model.rhs import STATES, first_step, initial_states, make_right_hand_side, model_for, pack, sizes
+from nsdrill.model.rhs import STATES, drifts, first_step, initial_states, model_for, pack, sizes
 from nsdrill.observe.features import OBSERVED
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
 from nsdrill.store import read_attributes, read_point
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
+from nsdrill.units import format_quantity
 from nsdrill.variables import BY_NAME, OK, PENDING
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
@@ -31,7 +32,8 @@ MOST_SAMPLES = 50_000_000
 
 @dataclass(frozen=True)
 class Trajectory:
-    """A trace, how its run ended (a status of the results file) and, for a replay, whether the end has the stored bits."""
+    """A trace, how its run ended (a status of the results file) and, for a replay, whether the end has the stored
+    bits."""
 
     trace: Trace
     status: int
@@ -79,7 +81,8 @@ def replay(
 ) -> Trajectory:
     """Run the point of the results file ``path`` nearest to these values again, from its stored initial state.
 
-    An axis with a single value may be left out, and so may the procedure where there is one only.
+    An axis with a single value may be left out, and so may the procedure where there is one only. InputError for
+    values beyond the sweep.
     """
     attrs = read_attributes(path)
     if "study_resolved" not in attrs:
@@ -94,7 +97,7 @@ def replay(
                 option = "--" + name.replace("_", "-")
                 raise InputError(f"{path}: the sweep has {len(values)} values of {name}. Say which one with {option}.")
             value = float(values[0])
-        wanted[name] = value
+        wanted[name] = _on_axis(path, name, value, values)
     if procedure is None:
         if len(plan.procedures) > 1:
             raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
@@ -115,6 +118,20 @@ def replay(
     return replace(result, same_bits=same)
 
 
+def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.ndarray) -> float:
+    """``value``, if the nearest of ``values`` may be meant by it: beyond the ends by half a step at most, and by one
+    percent where there is a single value."""
+    steps = np.diff(values)
+    below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else (0.01 * values[0], 0.01 * values[0])
+    if values[0] - below <= value <= values[-1] + above:
+        return value
+    units = {"depth": "m", "wob": "kN", "rotary_speed": "rad/s"}[name]
+    first, last = format_quantity(values[0], units), format_quantity(values[-1], units)
+    allowed = f"from {first} to {last}, as the sweep" if len(steps) else f"{first}, the only value"
+    option = "--" + name.replace("_", "-")
+    raise InputError(f"{path}: {option}: found {format_quantity(value, units)}; allowed: {allowed}.")
+
+
 def _trace(
     study: Study,
     operation: Operation,
@@ -127,6 +144,8 @@ def _trace(
     total = simulation.transient + simulation.observe
     if not sample > 0:
         raise InputError(f"--sample: found {sample:g} s; allowed: more than 0 s.")
+    if sample > total:
+        raise InputError(f"--sample: found {sample:g} s; allowed: at most the {total:g} s of the run.")
     samples = int(np.floor(total / sample * (1 + 1e-12))) + 1
     if samples > MOST_SAMPLES:
         raise InputError(
@@ -137,8 +156,8 @@ def _trace(
     table = pack(parameters, operation.depth, operation.wob, operation.rotary_speed, study.thresholds.stuck_below)
     store = trace_store(samples, sample)
     gang = Gang(1, 1, model.rows(len(OBSERVED)), store, 0, simulation)
-    gang.add(np.array([0]), table, sizes(table), first_step(table), initial[np.newaxis])
-    parts = Compiled(make_right_hand_side(1, model.hertz), *make_tracer(1))
+    gang.add(np.array([0]), table, sizes(table), drifts(table), first_step(table), initial[np.newaxis])
+    parts = Compiled(model.right_hand_side(1), *make_tracer(1))
     done = gang.advance(parts, 0.2, True)
     while len(done.job) == 0:
         done = gang.advance(parts, 0.2, True)

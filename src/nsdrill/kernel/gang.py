@@ -1,7 +1,8 @@
 """A gang: some lanes, the runs waiting for them, and the runs just finished.
 
-A gang is plain data; the compiled parts come in when it is advanced. So it can be sent to any thread or process. It is advanced for a bounded time, so that its owner can save, stop, and hand it more runs; nothing about
-the numbers depends on when that happens, on the number of lanes, or on the neighbours in the other lanes.
+A gang is plain data; the compiled parts come in when it is advanced. So it can be sent to any thread or process. It is
+advanced for a bounded time, so that its owner can save, stop, and hand it more runs; nothing about the numbers depends
+on when that happens, on the number of lanes, or on the neighbours in the other lanes.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ class Gang:
         self._buffer = _aligned(rows.total * lanes)
         self._store = store
         self._lane = np.full(3 * lanes, -1, dtype=np.int64)
-        self._table = np.zeros((slots, rows.parameters + rows.states + len(SETTINGS)))
+        self._table = np.zeros((slots, rows.parameters + rows.states + rows.pairs + len(SETTINGS)))
         self._state = np.zeros((slots, rows.states + 1))
         self._successor = np.full(slots, -1, dtype=np.int64)
         self._job = np.full(slots, -1, dtype=np.int64)
@@ -118,33 +119,37 @@ class Gang:
     def packed_steps(self) -> int:
         return int(self._counters[PACKED_STEPS])
 
-    def add(self, job: Array, parameters: Array, sizes: Array, first_step: Array, initial: Array) -> None:
+    def add(self, job: Array, parameters: Array, sizes: Array, drifts: Array, first_step: Array, initial: Array) -> None:
         """Append one chain: runs that follow one another, each from the state which the one before has reached.
 
-        ``job`` [n] ids, ``parameters`` [n, parameters], ``sizes`` [n, states], ``first_step`` [n]. ``initial``
+        ``job`` [n] ids, ``parameters`` [n, parameters], ``sizes`` [n, states], ``drifts`` [n, states / 2], ``first_step`` [n].
+        ``initial``
         [n, states + 1]: the first row is the state of the first run; the others serve where the run before failed.
         Raises ValueError where they do not fit.
         """
-        slots = self._place(job, parameters, sizes, first_step)
+        slots = self._place(job, parameters, sizes, drifts, first_step)
         self._state[slots] = initial
         self._successor[slots[:-1]] = slots[1:]
         self._enqueue(slots[:1])
 
-    def add_many(self, job: Array, parameters: Array, sizes: Array, first_step: Array, initial: Array) -> None:
+    def add_many(
+        self, job: Array, parameters: Array, sizes: Array, drifts: Array, first_step: Array, initial: Array
+    ) -> None:
         """Append independent runs; arguments as of :meth:`add`."""
-        slots = self._place(job, parameters, sizes, first_step)
+        slots = self._place(job, parameters, sizes, drifts, first_step)
         self._state[slots] = initial
         self._enqueue(slots)
 
-    def _place(self, job: Array, parameters: Array, sizes: Array, first_step: Array) -> Array:
+    def _place(self, job: Array, parameters: Array, sizes: Array, drifts: Array, first_step: Array) -> Array:
         if len(job) > self.free:
             raise ValueError(f"{len(job)} runs for {self.free} free slots")
         slots = np.array([self._free.pop() for _ in range(len(job))], dtype=np.int64)
-        p, n = self.rows.parameters, self.rows.states
+        p, n, m = self.rows.parameters, self.rows.states, self.rows.pairs
         self._table[slots, :p] = parameters
         self._table[slots, p : p + n] = sizes
-        self._table[slots, p + n] = first_step
-        self._table[slots, p + n + 1 :] = [self.settings[name] for name in SETTINGS[1:]]
+        self._table[slots, p + n : p + n + m] = drifts
+        self._table[slots, p + n + m] = first_step
+        self._table[slots, p + n + m + 1 :] = [self.settings[name] for name in SETTINGS[1:]]
         self._job[slots] = job
         self._successor[slots] = -1
         return slots

@@ -1,8 +1,8 @@
 """The loop over packed steps: fill the lanes, step, attend to marks and ends, refill.
 
-Runs wait in *slots*, rows of a few arrays made by :class:`nsdrill.kernel.gang.Gang`. A lane takes a slot from the queue;
-when its run ends it goes on with the slot's successor, starting from the state it has reached, or takes the next one
-from the queue at once, whatever its neighbours do. The work for one lane is rare and scalar.
+Runs wait in *slots*, rows of a few arrays made by :class:`nsdrill.kernel.gang.Gang`. A lane takes a slot from the
+queue; when its run ends it goes on with the slot's successor, starting from the state it has reached, or takes the next
+one from the queue at once, whatever its neighbours do. The work for one lane is rare and scalar.
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ from nsdrill.abi import (
     STEPPER,
     Rows,
     compiled,
+    inlined,
 )  # fmt: skip
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
-# Columns of the slot table after the model's parameters and the states' sizes.
+# Columns of the slot table after the model's parameters, the states' sizes and the positions' drifts.
 SETTINGS = ("first_step", "least_step", "per_rtol", "limit", "opens", "halves", "closes")
 # Columns of the outbox before the observer's.
 REPORT = ("status", "accepted", "rejected")
@@ -46,26 +47,38 @@ _TABLE = types.float64[:, ::1]
 _INDICES = types.int64[::1]
 
 
+@inlined
+def move_on(b, i, W, N, M, moves_, y_, stage_, a1_, acceleration_, t_, h_):  # type: ignore[no-untyped-def]
+    """Let lane i take its accepted step now, which the stepper would do when the next step begins."""
+    if b[moves_ + i] != 0.0:
+        b[moves_ + i] = 0.0
+        b[t_ + i] = b[t_ + i] + b[h_ + i]
+        for j in range(N):
+            b[y_ + j * W + i] = b[stage_ + j * W + i]
+        for j in range(M):
+            b[a1_ + j * W + i] = b[acceleration_ + j * W + i]
+
+
 @lru_cache
 def make_advance(lanes: int, rows: Rows) -> Any:
     """The compiled loop for a number of lanes and a row layout.
 
     ``advance(buffer, store, lane, table, state, successor, queue, outbox, finished, counters, drain, budget,
     right_hand_side, observer, marker, stepper)`` makes at most ``budget`` packed steps. It returns early when all lanes
-    are idle, or, unless ``drain``, when one more than at first is. A run that fails does not end its chain: the next one
-    then starts from the state laid down in its own slot.
+    are idle, or, unless ``drain``, when one more than at first is. A run that fails does not end its chain: the next
+    one then starts from the state laid down in its own slot.
     """
-    W, N, P = lanes, rows.states, rows.parameters
-    stage_, slope_, t_stage_ = W * rows.stage, W * rows.slope, W * rows.stage_time
-    parameter_, y_, k1_, t_, h_, moves_, window_ = (W * r for r in (
-        rows.parameter, rows.start, rows.start_slope, rows.time, rows.step, rows.moves, rows.window))
-    size_ = W * rows.size
+    W, N, M, P = lanes, rows.states, rows.pairs, rows.parameters
+    stage_, acceleration_, t_stage_ = W * rows.stage, W * rows.acceleration, W * rows.stage_time
+    parameter_, y_, a1_, t_, h_, moves_, window_ = (W * r for r in (
+        rows.parameter, rows.start, rows.start_acceleration, rows.time, rows.step, rows.moves, rows.window))
+    size_, drift_ = W * rows.size, W * rows.drift
     row = {name: W * (rows.control + i) for i, name in enumerate(CONTROL)}
     proposed_, mark_, last_, growth_, per_rtol_, least_ = (
         row[n] for n in ("proposed", "mark_time", "last_error", "growth", "per_rtol", "least_step"))
     accepted_, rejected_, limit_, running_, attention_ = (
         row[n] for n in ("accepted", "rejected", "limit", "running", "attention"))
-    setting = {name: P + N + i for i, name in enumerate(SETTINGS)}
+    setting = {name: P + N + M + i for i, name in enumerate(SETTINGS)}
     first_c, least_c, per_rtol_c, limit_c, opens_c = (
         setting[n] for n in ("first_step", "least_step", "per_rtol", "limit", "opens"))
     report_state = len(REPORT)
@@ -102,7 +115,10 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                         for j in range(N):
                             b[y_ + j * W + i] = state[slot, j]
                             b[size_ + j * W + i] = table[slot, P + j]
+                        for j in range(M):
+                            b[drift_ + j * W + i] = table[slot, P + N + j]
                         b[t_ + i] = 0.0
+                        b[moves_ + i] = 0.0
                         b[window_ + i] = 0.0
                         b[proposed_ + i] = table[slot, first_c]
                         b[least_ + i] = table[slot, least_c]
@@ -116,7 +132,9 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                         lane[W + i] = OPENS
                         b[mark_ + i] = table[slot, opens_c]
                 if fresh:
-                    # Slopes at the new states. All lanes are computed, the new ones keep the result.
+                    for i in range(W):
+                        move_on(b, i, W, N, M, moves_, y_, stage_, a1_, acceleration_, t_, h_)
+                    # Accelerations at the new states. All lanes are computed, the new ones keep the result.
                     for j in range(N * W):
                         b[stage_ + j] = b[y_ + j]
                     for i in range(W):
@@ -127,10 +145,11 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                         b[h_ + i] = 0.0
                     observer(b, store)  # shows the new lanes where they start; no window is open there
                     for i in range(W):
+                        b[moves_ + i] = 0.0
                         if lane[2 * W + i] == 1:
                             lane[2 * W + i] = 0
-                            for j in range(N):
-                                b[k1_ + j * W + i] = b[slope_ + j * W + i]
+                            for j in range(M):
+                                b[a1_ + j * W + i] = b[acceleration_ + j * W + i]
                             if b[mark_ + i] <= 0.0:  # no transient: the window opens at once
                                 marker(b, store, i, OPENS, outbox[lane[i]], report_observed)
                                 b[window_ + i] = 1.0
@@ -149,7 +168,9 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                 if attention == 0.0:
                     continue
                 slot = lane[i]
+                move_on(b, i, W, N, M, moves_, y_, stage_, a1_, acceleration_, t_, h_)
                 if attention == MARK:
+                    b[t_ + i] = b[mark_ + i]
                     mark = lane[W + i]
                     marker(b, store, i, mark, outbox[slot], report_observed)
                     if mark != CLOSES:

@@ -1,7 +1,12 @@
 """One step of the embedded Runge-Kutta pair in every lane at once, each lane with its own time and step size.
 
-A step runs from (``time``, ``start``, ``start_slope``) to (``time`` + ``step``, ``stage``, ``slope``). The controller
-judges it, the observer is shown it, and then the lanes whose step was accepted move on.
+States are positions and velocities in turn, so the stages of the positions follow from those of the velocities: only
+accelerations are computed and kept (see :class:`nsdrill.kernel.tableau.Tableau`). The result is the pair's own, with half
+the memory traffic, which is what limits a packed step.
+
+A step runs from (``time``, ``start``, ``start_acceleration``) to (``time`` + ``step``, ``stage``, ``acceleration``). The
+controller judges it and the observer is shown it. The lanes whose step was accepted (``moves``) move on when the next
+step begins, or earlier by the loop's hand.
 """
 
 from __future__ import annotations
@@ -21,94 +26,129 @@ from nsdrill.kernel.tableau import DORMAND_PRINCE
 @lru_cache
 def make_stepper(lanes: int, rows: Rows) -> Any:
     """The compiled Dormand-Prince stepper for a number of lanes and a row layout."""
-    W, N = lanes, rows.states
-    stage_, slope_, t_stage_ = W * rows.stage, W * rows.slope, W * rows.stage_time
-    y_, k1_, t_, h_, moves_ = W * rows.start, W * rows.start_slope, W * rows.time, W * rows.step, W * rows.moves
-    k2_, k3_, k4_, k5_, k6_ = (W * (rows.inner_slope + i * N) for i in range(5))
-    size_ = W * rows.size
+    W, N, M = lanes, rows.states, rows.pairs
+    stage_, a7_, t_stage_ = W * rows.stage, W * rows.acceleration, W * rows.stage_time
+    y_, a1_, drift_, lead_, size_ = (
+        W * rows.start, W * rows.start_acceleration, W * rows.drift, W * rows.lead, W * rows.size)
+    t_, h_, moves_ = W * rows.time, W * rows.step, W * rows.moves
+    a2_, a3_, a4_, a5_, a6_ = (W * (rows.inner + i * M) for i in range(5))
     proposed_, mark_, last_, growth_, per_rtol_, least_, accepted_, rejected_, limit_, running_, attention_ = (
         W * (rows.control + i) for i in range(len(CONTROL)))
-    _, c2, c3, c4, c5, _, _ = DORMAND_PRINCE.nodes
-    (a21,), (a31, a32), (a41, a42, a43), (a51, a52, a53, a54), (a61, a62, a63, a64, a65), last_row = (
-        DORMAND_PRINCE.matrix)
-    b1, _, b3, b4, b5, b6 = last_row
-    e1, _, e3, e4, e5, e6, e7 = DORMAND_PRINCE.error
-    V = N * W
+    pair = DORMAND_PRINCE
+    _, c2, c3, c4, c5, _, _ = pair.nodes
+    # Velocities v, positions x, errors e and d: weights of the accelerations at the stages before.
+    (v21,), (v31, v32), (v41, v42, v43), (v51, v52, v53, v54), (v61, v62, v63, v64, v65), (v71, _, v73, v74, v75, v76) = (
+        pair.matrix)
+    _, (x31,), (x41, x42), (x51, x52, x53), (x61, x62, x63, x64), (x71, _, x73, x74, x75) = pair.positions
+    e1, _, e3, e4, e5, e6, e7 = pair.error
+    d1, _, d3, d4, d5, d6 = pair.position_error
 
     @compiled(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER), W, *astuple(rows))
     def stepper(b, right_hand_side, observer, store):  # type: ignore[no-untyped-def]
-        # Stage by stage: keep the slope just computed and form the next stage, in one pass over the states.
+        # Stage by stage, in one pass over the pairs of position (row x) and velocity (row v): keep the acceleration just
+        # computed and form the next stage. First of all, the lanes whose last step was accepted move on. (Both values
+        # are loaded and one is selected: a masked store could not be forwarded to the loads that follow.)
         for i in range(W):
-            h = min(b[proposed_ + i], b[mark_ + i] - b[t_ + i])
+            moves = b[moves_ + i] != 0.0
+            before, after = b[t_ + i], b[t_ + i] + b[h_ + i]
+            t = after if moves else before
+            h = min(b[proposed_ + i], b[mark_ + i] - t)
+            b[t_ + i] = t
             b[h_ + i] = h
-            b[t_stage_ + i] = fma(c2, h, b[t_ + i])
-            for j in range(i, V + i, W):
-                b[stage_ + j] = fma(h, a21 * b[k1_ + j], b[y_ + j])
+            b[t_stage_ + i] = fma(c2, h, t)
+            for p in range(M):
+                x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
+                x_before, x_after = b[y_ + x], b[stage_ + x]
+                v_before, v_after = b[y_ + v], b[stage_ + v]
+                a_before, a_after = b[a1_ + j], b[a7_ + j]
+                position = x_after if moves else x_before
+                velocity = v_after if moves else v_before
+                a1 = a_after if moves else a_before
+                lead = h * (velocity + b[drift_ + j])
+                b[y_ + x] = position
+                b[y_ + v] = velocity
+                b[a1_ + j] = a1
+                b[lead_ + j] = lead
+                b[stage_ + x] = fma(c2, lead, position)
+                b[stage_ + v] = fma(h, v21 * a1, velocity)
         right_hand_side(b)
 
         for i in range(W):
             h = b[h_ + i]
+            hh = h * h
             b[t_stage_ + i] = fma(c3, h, b[t_ + i])
-            for j in range(i, V + i, W):
-                k2 = b[slope_ + j]
-                b[k2_ + j] = k2
-                b[stage_ + j] = fma(h, fma(a31, b[k1_ + j], a32 * k2), b[y_ + j])
+            for p in range(M):
+                x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
+                a1, a2 = b[a1_ + j], b[a7_ + j]
+                b[a2_ + j] = a2
+                b[stage_ + x] = fma(hh, x31 * a1, fma(c3, b[lead_ + j], b[y_ + x]))
+                b[stage_ + v] = fma(h, fma(v31, a1, v32 * a2), b[y_ + v])
         right_hand_side(b)
 
         for i in range(W):
             h = b[h_ + i]
+            hh = h * h
             b[t_stage_ + i] = fma(c4, h, b[t_ + i])
-            for j in range(i, V + i, W):
-                k3 = b[slope_ + j]
-                b[k3_ + j] = k3
-                b[stage_ + j] = fma(h, fma(a41, b[k1_ + j], fma(a42, b[k2_ + j], a43 * k3)), b[y_ + j])
+            for p in range(M):
+                x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
+                a1, a2, a3 = b[a1_ + j], b[a2_ + j], b[a7_ + j]
+                b[a3_ + j] = a3
+                b[stage_ + x] = fma(hh, fma(x41, a1, x42 * a2), fma(c4, b[lead_ + j], b[y_ + x]))
+                b[stage_ + v] = fma(h, fma(v41, a1, fma(v42, a2, v43 * a3)), b[y_ + v])
         right_hand_side(b)
 
         for i in range(W):
             h = b[h_ + i]
+            hh = h * h
             b[t_stage_ + i] = fma(c5, h, b[t_ + i])
-            for j in range(i, V + i, W):
-                k4 = b[slope_ + j]
-                b[k4_ + j] = k4
-                rate = fma(a51, b[k1_ + j], fma(a52, b[k2_ + j], fma(a53, b[k3_ + j], a54 * k4)))
-                b[stage_ + j] = fma(h, rate, b[y_ + j])
+            for p in range(M):
+                x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
+                a1, a2, a3, a4 = b[a1_ + j], b[a2_ + j], b[a3_ + j], b[a7_ + j]
+                b[a4_ + j] = a4
+                b[stage_ + x] = fma(hh, fma(x51, a1, fma(x52, a2, x53 * a3)), fma(c5, b[lead_ + j], b[y_ + x]))
+                b[stage_ + v] = fma(h, fma(v51, a1, fma(v52, a2, fma(v53, a3, v54 * a4))), b[y_ + v])
         right_hand_side(b)
 
         for i in range(W):
             h = b[h_ + i]
+            hh = h * h
             b[t_stage_ + i] = b[t_ + i] + h
-            for j in range(i, V + i, W):
-                k5 = b[slope_ + j]
-                b[k5_ + j] = k5
-                rate = fma(a61, b[k1_ + j], fma(a62, b[k2_ + j], fma(a63, b[k3_ + j], fma(a64, b[k4_ + j], a65 * k5))))
-                b[stage_ + j] = fma(h, rate, b[y_ + j])
+            for p in range(M):
+                x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
+                a1, a2, a3, a4, a5 = b[a1_ + j], b[a2_ + j], b[a3_ + j], b[a4_ + j], b[a7_ + j]
+                b[a5_ + j] = a5
+                bend = fma(x61, a1, fma(x62, a2, fma(x63, a3, x64 * a4)))
+                b[stage_ + x] = fma(hh, bend, b[lead_ + j] + b[y_ + x])
+                b[stage_ + v] = fma(h, fma(v61, a1, fma(v62, a2, fma(v63, a3, fma(v64, a4, v65 * a5)))), b[y_ + v])
         right_hand_side(b)
 
         for i in range(W):
             h = b[h_ + i]
-            for j in range(i, V + i, W):
-                k6 = b[slope_ + j]
-                b[k6_ + j] = k6
-                rate = fma(b1, b[k1_ + j], fma(b3, b[k3_ + j], fma(b4, b[k4_ + j], fma(b5, b[k5_ + j], b6 * k6))))
-                b[stage_ + j] = fma(h, rate, b[y_ + j])
+            hh = h * h
+            for p in range(M):
+                x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
+                a1, a3, a4, a5, a6 = b[a1_ + j], b[a3_ + j], b[a4_ + j], b[a5_ + j], b[a7_ + j]
+                b[a6_ + j] = a6
+                bend = fma(x71, a1, fma(x73, a3, fma(x74, a4, x75 * a5)))
+                b[stage_ + x] = fma(hh, bend, b[lead_ + j] + b[y_ + x])
+                b[stage_ + v] = fma(h, fma(v71, a1, fma(v73, a3, fma(v74, a4, fma(v75, a5, v76 * a6)))), b[y_ + v])
         right_hand_side(b)
 
         # The error of each state against its own tolerance rtol (size + |y|), squared and summed. The quotients of a
-        # pair of states share one division.
+        # pair share one division.
         wanted = 0
         for i in range(W):
-            total = 0.0
-            for j in range(i, V + i, 2 * W):
-                m = j + W
-                error_1 = fma(e1, b[k1_ + j], fma(e3, b[k3_ + j], fma(e4, b[k4_ + j], fma(
-                    e5, b[k5_ + j], fma(e6, b[k6_ + j], e7 * b[slope_ + j])))))
-                error_2 = fma(e1, b[k1_ + m], fma(e3, b[k3_ + m], fma(e4, b[k4_ + m], fma(
-                    e5, b[k5_ + m], fma(e6, b[k6_ + m], e7 * b[slope_ + m])))))
-                scale_1 = b[size_ + j] + max(abs(b[y_ + j]), abs(b[stage_ + j]))
-                scale_2 = b[size_ + m] + max(abs(b[y_ + m]), abs(b[stage_ + m]))
-                cross_1, cross_2, both = error_1 * scale_2, error_2 * scale_1, scale_1 * scale_2
-                total += fma(cross_1, cross_1, cross_2 * cross_2) / (both * both)
             h, proposal = b[h_ + i], b[proposed_ + i]
+            total = 0.0
+            for p in range(M):
+                x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
+                a1, a3, a4, a5, a6 = b[a1_ + j], b[a3_ + j], b[a4_ + j], b[a5_ + j], b[a6_ + j]
+                error_x = h * fma(d1, a1, fma(d3, a3, fma(d4, a4, fma(d5, a5, d6 * a6))))
+                error_v = fma(e1, a1, fma(e3, a3, fma(e4, a4, fma(e5, a5, fma(e6, a6, e7 * b[a7_ + j])))))
+                scale_x = b[size_ + x] + max(abs(b[y_ + x]), abs(b[stage_ + x]))
+                scale_v = b[size_ + v] + max(abs(b[y_ + v]), abs(b[stage_ + v]))
+                cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * scale_v
+                total += fma(cross_x, cross_x, cross_v * cross_v) / (both * both)
             ratio = h * b[per_rtol_ + i]
             tries = b[accepted_ + i] + b[rejected_ + i] + 1.0
             accepted, proposed, last, growth, attention = decide(
@@ -131,15 +171,6 @@ def make_stepper(lanes: int, rows: Rows) -> Any:
 
         observer(b, store)
 
-        # Commit: the accepted lanes move on.
-        for i in range(W):
-            accepted = b[moves_ + i] != 0.0
-            for j in range(i, V + i, W):
-                b[y_ + j] = b[stage_ + j] if accepted else b[y_ + j]
-                b[k1_ + j] = b[slope_ + j] if accepted else b[k1_ + j]
-            moved = b[t_ + i] + b[h_ + i]
-            now = b[mark_ + i] if b[attention_ + i] == MARK else moved
-            b[t_ + i] = now if accepted else b[t_ + i]
         return wanted
 
     return stepper

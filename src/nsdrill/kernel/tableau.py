@@ -1,7 +1,7 @@
 """The Runge-Kutta pair as data.
 
-Dormand & Prince 1980, J. Comput. Appl. Math. 6:19-26; Hairer, Norsett & Wanner, Solving ODEs I, table II.5.2. Fifth order
-with an embedded fourth, seven stages of which the last is the first of the next step.
+Dormand & Prince 1980, J. Comput. Appl. Math. 6:19-26; Hairer, Norsett & Wanner, Solving ODEs I, table II.5.2. Fifth
+order with an embedded fourth, seven stages of which the last is the first of the next step.
 """
 
 from __future__ import annotations
@@ -18,6 +18,25 @@ class Tableau:
     nodes: tuple[float, ...]
     matrix: tuple[tuple[float, ...], ...]
     error: tuple[float, ...]
+
+    @property
+    def positions(self) -> tuple[tuple[float, ...], ...]:
+        """The matrix for positions, which need no slopes of their own: a position's rate at a stage is its rate at the
+        start and h times what ``matrix`` makes of the accelerations, so that its stage value is x + c h x' + h^2 times
+        this matrix, ``matrix`` squared, of the accelerations. Its rows lack the last column, which is zero."""
+        rows = ((), *self.matrix)
+        return tuple(
+            tuple(sum(row[m] * rows[m][j] for m in range(j + 1, len(row))) for j in range(len(row) - 1))
+            for row in self.matrix
+        )
+
+    @property
+    def position_error(self) -> tuple[float, ...]:
+        """The error of positions, h^2 times these weights of the accelerations (all but the last)."""
+        rows = ((), *self.matrix)
+        return tuple(
+            sum(self.error[m] * rows[m][j] for m in range(j + 1, len(self.error))) for j in range(len(self.error) - 1)
+        )
 
 
 DORMAND_PRINCE = Tableau(

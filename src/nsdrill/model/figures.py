@@ -33,13 +33,15 @@ def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
         "lateral": Figure(
             math.sqrt(stiffness / k.m_l) if stiffness > 0 else None, "rad/s", "lateral frequency at this WOB"),
         "lateral_stiffness": Figure(stiffness, "N/m", "lateral stiffness at this WOB"),
-        "buckling_margin": Figure(1 - operation.wob / k.buckling_load, "1", "1 - WOB / buckling load of the span"),
+        "buckling_margin": Figure(
+            float(1 - operation.wob / k.buckling_load), "1", "1 - WOB / buckling load of the span"),
         "wall_speed": Figure(
             wall_speed(parameters, operation, k), "rad/s", "speed at which forward whirl reaches the wall"),
-        "lobe_resonance": Figure(contact / bit.lobes, "rad/s", "speed at which the lobes excite the axial contact mode"),
+        "lobe_resonance": Figure(
+            contact / bit.lobes, "rad/s", "speed at which the lobes excite the axial contact mode"),
         "lift_off_wob": Figure(lift_off_wob(parameters, operation, k), "N", "WOB below which steady contact is lost"),
         "mean_torque": Figure(torque, "N m", "steady torque at the surface"),
-        "static_twist": Figure(-torque / k.k_t, "rad", "steady twist of the string"),
+        "static_twist": Figure(float(-torque / k.k_t), "rad", "steady twist of the string"),
     }
 
 
@@ -91,6 +93,7 @@ def lift_off_wob(parameters: Parameters, operation: Operation, k: Coefficients) 
     bit = parameters.bit
     w = bit.lobes * operation.rotary_speed
     damping = complex(0, parameters.drillstring.axial_damping * w)
-    both = k.k_a + bit.rock_stiffness
-    free = k.k_a - k.m_a * w * w + damping
-    return float(bit.surface_amplitude * both * abs(free) / abs(both - k.m_a * w * w + damping))
+    k_a, m_a = float(k.k_a), float(k.m_a)
+    both = k_a + bit.rock_stiffness
+    free = k_a - m_a * w * w + damping
+    return float(bit.surface_amplitude * both * abs(free) / abs(both - m_a * w * w + damping))

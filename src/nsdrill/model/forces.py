@@ -57,11 +57,11 @@ def forces(parameters: Parameters, operation: Operation, state: Mapping[str, Arr
 
 
 def energy(parameters: Parameters, operation: Operation, state: Mapping[str, Array]) -> Array:
-    """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic energy of rock and wall contacts and
-    the work still to be had from the weight on bit, W z. Lateral softening is left out (it does work, see
+    """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic energy of rock and wall contacts
+    and the work still to be had from the weight on bit, W z. Lateral softening is left out (it does work, see
     :func:`powers`)."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-    string, well, bit = parameters.drillstring, parameters.well, parameters.bit
+    string, well = parameters.drillstring, parameters.well
     e0 = string.eccentricity
     phi = state["twist"] + state["drive_angle"]
     omega = state["bit_speed"]
@@ -106,7 +106,8 @@ def powers(parameters: Parameters, operation: Operation, state: Mapping[str, Arr
     softening = force * math.pi**2 / (2 * span) + torque * math.pi**3 / (2 * span**2)
     slip = omega * k.collar_radius + f["whirl_speed"] * f["radius"]
     return {
-        # The spring's energy 1/2 k_t twist^2 changes at the rate k_t twist (omega - drive speed); the drive pays its part.
+        # The spring's energy 1/2 k_t twist^2 changes at the rate k_t twist (omega - drive speed): the drive pays its
+        # part.
         "drive": -k.k_t * state["twist"] * operation.rotary_speed,
         "bit": f["bit_force"] * vz - f["bit_torque"] * omega,
         "drag": -k.c_h * np.hypot(vx, vy) ** 3,

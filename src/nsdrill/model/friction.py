@@ -1,7 +1,6 @@
-"""The smoothed Stribeck law and the contact laws, as helpers that inline into the lane loops.
+"""The smoothed Stribeck law, as a helper that inlines into the lane loops.
 
-Two quotients of the same number make one division: the decay 1 / (1 + tau |v|) is the only one here besides that
-inside the arctangent.
+f(v) = g(v) [(mu_s - mu_d) / (1 + tau |v|) + mu_d] with the smoothed direction g(v) = (2/pi) atan(eps v).
 """
 
 from __future__ import annotations
@@ -9,18 +8,17 @@ from __future__ import annotations
 import math
 
 from nsdrill.abi import inlined
-from nsdrill.elementary import arctan, fma
+from nsdrill.elementary import arctan_joined, arctan_reduced, fma
 
 TWO_OVER_PI = 2.0 / math.pi
 
 
 @inlined
-def direction(speed: float, smoothing: float) -> float:
-    """g(v) = (2/pi) atan(eps v): the sign of the slip speed, smoothed."""
-    return TWO_OVER_PI * arctan(smoothing * speed)
-
-
-@inlined
-def stribeck(speed: float, decay: float, rise: float, dynamic: float) -> float:
-    """The size of the friction coefficient, (mu_s - mu_d) / (1 + tau |v|) + mu_d, with ``rise`` = mu_s - mu_d."""
-    return rise / fma(decay, abs(speed), 1.0) + dynamic
+def slip_factors(speed: float, smoothing: float, decay: float) -> tuple[float, float]:
+    """(g(v), 1 / (1 + tau |v|)) at a slip speed v; one division, of the product, serves both."""
+    scaled = smoothing * speed
+    above, below, base, rest = arctan_reduced(scaled)
+    decayed = fma(decay, abs(speed), 1.0)
+    inverse = 1.0 / (below * decayed)
+    angle = arctan_joined(scaled, above * decayed * inverse, base, rest)
+    return TWO_OVER_PI * angle, below * inverse

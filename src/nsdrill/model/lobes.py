@@ -1,33 +1,28 @@
-"""The lobed surface under the bit without a second sine: sin(n phi) and cos(n phi) from sin(phi) and cos(phi).
+"""The lobed surface under the bit without another sine: sin(n phi) and cos(n phi) from sin(phi) and cos(phi).
 
-sin(n phi) = sin(phi) U_{n-1}(cos phi) and cos(n phi) = T_n(cos phi), with the Chebyshev polynomials of both kinds, for n
-from 1 to 8. Their coefficients are parameters of the lane, so that all lobe numbers share one code.
+The recurrence of the Chebyshev polynomials, sin((k+1) phi) = 2 cos(phi) sin(k phi) - sin((k-1) phi) and the same for the
+cosine. The number of lobes is a compile-time constant, so that the compiler unrolls it.
 """
 
 from __future__ import annotations
 
-import numpy as np
-
-MAX_LOBES = 8
-
-
-def sine_polynomial(lobes: int) -> np.ndarray:
-    """Coefficients of U_{n-1} in rising powers, shape (8,)."""
-    return _chebyshev(lobes - 1, second_kind=True)
+from nsdrill.abi import inlined
+from nsdrill.elementary import fma
 
 
-def cosine_polynomial(lobes: int) -> np.ndarray:
-    """Coefficients of T_n in rising powers, shape (9,)."""
-    return np.append(_chebyshev(lobes, second_kind=False)[:8], 128.0 if lobes == MAX_LOBES else 0.0)
+@inlined
+def multiple_sine(s: float, c: float, lobes: int) -> float:
+    """sin(lobes phi) from s = sin(phi), c = cos(phi)."""
+    before, now = 0.0, s
+    for _ in range(lobes - 1):
+        before, now = now, fma(2.0 * c, now, -before)
+    return now
 
 
-def _chebyshev(degree: int, second_kind: bool) -> np.ndarray:
-    before = np.zeros(MAX_LOBES + 1)
-    now = np.zeros(MAX_LOBES + 1)
-    before[0] = 1.0
-    now[1] = 2.0 if second_kind else 1.0
-    if degree == 0:
-        now = before
-    for _ in range(degree - 1):
-        before, now = now, 2.0 * np.append(0.0, now[:-1]) - before
-    return now[:MAX_LOBES]
+@inlined
+def multiple_cosine(c: float, lobes: int) -> float:
+    """cos(lobes phi) from c = cos(phi)."""
+    before, now = 1.0, c
+    for _ in range(lobes - 1):
+        before, now = now, fma(2.0 * c, now, -before)
+    return now

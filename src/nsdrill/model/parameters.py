@@ -15,7 +15,13 @@ from typing import Any, Literal
 
 
 def parameter(
-    default: Any, units: str, source: str, confidence: str, low: float = 0.0, strict: bool = True, high: float = math.inf
+    default: Any,
+    units: str,
+    source: str,
+    confidence: str,
+    low: float = 0.0,
+    strict: bool = True,
+    high: float = math.inf,
 ) -> Any:
     """A field with its units, source and confidence, and the range in which the model has a meaning.
 
@@ -171,7 +177,7 @@ class Well(_Checked):
 
 @dataclass(frozen=True)
 class Cutting(_Checked):
-    """The cutting torque and the rate of penetration, ROP [m/s] = c1 W[N] sqrt(Omega[rad/s]) + c2 (0 where negative)."""
+    """The cutting torque and the rate of penetration: ROP [m/s] = c1 W[N] sqrt(Omega[rad/s]) + c2, 0 if negative."""
 
     zeta: float = parameter(1.0, "", "B", "high", strict=False)
     c1: float = parameter(1.35e-8, "", "B", "high", strict=False)

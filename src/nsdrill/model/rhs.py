@@ -17,14 +17,14 @@ from numba import types
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
 from nsdrill.model.coefficients import Coefficients, derive
-from nsdrill.model.friction import direction, stribeck
-from nsdrill.model.lobes import MAX_LOBES, cosine_polynomial, sine_polynomial
+from nsdrill.model.friction import slip_factors
+from nsdrill.model.lobes import multiple_sine
 from nsdrill.model.parameters import Initial, Parameters
 
 STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
-AUX = ("cosine", "sine", "bit_arm")
-LOBE_SINE = tuple(f"lobe_sine_{i}" for i in range(MAX_LOBES))
-LOBE_COSINE = tuple(f"lobe_cosine_{i}" for i in range(MAX_LOBES + 1))
+# Left by the right-hand side for the observer: cosine and sine of the bit angle, the smoothed direction of the bit speed
+# and its decay factor. The others carry results from one of its loops to the next.
+AUX = ("cosine", "sine", "direction", "decay", "force", "torque", "radial", "tangential", "friction")
 PARAMETERS = (
     "drive_phase", "drive_speed", "wob",
     "per_lateral_mass", "per_inertia", "per_axial_mass", "unbalance_arm",
@@ -32,7 +32,7 @@ PARAMETERS = (
     "axial_damping", "axial_stiffness", "torsional_damping", "torsional_stiffness",
     "gap", "wall_stiffness", "collar_radius", "wall_smoothing", "wall_decay", "wall_rise", "wall_dynamic",
     "rock_stiffness", "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic",
-    "lobes", *LOBE_SINE, *LOBE_COSINE, "stuck_below",
+    "stuck_below",
 )  # fmt: skip
 INDEX = {name: i for i, name in enumerate(PARAMETERS)}
 
@@ -45,27 +45,29 @@ class Model:
     aux: tuple[str, ...]
     parameters: tuple[str, ...]
     hertz: bool
+    lobes: int
 
     def rows(self, observed: int) -> Rows:
         return Rows(len(self.states), len(self.aux), len(self.parameters), observed)
 
     def right_hand_side(self, lanes: int) -> Any:
-        return make_right_hand_side(lanes, self.hertz)
+        return make_right_hand_side(lanes, self.hertz, self.lobes)
 
 
 def model_for(parameters: Parameters) -> Model:
-    return Model(STATES, AUX, PARAMETERS, parameters.well.law == "hertz")
+    return Model(STATES, AUX, PARAMETERS, parameters.well.law == "hertz", parameters.bit.lobes)
 
 
 @lru_cache
-def make_right_hand_side(lanes: int, hertz: bool) -> Any:
-    """The compiled right-hand side for a number of lanes and a wall law."""
+def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
+    """The compiled right-hand side for a number of lanes, a wall law and a number of lobes."""
     rows = Rows(len(STATES), len(AUX), len(PARAMETERS), 0)
     W = lanes
     x_, vx_, y_, vy_, z_, vz_, twist_, speed_ = (W * (rows.stage + i) for i in range(8))
-    dx_, dvx_, dy_, dvy_, dz_, dvz_, dtwist_, dspeed_ = (W * (rows.slope + i) for i in range(8))
+    ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
     time_ = W * rows.stage_time
-    cosine_, sine_, arm_ = (W * (rows.aux_now + i) for i in range(3))
+    cosine_, sine_, direction_, decay_, force_, torque_, radial_, tangential_, friction_ = (
+        W * (rows.aux_now + i) for i in range(len(AUX)))
     P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
     phase_, drive_, wob_ = P["drive_phase"], P["drive_speed"], P["wob"]
     iml_, iJ_, ima_, q_ = P["per_lateral_mass"], P["per_inertia"], P["per_axial_mass"], P["unbalance_arm"]
@@ -76,44 +78,56 @@ def make_right_hand_side(lanes: int, hertz: bool) -> Any:
     eps_w_, tau_w_, rise_w_, mu_w_ = P["wall_smoothing"], P["wall_decay"], P["wall_rise"], P["wall_dynamic"]
     k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
     eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
-    u0_, u1_, u2_, u3_, u4_, u5_, u6_, u7_ = (P[name] for name in LOBE_SINE)
 
-    @compiled(types.void(BUFFER), W, hertz)
+    @compiled(types.void(BUFFER), W, hertz, lobes)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
+        # Bit: interference with the lobed surface, force, torque. Cutting and friction share their direction.
+        touching = 0
+        for i in range(W):
+            s, c = sincos(b[twist_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i]))
+            force = b[k_c_ + i] * max(fma(b[s0_ + i], multiple_sine(s, c, lobes), -b[z_ + i]), 0.0)
+            g, decayed = slip_factors(b[speed_ + i], b[eps_b_ + i], b[tau_b_ + i])
+            b[cosine_ + i] = c
+            b[sine_ + i] = s
+            b[direction_ + i] = g
+            b[decay_ + i] = decayed
+            b[force_ + i] = force
+            b[torque_ + i] = force * (g * fma(b[rise_b_ + i], decayed, b[mu_b_ + i]))
+            x, y, gap = b[x_ + i], b[y_ + i], b[gap_ + i]
+            touching |= 1 if fma(x, x, y * y) > gap * gap else 0
+
+        # Wall: penetration, normal force, friction against the slip of the collar's surface. Only if some lane touches.
+        if touching != 0:
+            for i in range(W):
+                x, vx, y, vy, omega = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i]
+                r = np.sqrt(fma(x, x, y * y))
+                per_r = 1.0 / max(r, 1e-30)  # the floor matters at the hole's centre only, where no force is divided
+                penetration = max(r - b[gap_ + i], 0.0)
+                normal = b[k_w_ + i] * penetration
+                if hertz:
+                    normal = normal * np.sqrt(penetration)
+                slip = fma(omega, b[R_c_ + i], fma(x, vy, -(y * vx)) * per_r)
+                g, decayed = slip_factors(slip, b[eps_w_ + i], b[tau_w_ + i])
+                friction = normal * (g * fma(b[rise_w_ + i], decayed, b[mu_w_ + i]))
+                b[radial_ + i] = normal * per_r
+                b[tangential_ + i] = friction * per_r
+                b[friction_ + i] = friction
+        else:
+            for i in range(W):
+                b[radial_ + i] = 0.0
+                b[tangential_ + i] = 0.0
+                b[friction_ + i] = 0.0
+
+        # Motion: lateral forces at the collar's centre, softened by axial force and torque; the moment; the slopes.
         for i in range(W):
             x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
             z, vz, twist, omega = b[z_ + i], b[vz_ + i], b[twist_ + i], b[speed_ + i]
-
-            # Bit: interference with the lobed surface, force, torque. Cutting and friction share their direction.
-            s, c = sincos(twist + fma(b[drive_ + i], b[time_ + i], b[phase_ + i]))
-            lobe = fma(c, b[u7_ + i], b[u6_ + i])
-            lobe = fma(c, lobe, b[u5_ + i])
-            lobe = fma(c, lobe, b[u4_ + i])
-            lobe = fma(c, lobe, b[u3_ + i])
-            lobe = fma(c, lobe, b[u2_ + i])
-            lobe = fma(c, lobe, b[u1_ + i])
-            lobe = fma(c, lobe, b[u0_ + i])
-            force = b[k_c_ + i] * max(fma(b[s0_ + i], s * lobe, -z), 0.0)
-            arm = direction(omega, b[eps_b_ + i]) * stribeck(omega, b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i])
-            torque = force * arm
-
-            # Wall: penetration, normal force, friction against the slip of the collar's surface. The floor under r only
-            # matters at the hole's centre, where there is no wall force to divide.
-            r = np.sqrt(fma(x, x, y * y))
-            per_r = 1.0 / max(r, 1e-30)
-            penetration = max(r - b[gap_ + i], 0.0)
-            normal = b[k_w_ + i] * penetration
-            if hertz:
-                normal = normal * np.sqrt(penetration)
-            slip = fma(omega, b[R_c_ + i], fma(x, vy, -(y * vx)) * per_r)
-            friction = normal * direction(slip, b[eps_w_ + i]) * stribeck(
-                slip, b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i])
-
-            # Lateral forces at the collar's centre; axial force and torque soften the span.
+            c, s, force, torque, friction = (
+                b[cosine_ + i], b[sine_ + i], b[force_ + i], b[torque_ + i], b[friction_ + i])
             stiffness = fma(-b[soft_F_ + i], force, fma(-b[soft_T_ + i], torque, b[bend_ + i]))
             drag = b[drag_ + i] * np.sqrt(fma(vx, vx, vy * vy))
-            radial = fma(normal, per_r, stiffness)
-            tangential = friction * per_r
+            radial = b[radial_ + i] + stiffness
+            tangential = b[tangential_ + i]
             F_x = fma(tangential, y, -fma(radial, x, drag * vx))
             F_y = -fma(tangential, x, fma(radial, y, drag * vy))
 
@@ -121,17 +135,10 @@ def make_right_hand_side(lanes: int, hertz: bool) -> Any:
             moment = fma(b[c_t_ + i], omega, fma(b[k_t_ + i], twist, fma(friction, b[R_c_ + i], torque)))
             angular = -fma(q, fma(F_y, c, -(F_x * s)), moment) * b[iJ_ + i]
             centripetal = omega * omega
-            b[dx_ + i] = vx
-            b[dvx_ + i] = fma(q, fma(centripetal, c, angular * s), F_x * b[iml_ + i])
-            b[dy_ + i] = vy
-            b[dvy_ + i] = fma(q, fma(centripetal, s, -(angular * c)), F_y * b[iml_ + i])
-            b[dz_ + i] = vz
-            b[dvz_ + i] = (force - fma(b[c_a_ + i], vz, fma(b[k_a_ + i], z, b[wob_ + i]))) * b[ima_ + i]
-            b[dtwist_ + i] = omega - b[drive_ + i]
-            b[dspeed_ + i] = angular
-            b[cosine_ + i] = c
-            b[sine_ + i] = s
-            b[arm_ + i] = arm
+            b[ax_ + i] = fma(q, fma(centripetal, c, angular * s), F_x * b[iml_ + i])
+            b[ay_ + i] = fma(q, fma(centripetal, s, -(angular * c)), F_y * b[iml_ + i])
+            b[az_ + i] = (force - fma(b[c_a_ + i], vz, fma(b[k_a_ + i], z, b[wob_ + i]))) * b[ima_ + i]
+            b[alpha_ + i] = angular
 
     return right_hand_side
 
@@ -176,10 +183,7 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
         "bit_decay": bit.friction.decay,
         "bit_rise": friction_arm * (bit.friction.static - bit.friction.dynamic),
         "bit_dynamic": friction_arm * bit.friction.dynamic + k.cutting_arm,
-        "lobes": float(bit.lobes),
         "stuck_below": stuck_below,
-        **dict(zip(LOBE_SINE, sine_polynomial(bit.lobes), strict=True)),
-        **dict(zip(LOBE_COSINE, cosine_polynomial(bit.lobes), strict=True)),
     }
     table = np.zeros((depth.size, len(PARAMETERS)))
     for name, value in values.items():
@@ -205,6 +209,13 @@ def sizes(table: np.ndarray) -> np.ndarray:
         np.full(len(table), 0.1), 0.1 * p["drive_speed"],
     )  # fmt: skip
     return np.stack(columns, axis=1)
+
+
+def drifts(table: np.ndarray) -> np.ndarray:
+    """What each position's rate has beyond its velocity, shape (points, 4): the twist is counted from the drive."""
+    drift = np.zeros((len(table), len(STATES) // 2))
+    drift[:, 3] = -table[:, INDEX["drive_speed"]]
+    return drift
 
 
 def first_step(table: np.ndarray) -> np.ndarray:

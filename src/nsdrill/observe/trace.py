@@ -35,10 +35,9 @@ def make_tracer(lanes: int) -> tuple[Any, Any]:
     """The compiled (observer, marker) that sample lane 0. Rows as those of the other observer, whose steps it shows."""
     rows = Rows(len(STATES), len(AUX), len(PARAMETERS), len(OBSERVED))
     W, N = lanes, len(STATES)
-    start_, start_slope_, end_, end_slope_ = (W * r for r in (rows.start, rows.start_slope, rows.stage, rows.slope))
+    start_, start_rate_, end_, end_rate_, drift_ = (
+        W * r for r in (rows.start, rows.start_acceleration, rows.stage, rows.acceleration, rows.drift))
     time_, step_, moves_ = W * rows.time, W * rows.step, W * rows.moves
-    drive_ = W * (rows.parameter + PARAMETERS.index("drive_speed"))
-    twist_pair = N - 2
 
     @compiled(types.void(BUFFER, BUFFER), W)
     def tracer(b, store):  # type: ignore[no-untyped-def]
@@ -52,15 +51,14 @@ def make_tracer(lanes: int) -> tuple[Any, Any]:
                 return
             theta = max(min(theta, 1.0), 0.0)
             sample = HEADER + N * int(store[NEXT])
-            for k in range(0, N, 2):  # positions and velocities alternate
-                j, m = k * W, (k + 1) * W
+            for p in range(N // 2):  # positions and velocities alternate
+                j, m, a = 2 * p * W, (2 * p + 1) * W, p * W
+                drift = b[drift_ + a]
                 p0, p1, p2, p3, p4, p5 = quintic(
-                    b[start_ + j], h * b[start_slope_ + j], h * h * b[start_slope_ + m],
-                    b[end_ + j], h * b[end_slope_ + j], h * h * b[end_slope_ + m])
-                store[sample + k] = value(p0, p1, p2, p3, p4, p5, theta)
-                rate = slope(p1, p2, p3, p4, p5, theta) / h
-                # The twist is counted from the drive: its rate is the bit speed less the drive speed.
-                store[sample + k + 1] = rate + b[drive_] if k == twist_pair else rate
+                    b[start_ + j], h * (b[start_ + m] + drift), h * h * b[start_rate_ + a],
+                    b[end_ + j], h * (b[end_ + m] + drift), h * h * b[end_rate_ + a])
+                store[sample + 2 * p] = value(p0, p1, p2, p3, p4, p5, theta)
+                store[sample + 2 * p + 1] = slope(p1, p2, p3, p4, p5, theta) / h - drift
             store[NEXT] += 1.0
 
     @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), W)

@@ -1,8 +1,8 @@
 """The engine: keeps the gangs of all workers fed, over any ``concurrent.futures`` executor.
 
 Every worker has one gang. A slice advances it for a fraction of a second and gives back the runs that ended; the engine
-delivers those, tops the gang up and submits it again. So results come steadily, a stop takes no longer than a slice, and
-nothing is lost but the runs in flight. Which gang runs a point changes nothing in its numbers.
+delivers those, tops the gang up and submits it again. So results come steadily, a stop takes no longer than a slice,
+and nothing is lost but the runs in flight. Which gang runs a point changes nothing in its numbers.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class Engine:
         if crew.gang.idle:
             return
         drain = self._left() == 0 and not crew.ends
-        future = self.executor.submit(advance, crew.gang, self.work.hertz, self.slice_seconds, drain)
+        future = self.executor.submit(advance, crew.gang, self.work.variant, self.slice_seconds, drain)
         futures[future] = crew
 
     def _feed(self, crew: _Crew) -> None:
@@ -144,12 +144,12 @@ class Engine:
         plan = self.work.plan
         end = min(start.place + SEGMENT, plan.chain_length)
         points = plan.points_of(start.chain, np.arange(start.place, end))
-        table, sizes, first, initial = self.work.prepare(points)
+        *prepared, initial = self.work.prepare(points)
         if start.state is not None:
             initial[0] = start.state
         if end < plan.chain_length:
             crew.ends[int(points[-1])] = (start.chain, end)
-        crew.gang.add(points, table, sizes, first, initial)
+        crew.gang.add(points, *prepared, initial)
 
     def _receive(self, crew: _Crew, future: Future[Any]) -> None:
         gang, done = future.result()

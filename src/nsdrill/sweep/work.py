@@ -11,7 +11,7 @@ import numpy as np
 from nsdrill.kernel.gang import Compiled, Finished, Gang
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.parameters import Initial, Parameters
-from nsdrill.model.rhs import STATES, first_step, initial_states, make_right_hand_side, model_for, pack, sizes
+from nsdrill.model.rhs import STATES, drifts, first_step, initial_states, make_right_hand_side, model_for, pack, sizes
 from nsdrill.observe.classify import classify
 from nsdrill.observe.features import OBSERVED, make_observer, report_width, store_size
 from nsdrill.observe.reduce import features, peaks
@@ -34,8 +34,9 @@ class Work:
     record: Record
 
     @property
-    def hertz(self) -> bool:
-        return self.parameters.well.law == "hertz"
+    def variant(self) -> tuple[bool, int]:
+        """What of the model is fixed when it is compiled: Hertz wall or not, number of lobes."""
+        return self.parameters.well.law == "hertz", self.parameters.bit.lobes
 
     def new_gang(self, lanes: int, slots: int) -> Gang:
         store = np.zeros(store_size(lanes, self.record.peaks))
@@ -43,16 +44,17 @@ class Work:
         rows = model_for(self.parameters).rows(len(OBSERVED))
         return Gang(lanes, slots, rows, store, report_width(self.record.peaks), self.simulation)
 
-    def prepare(self, points: Array) -> tuple[Array, Array, Array, Array]:
-        """Lane parameters, state sizes, first steps and initial states of these points."""
+    def prepare(self, points: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Lane parameters, state sizes, drifts, first steps and initial states of these points."""
         depth, wob, speed = self.plan.values(points)
         table = pack(self.parameters, depth, wob, speed, self.thresholds.stuck_below)
-        return table, sizes(table), first_step(table), initial_states(self.parameters, self.initial, depth, wob, speed)
+        initial = initial_states(self.parameters, self.initial, depth, wob, speed)
+        return table, sizes(table), drifts(table), first_step(table), initial
 
     def columns(self, done: Finished) -> dict[str, Array]:
         """The results of finished runs, one array per variable of the results file."""
         n = len(done.job)
-        measured = features(done.report, done.parameters, self.simulation.observe, self.hertz)
+        measured = features(done.report, done.parameters, self.simulation.observe, self.variant[0])
         ok = done.status == OK
         measured = {name: np.where(ok, value, np.nan) for name, value in measured.items()}
         heights = peaks(done.report, self.record.peaks)
@@ -70,13 +72,13 @@ class Work:
 
 
 @lru_cache
-def compiled_parts(lanes: int, hertz: bool) -> Compiled:
+def compiled_parts(lanes: int, hertz: bool, lobes: int = 3) -> Compiled:
     """The model and the observer, compiled for a number of lanes; from the disk cache where it has them."""
-    observer, marker = make_observer(lanes)
-    return Compiled(make_right_hand_side(lanes, hertz), observer, marker)
+    observer, marker = make_observer(lanes, lobes)
+    return Compiled(make_right_hand_side(lanes, hertz, lobes), observer, marker)
 
 
-def advance(gang: Gang, hertz: bool, seconds: float, drain: bool) -> tuple[Gang, Finished]:
+def advance(gang: Gang, variant: tuple[bool, int], seconds: float, drain: bool) -> tuple[Gang, Finished]:
     """One slice of work: a task for any executor, in this process or in another."""
-    done = gang.advance(compiled_parts(gang.lanes, hertz), seconds, drain)
+    done = gang.advance(compiled_parts(gang.lanes, *variant), seconds, drain)
     return gang, done
