@@ -61,7 +61,7 @@ def test_features_equal_those_of_a_sampled_scipy_solution(window: tuple) -> None
 
 
 def test_half_difference_is_the_worst_disagreement_of_the_halves(window: tuple) -> None:
-    """Extremes over their range (and a hundredth of the natural size), fractions of time, mean speed over the drive's."""
+    """Extremes over their range (and a hundredth of the natural size), fractions of time, mean speed."""
     _, expected, found = window
     case, n = expected.case, len(expected.t) // 2
     first, second = (
