@@ -31,8 +31,8 @@ from numba import types
 # The package's folders whose sources end up in compiled code.
 COMPILED = ("abi.py", "elementary.py", "model", "kernel", "observe")
 
-# `nsz` ignores the sign of zero. Nothing that reorders sums or fuses products at the compiler's pleasure (the bits would
-# depend on the number of lanes), and nothing that assumes away NaN (a run that blows up must be seen).
+# `nsz` ignores the sign of zero. Nothing that reorders sums or fuses products at the compiler's pleasure (the bits
+# would depend on the number of lanes), and nothing that assumes away NaN (a run that blows up must be seen).
 FASTMATH = {"nsz"}
 
 BUFFER = types.float64[::1]
@@ -42,7 +42,8 @@ RIGHT_HAND_SIDE = types.FunctionType(types.void(BUFFER))
 OBSERVER = types.FunctionType(types.void(BUFFER, BUFFER))
 # A stepper tries one step in every lane, shows it to the observer, and returns whether some lane wants attention.
 STEPPER = types.FunctionType(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER))
-# The observer is told of the marks of one lane's run (lane, mark) and leaves its findings in a row of the outbox (from column).
+# The observer is told of the marks of one lane's run (lane, mark) and leaves its findings in a row of the outbox,
+# from a column on.
 MARKER = types.FunctionType(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64))
 
 # The marks: the window opens, is half over, is over.

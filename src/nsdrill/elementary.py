@@ -3,8 +3,9 @@
 A call of ``math.sin`` inside a lane loop keeps it scalar. These are the classical algorithms (Cody & Waite 1980;
 fdlibm's kernel polynomials; Cephes' three intervals of the arctangent) with selects instead of branches.
 
-Fused multiply-adds are written out, ``fma(a, b, c)`` for a * b + c in one rounding. Were the compiler free to fuse where
-it likes (the ``contract`` flag), it would choose differently for one lane and for eight, and the bits would differ.
+Fused multiply-adds are written out, ``fma(a, b, c)`` for a * b + c in one rounding. Were the compiler free to fuse
+where it likes (the ``contract`` flag), it would choose differently for one lane and for eight, and the bits would
+differ.
 """
 
 from __future__ import annotations

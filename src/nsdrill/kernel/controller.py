@@ -1,8 +1,8 @@
 """Proportional-integral step-size control (Gustafsson 1991; Hairer, Norsett & Wanner, Solving ODEs II, IV.2).
 
 The next step is h * 0.9 * err^-a * err_before^b. All is done in binary logarithms of the squared error, where it
-vectorises. A step that gives NaN or infinity is rejected and shrunk like one of very large error; should that go on down
-to the least step, the run has diverged.
+vectorises. A step that gives NaN or infinity is rejected and shrunk like one of very large error; should that go on
+down to the least step, the run has diverged.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ SMALLEST, LARGEST = 1e-16, 1e16  # bounds of the squared error for the logarithm
 def decide(square: float, step: float, last: float, growth: float, least: float, exhausted: bool):  # type: ignore[no-untyped-def]
     """From the squared error of a step (1 is the tolerance): (accepted, next step, memory, growth, attention).
 
-    ``last`` and ``memory`` are log2 of the last accepted squared error; ``growth`` is log2 of how much the step may grow:
-    not at all just after a rejection. All are floats, so that lanes stay packed.
+    ``last`` and ``memory`` are log2 of the last accepted squared error; ``growth`` is log2 of how much the step may
+    grow: not at all just after a rejection. All are floats, so that lanes stay packed.
     """
     accepted = square <= 1.0  # False for NaN
     finite = square < LARGEST

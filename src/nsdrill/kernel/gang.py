@@ -119,13 +119,14 @@ class Gang:
     def packed_steps(self) -> int:
         return int(self._counters[PACKED_STEPS])
 
-    def add(self, job: Array, parameters: Array, sizes: Array, drifts: Array, first_step: Array, initial: Array) -> None:
+    def add(
+        self, job: Array, parameters: Array, sizes: Array, drifts: Array, first_step: Array, initial: Array
+    ) -> None:
         """Append one chain: runs that follow one another, each from the state which the one before has reached.
 
-        ``job`` [n] ids, ``parameters`` [n, parameters], ``sizes`` [n, states], ``drifts`` [n, states / 2], ``first_step`` [n].
-        ``initial``
-        [n, states + 1]: the first row is the state of the first run; the others serve where the run before failed.
-        Raises ValueError where they do not fit.
+        ``job`` [n] ids, ``parameters`` [n, parameters], ``sizes`` [n, states], ``drifts`` [n, states / 2],
+        ``first_step`` [n]. ``initial`` [n, states + 1]: the first row is the state of the first run; the others serve
+        where the run before failed. Raises ValueError where they do not fit.
         """
         slots = self._place(job, parameters, sizes, drifts, first_step)
         self._state[slots] = initial

@@ -1,12 +1,12 @@
 """One step of the embedded Runge-Kutta pair in every lane at once, each lane with its own time and step size.
 
 States are positions and velocities in turn, so the stages of the positions follow from those of the velocities: only
-accelerations are computed and kept (see :class:`nsdrill.kernel.tableau.Tableau`). The result is the pair's own, with half
-the memory traffic, which is what limits a packed step.
+accelerations are computed and kept (see :class:`nsdrill.kernel.tableau.Tableau`). The result is the pair's own, with
+half the memory traffic, which is what limits a packed step.
 
-A step runs from (``time``, ``start``, ``start_acceleration``) to (``time`` + ``step``, ``stage``, ``acceleration``). The
-controller judges it and the observer is shown it. The lanes whose step was accepted (``moves``) move on when the next
-step begins, or earlier by the loop's hand.
+A step runs from (``time``, ``start``, ``start_acceleration``) to (``time`` + ``step``, ``stage``, ``acceleration``).
+The controller judges it and the observer is shown it. The lanes whose step was accepted (``moves``) move on when the
+next step begins, or earlier by the loop's hand.
 """
 
 from __future__ import annotations
@@ -37,17 +37,17 @@ def make_stepper(lanes: int, rows: Rows) -> Any:
     pair = DORMAND_PRINCE
     _, c2, c3, c4, c5, _, _ = pair.nodes
     # Velocities v, positions x, errors e and d: weights of the accelerations at the stages before.
-    (v21,), (v31, v32), (v41, v42, v43), (v51, v52, v53, v54), (v61, v62, v63, v64, v65), (v71, _, v73, v74, v75, v76) = (
-        pair.matrix)
+    (v21,), (v31, v32), (v41, v42, v43), (v51, v52, v53, v54), (v61, v62, v63, v64, v65), last_row = pair.matrix
+    v71, _, v73, v74, v75, v76 = last_row
     _, (x31,), (x41, x42), (x51, x52, x53), (x61, x62, x63, x64), (x71, _, x73, x74, x75) = pair.positions
     e1, _, e3, e4, e5, e6, e7 = pair.error
     d1, _, d3, d4, d5, d6 = pair.position_error
 
     @compiled(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER), W, *astuple(rows))
     def stepper(b, right_hand_side, observer, store):  # type: ignore[no-untyped-def]
-        # Stage by stage, in one pass over the pairs of position (row x) and velocity (row v): keep the acceleration just
-        # computed and form the next stage. First of all, the lanes whose last step was accepted move on. (Both values
-        # are loaded and one is selected: a masked store could not be forwarded to the loads that follow.)
+        # Stage by stage, in one pass over the pairs of position (row x) and velocity (row v): keep the acceleration
+        # just computed and form the next stage. First of all, the lanes whose last step was accepted move on. (Both
+        # values are loaded and one is selected: a masked store could not be forwarded to the loads that follow.)
         for i in range(W):
             moves = b[moves_ + i] != 0.0
             before, after = b[t_ + i], b[t_ + i] + b[h_ + i]

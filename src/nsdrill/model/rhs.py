@@ -22,8 +22,8 @@ from nsdrill.model.lobes import multiple_sine
 from nsdrill.model.parameters import Initial, Parameters
 
 STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
-# Left by the right-hand side for the observer: cosine and sine of the bit angle, the smoothed direction of the bit speed
-# and its decay factor. The others carry results from one of its loops to the next.
+# Left by the right-hand side for the observer: cosine and sine of the bit angle, the smoothed direction of the bit
+# speed and its decay factor. The others carry results from one of its loops to the next.
 AUX = ("cosine", "sine", "direction", "decay", "force", "torque", "radial", "tangential", "friction")
 PARAMETERS = (
     "drive_phase", "drive_speed", "wob",
@@ -146,7 +146,7 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3) -> Any
 def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_below: float = 0.0) -> np.ndarray:
     """Lane parameters of operating points, shape (points, len(PARAMETERS)), from 1-D arrays depth [m], wob [N] and
     rotary_speed [rad/s] of one length. ``drive_phase`` is left at zero: it belongs to the state."""
-    depth, wob, rotary_speed = np.broadcast_arrays(*(np.atleast_1d(a).astype(float) for a in (depth, wob, rotary_speed)))
+    depth, wob, rotary_speed = _together(depth, wob, rotary_speed)
     k: Coefficients = derive(parameters, depth, wob, rotary_speed)
     string, well, bit = parameters.drillstring, parameters.well, parameters.bit
     span = string.collar.span
@@ -191,6 +191,10 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
     return table
 
 
+def _together(*values: Any) -> list[np.ndarray]:
+    return list(np.broadcast_arrays(*(np.atleast_1d(value).astype(float) for value in values)))
+
+
 def sizes(table: np.ndarray) -> np.ndarray:
     """Natural size of each state at operating points, shape (points, 8): the absolute tolerance is rtol times this.
 
@@ -230,7 +234,7 @@ def first_step(table: np.ndarray) -> np.ndarray:
 
 def initial_states(parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any) -> np.ndarray:
     """Initial states with the drive angle last, shape (points, 9)."""
-    depth, wob, rotary_speed = np.broadcast_arrays(*(np.atleast_1d(a).astype(float) for a in (depth, wob, rotary_speed)))
+    depth, wob, rotary_speed = _together(depth, wob, rotary_speed)
     k = derive(parameters, depth, wob, rotary_speed)
     states = np.zeros((depth.size, 9))
     z = -wob / (k.k_a + parameters.bit.rock_stiffness) if initial.z is None else initial.z

@@ -1,9 +1,9 @@
 """What is measured while a run is integrated, in constant memory and on the continuous solution.
 
 Every packed step is examined in all lanes at once: sums over time, and a bit for every lane in which something happens
-inside the step: a quantity turns (its slope changes sign) or crosses a level. Turns are then located in packed form, one
-quantity at a time and only when some lane has one; crossings, which are rarer, lane by lane. The extremes of a quantity
-lie at its turns or at the ends of the window, so nothing else is compared.
+inside the step: a quantity turns (its slope changes sign) or crosses a level. Turns are then located in packed form,
+one quantity at a time and only when some lane has one; crossings, which are rarer, lane by lane. The extremes of a
+quantity lie at its turns or at the ends of the window, so nothing else is compared.
 
 The observed window has two halves, measured separately, so that their agreement tells whether the run has settled.
 """
@@ -118,7 +118,8 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
 
     @compiled(types.void(BUFFER, BUFFER), W, lobes)
     def observer(b, store):  # type: ignore[no-untyped-def]
-        # One bit a lane: which quantities turn inside the step, at a maximum or a minimum, and which levels are crossed.
+        # One bit a lane: which quantities turn inside the step, at a maximum or a minimum, and which levels are
+        # crossed.
         z_top = z_bottom = speed_top = speed_bottom = twist_top = twist_bottom = 0
         u_top = u_bottom = torque_top = rho_top = rho_bottom = 0
         rock = stuck = wall = touching = 0
@@ -322,7 +323,8 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
 
     @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), W, lobes)
     def marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
-        # The lane stands at the mark: its state is in the stage rows, and the quantities at the end of the step are its.
+        # The lane stands at the mark: its state is in the stage rows, and the quantities at the end of the step are
+        # its.
         angle = half_plane_angle(b[x1_ + i], b[y1_ + i])
         rho = fma(b[x1_ + i], b[x1_ + i], b[y1_ + i] * b[y1_ + i])
         width = 3 * (int(store[0]) + 1)
