@@ -1,0 +1,283 @@
+"""Write the tables of the documentation from the code, so that the two cannot disagree.
+
+    python docs/make_tables.py           # writes them into the pages
+    python docs/make_tables.py --check   # says which pages are stale, exit code 1 if any
+
+A table stands between two comments, ``<!-- table: NAME -->`` and ``<!-- end of table -->``. The tests run the check.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from nsdrill.app.check import MEANINGS as COEFFICIENTS
+from nsdrill.cli.main import COMMANDS, group
+from nsdrill.model.coefficients import UNITS
+from nsdrill.model.figures import figures
+from nsdrill.model.parameters import Operation, Parameters
+from nsdrill.observe.thresholds import Thresholds
+from nsdrill.plot.kinds import ALIASES, MAP_KINDS, SWEEP_KINDS, TRACE_KINDS
+from nsdrill.study.keys import SECTIONS, Leaf, all_leaves, bound_text, leaves
+from nsdrill.study.meanings import MEANINGS
+from nsdrill.study.schema import ALONG, POINTS, PROCEDURE
+from nsdrill.units import USUAL
+from nsdrill.variables import COORDINATES, TRACE_VARIABLES, VARIABLES, Variable
+
+HERE = Path(__file__).parent
+BLOCK = re.compile(r"(<!-- table: ([\w ]+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
+
+SYMBOLS = {
+    "drillstring.collar.outer_diameter": "D_co",
+    "drillstring.collar.inner_diameter": "D_ci",
+    "drillstring.collar.length": "L_c",
+    "drillstring.collar.span": "l",
+    "drillstring.material.density": "rho",
+    "drillstring.material.young_modulus": "E",
+    "drillstring.material.shear_modulus": "G",
+    "drillstring.eccentricity": "e0",
+    "drillstring.axial_damping": "c_a",
+    "drillstring.torsional_damping": "c_t",
+    "mud.density": "rho_f",
+    "mud.added_mass": "C_A",
+    "mud.drag": "C_D",
+    "well.diameter": "D_well",
+    "well.stiffness": "k_w",
+    "well.friction.static": "mu_s",
+    "well.friction.dynamic": "mu_d",
+    "well.friction.smoothing": "eps",
+    "well.friction.decay": "tau",
+    "bit.lobes": "n_b",
+    "bit.surface_amplitude": "s0",
+    "bit.rock_stiffness": "k_c",
+    "bit.cutting.zeta": "zeta",
+    "bit.cutting.c1": "c1",
+    "bit.cutting.c2": "c2",
+    "bit.friction.static": "mu_s",
+    "bit.friction.dynamic": "mu_d",
+    "bit.friction.smoothing": "eps",
+    "bit.friction.decay": "tau",
+    "operation.wob": "W",
+    "operation.rotary_speed": "Omega",
+}
+
+
+def table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A Markdown table; bars within cells are escaped."""
+    head = list(head)
+    lines = [head, ["---"] * len(head), *([str(cell).replace("|", "\\|") for cell in row] for row in rows)]
+    return "".join("| " + " | ".join(line) + " |\n" for line in lines)
+
+
+def code(text: str) -> str:
+    return f"`{text}`" if text else ""
+
+
+def allowed(leaf: Leaf) -> str:
+    """The range or the choices of a key; every quantity is finite besides."""
+    if leaf.choices:
+        return ", ".join(map(code, leaf.choices)) + (", or `null`" if leaf.nullable else "")
+    parts = []
+    if leaf.low == leaf.high:
+        parts.append(bound_text(leaf.low))
+    else:
+        if leaf.low > -float("inf"):
+            parts.append(("above " if leaf.strict else "at least ") + bound_text(leaf.low))
+        if leaf.high < float("inf"):
+            parts.append("at most " + bound_text(leaf.high))
+    return " and ".join(parts) + (", or `null`" if leaf.nullable and parts else "`null` too" if leaf.nullable else "")
+
+
+def unit(leaf: Leaf) -> str:
+    if leaf.kind == "whole":
+        return "whole number"
+    return leaf.units if leaf.kind == "quantity" else leaf.units or ("" if leaf.choices else "bare number")
+
+
+def parameters() -> str:
+    sections = ("drillstring", "mud", "well", "bit", "operation")
+    found = [leaf for section in sections for leaf in leaves(SECTIONS[section], section)]
+    rows = ([code(leaf.key), code(SYMBOLS.get(leaf.key, "")), leaf.default_text, leaf.source, leaf.confidence]
+            for leaf in found)
+    return table(["key", "symbol", "default", "source", "confidence"], rows)
+
+
+def study_keys() -> str:
+    """All sections in file order; the sweep, which is no dataclass, by hand from its own leaves."""
+    text = "| key | unit | default | allowed | meaning |\n| --- | --- | --- | --- | --- |\n"
+    text += f"| `title` | text | empty | | {MEANINGS['title']} |\n"
+    told: set[str] = set()
+    for section, cls in SECTIONS.items():
+        if section == "simulation":
+            text += sweep_keys()
+        for leaf in leaves(cls, section):
+            groups = leaf.key.split(".")[:-1]
+            for i in range(1, len(groups) + 1):
+                name = ".".join(groups[:i])
+                if name not in told:
+                    told.add(name)
+                    text += f"| **`{name}`** | | | | *{MEANINGS[name]}* |\n"
+            default = leaf.default_text
+            cells = [code(leaf.key), unit(leaf), default, allowed(leaf), leaf.meaning]
+            text += "| " + " | ".join(cells) + " |\n"
+    return text
+
+
+def sweep_keys() -> str:
+    text = f"| **`sweep`** | | | at least one axis | *{MEANINGS['sweep']}* |\n"
+    every = all_leaves()
+    for axis in ("depth", "wob", "rotary_speed"):
+        of = every[f"operation.{axis}"]
+        form = f"`{{from, to, points}}` (points {allowed(POINTS)}), a list, or one value; each {allowed(of)}"
+        text += f"| `sweep.{axis}` | {of.units} | from `operation` | {form} | {MEANINGS[f'sweep.{axis}']} |\n"
+    for leaf in (PROCEDURE, ALONG):
+        default = "null" if leaf.default is None else leaf.default
+        text += f"| `{leaf.key}` | | {default} | {allowed(leaf)} | {leaf.meaning} |\n"
+    return text
+
+
+def thresholds() -> str:
+    rows = ([code(leaf.key), leaf.default_text + (" %" if leaf.units == "percent" else ""), leaf.meaning, leaf.source]
+            for leaf in leaves(Thresholds, "classify"))
+    return table(["key", "default", "meaning", "source"], rows)
+
+
+def units() -> str:
+    return table(["quantity in", "units to write (any unit of that dimension is read)"],
+                 ([code(si), ", ".join(map(code, names))] for si, names in USUAL.items()))
+
+
+def flags(variable: Variable) -> str:
+    words = (variable.flag_meanings or "").split()
+    values = variable.flag_masks or variable.flag_values or ()
+    kind = "bits: " if variable.flag_masks else ""
+    listed = ", ".join(f"{value} {word}" for value, word in zip(values, words, strict=True))
+    return f" ({kind}{listed})" if words else ""
+
+
+ROOMS = {"run": "bookkeeping", "feature": "feature", "label": "label", "peaks": "peaks", "states": "states"}
+
+
+def results_variables() -> str:
+    def rows() -> Iterable[list[str]]:
+        for v in VARIABLES:
+            extra = ", ".join(code(name) for name in v.dims[4:])
+            yield [code(v.name), v.dtype, v.units, ROOMS[v.room], extra, v.long_name + flags(v)]
+
+    return table(["variable", "type", "units", "kind", "further dimension", "meaning"], rows())
+
+
+def trace_variables() -> str:
+    return table(["variable", "type", "units", "meaning"],
+                 ([code(v.name), v.dtype, v.units, v.long_name] for v in TRACE_VARIABLES))
+
+
+def coordinates() -> str:
+    return table(["dimension", "units", "meaning"],
+                 ([code(name), units, words] for name, (units, words) in COORDINATES.items()))
+
+
+def coefficients() -> str:
+    return table(["name", "units", "meaning"], ([code(n), UNITS[n], words] for n, words in COEFFICIENTS.items()))
+
+
+def check_figures() -> str:
+    found = figures(Parameters(), Operation())
+    return table(["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items()))
+
+
+def kinds() -> str:
+    rows = (("a sweep over one axis", SWEEP_KINDS), ("a sweep over two or three axes", MAP_KINDS),
+            ("a trace", TRACE_KINDS))  # fmt: skip
+    listed = [[code(name), of, words] for of, named in rows for name, words in named.items()]
+    short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())
+    values = ["any feature by its name", "a sweep", f"one value along the axis, or as a map; short names: {short}"]
+    return table(["kind", "of", "what it shows"], [*listed, values])
+
+
+def command_line() -> str:
+    """Every command with its arguments and options, as the command line itself has them."""
+    import click
+
+    text = ""
+    with click.Context(group, info_name="nsdrill") as parent:
+        for name in COMMANDS:
+            command = group.get_command(parent, name)
+            assert command is not None
+            context = click.Context(command, info_name=f"nsdrill {name}")
+            usage = " ".join(command.collect_usage_pieces(context)[1:])
+            meaning = inspect.cleandoc(command.help or "")
+            text += f"\n### nsdrill {name}\n\n{meaning}\n\n```\nnsdrill {name} [OPTIONS] {usage}".rstrip() + "\n```\n\n"
+            options = [p for p in command.params if isinstance(p, click.Option)]
+            if options:
+                text += table(["option", "meaning"], ([option_name(o), option_text(o)] for o in options))
+            else:
+                text += "No options.\n"
+    return text
+
+
+def option_name(option: object) -> str:
+    import click
+
+    assert isinstance(option, click.Option)
+    metavar = ""
+    if not option.is_flag:
+        choices = getattr(option.type, "choices", None)
+        metavar = " " + ("|".join(choices) if choices else option.metavar or option.type.name.split()[0].upper())
+    return ", ".join(code(name + (metavar if name.startswith("--") else "")) for name in option.opts)
+
+
+def option_text(option: object) -> str:
+    import click
+
+    assert isinstance(option, click.Option)
+    parts = [option.help.rstrip(".") + "." if option.help else ""]
+    if option.required:
+        parts.append("Required.")
+    if option.multiple:
+        parts.append("May be given more than once.")
+    if isinstance(option.default, str):
+        parts.append(f"Default: `{option.default}`.")
+    return " ".join(part for part in parts if part)
+
+
+TABLES: dict[str, Callable[[], str]] = {
+    "parameters": parameters,
+    "study keys": study_keys,
+    "thresholds": thresholds,
+    "units": units,
+    "results variables": results_variables,
+    "trace variables": trace_variables,
+    "coordinates": coordinates,
+    "coefficients": coefficients,
+    "check figures": check_figures,
+    "plot kinds": kinds,
+    "command line": command_line,
+}
+
+
+def filled(text: str) -> str:
+    """The page with all its tables made anew."""
+    return BLOCK.sub(lambda match: f"{match[1]}{TABLES[match[2]]()}{match[3]}", text)
+
+
+def main(arguments: list[str]) -> int:
+    stale = []
+    for page in sorted(HERE.glob("*.md")):
+        text = page.read_text(encoding="utf-8")
+        new = filled(text)
+        if new != text:
+            stale.append(page.name)
+            if "--check" not in arguments:
+                page.write_text(new, encoding="utf-8")
+    checking = "--check" in arguments
+    for name in stale:
+        print(f"{name}: {'stale; run python docs/make_tables.py' if checking else 'written'}")
+    return 1 if checking and stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,54 @@
+"""The pages, and the scripts of the documentation as modules."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+PAGES = sorted([*DOCS.glob("*.md"), *ROOT.glob("*.md")])
+
+
+def script(name: str) -> ModuleType:
+    """The script ``docs/NAME.py``, imported."""
+    label = f"nsdrill_docs_{name}"
+    if label not in sys.modules:
+        spec = importlib.util.spec_from_file_location(label, DOCS / f"{name}.py")
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[label] = module
+        spec.loader.exec_module(module)
+    return sys.modules[label]
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "page" in metafunc.fixturenames:
+        metafunc.parametrize("page", PAGES, ids=lambda page: page.name)
+    if "case" in metafunc.fixturenames:
+        metafunc.parametrize("case", script("verify").CASES)
+
+
+@pytest.fixture
+def docs() -> Path:
+    return DOCS
+
+
+@pytest.fixture
+def root() -> Path:
+    return ROOT
+
+
+@pytest.fixture
+def tables() -> ModuleType:
+    return script("make_tables")
+
+
+@pytest.fixture
+def verify() -> ModuleType:
+    return script("verify")

@@ -1,0 +1,107 @@
+"""Links lead somewhere, pictures are small, studies in the pages are valid, and the first five minutes run."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from nsdrill.errors import StudyError
+from nsdrill.study import load_study, parse_study
+
+HEADING = re.compile(r"^#+ (.+)$", re.MULTILINE)
+
+
+def plain(text: str) -> str:
+    """A page without its fenced blocks."""
+    return re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchors that headings get on GitHub and in MkDocs."""
+    titles = HEADING.findall(plain(page.read_text(encoding="utf-8")))
+    return {re.sub(r"[^\w\- ]", "", title.lower()).strip().replace(" ", "-") for title in titles}
+
+
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in re.findall(r"\]\(([^)\s]+)\)", plain(page.read_text(encoding="utf-8"))):
+        if target.startswith(("http:", "https:")):
+            continue
+        name, _, anchor = target.partition("#")
+        file = page.parent / name if name else page
+        assert file.exists(), target
+        if anchor:
+            assert anchor in anchors(file), target
+
+
+def test_pages_name_no_file_of_this_machine(page: Path) -> None:
+    assert not re.search(r"(?<![\w.])/(?:home|work|tmp|root|opt)/", page.read_text(encoding="utf-8"))
+
+
+def test_pictures_are_small_and_used(docs: Path) -> None:
+    text = "".join(page.read_text(encoding="utf-8") for page in docs.glob("*.md"))
+    pictures = list((docs / "pictures").iterdir())
+    assert pictures
+    for picture in pictures:
+        assert picture.stat().st_size < 300_000, picture.name
+        assert f"pictures/{picture.name}" in text, picture.name
+
+
+def test_every_shipped_study_has_its_section(root: Path, docs: Path) -> None:
+    text = (docs / "studies.md").read_text(encoding="utf-8")
+    for config in (root / "configs").glob("*.yaml"):
+        load_study(config)
+        assert f"`{config.name}`" in text
+
+
+def yaml_blocks(page: Path) -> list[str]:
+    return re.findall(r"^```yaml\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+
+
+def test_studies_in_the_pages_are_valid(root: Path, docs: Path) -> None:
+    good, *rest = yaml_blocks(docs / "study.md")
+    assert parse_study(good).procedure == "up-down"
+    assert len(rest) == 1, "the other one is the faulty example"
+    for text in yaml_blocks(root / "README.md"):
+        parse_study(text)
+
+
+def test_the_faulty_example_fails_as_shown(docs: Path) -> None:
+    _, faulty = yaml_blocks(docs / "study.md")
+    with pytest.raises(StudyError) as caught:
+        parse_study(faulty, "bad.yaml")
+    text = (docs / "study.md").read_text(encoding="utf-8")
+    assert f"```text\nError: {caught.value}\n```" in text
+
+
+def test_the_first_five_minutes(root: Path, tmp_path: Path) -> None:
+    """The commands and the Python of the README, in order, in an empty folder."""
+    pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    text = (root / "README.md").read_text(encoding="utf-8").partition("## The first five minutes")[2]
+    env = {**os.environ, "MPLBACKEND": "Agg"}
+    ran = 0
+    for language, block in re.findall(r"^```(sh|python)\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+        if language == "python":
+            subprocess.run([sys.executable, "-c", block], cwd=tmp_path, env=env, check=True, capture_output=True)
+            ran += 1
+            continue
+        for line in block.splitlines():
+            if line.startswith("nsdrill "):
+                call = f'{sys.executable} -c "from nsdrill.cli import main; main()" {line.removeprefix("nsdrill ")}'
+                subprocess.run(call, shell=True, cwd=tmp_path, env=env, check=True, capture_output=True)
+                ran += 1
+    assert ran >= 11
+    assert (tmp_path / "study.csv").stat().st_size > 10_000
+
+
+def test_version_and_licence_agree(root: Path) -> None:
+    from nsdrill import __version__
+
+    assert f"\nversion: {__version__}\n" in (root / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"## [{__version__}]" in (root / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert "\nlicense: MIT\n" in (root / "CITATION.cff").read_text(encoding="utf-8")

@@ -1,0 +1,68 @@
+"""The tables of the pages are those of the code, and every name of the code has its place in the pages."""
+
+from __future__ import annotations
+
+import re
+import struct
+from pathlib import Path
+from types import ModuleType
+
+from nsdrill.app.provenance import provenance
+from nsdrill.observe.thresholds import Thresholds
+from nsdrill.store import hdf5
+from nsdrill.store.results import root_attributes
+from nsdrill.study import parse_study
+from nsdrill.study.keys import all_leaves, leaves
+from nsdrill.variables import BY_NAME, FEATURES, TRACE_VARIABLES
+
+
+def test_tables_are_up_to_date(page: Path, tables: ModuleType) -> None:
+    """Else: python docs/make_tables.py."""
+    text = page.read_text(encoding="utf-8")
+    assert tables.filled(text) == text
+
+
+def test_every_table_is_in_a_page(docs: Path, tables: ModuleType) -> None:
+    pages = [page.read_text(encoding="utf-8") for page in docs.glob("*.md")]
+    found = {name for text in pages for _, name, _ in tables.BLOCK.findall(text)}
+    assert found == set(tables.TABLES)
+
+
+def test_every_key_of_the_study_is_documented(docs: Path) -> None:
+    text = (docs / "study.md").read_text(encoding="utf-8")
+    for key in (*all_leaves(), *(f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along"))):
+        assert f"`{key}`" in text, key
+
+
+def test_every_feature_and_threshold_is_defined(docs: Path) -> None:
+    text = (docs / "classification.md").read_text(encoding="utf-8")
+    short = re.sub(r"`surface_torque_min`, `_max`, `_mean`",
+                   "`surface_torque_min`, `surface_torque_max`, `surface_torque_mean`", text)
+    for name in FEATURES:
+        assert f"`{name}`" in short, name
+    for leaf in leaves(Thresholds, "classify"):
+        assert f"`{leaf.key}`" in text, leaf.key
+    for name in ("response", "whirl_kind", "stick_slip_severity"):
+        for word in (BY_NAME[name].flag_meanings or "").split():
+            assert f"`{word}`" in text, word
+
+
+def test_every_variable_and_attribute_of_the_files_is_documented(docs: Path) -> None:
+    text = (docs / "file_format.md").read_text(encoding="utf-8")
+    for name in (*BY_NAME, *(v.name for v in TRACE_VARIABLES)):
+        assert f"`{name}`" in text, name
+    for name in root_attributes("results", provenance(parse_study("sweep: {depth: 2 km}"), "run")):
+        assert f"`{name}`" in text, name
+
+
+def test_every_status_is_explained(docs: Path) -> None:
+    text = (docs / "numerics.md").read_text(encoding="utf-8")
+    for value, word in enumerate((BY_NAME["status"].flag_meanings or "").split()):
+        assert f"| {value} | `{word}` |" in text
+
+
+def test_the_seal_is_as_the_page_says(docs: Path) -> None:
+    text = " ".join((docs / "file_format.md").read_text(encoding="utf-8").split())
+    assert f"a seal of {hdf5._SEAL.size} bytes: the magic `nsdrill\\x1a`" in text
+    assert hdf5._SEAL_MAGIC == b"nsdrill\x1a"
+    assert struct.calcsize("<8sQ32s") == hdf5._SEAL.size
