@@ -1,0 +1,1 @@
+"""Measurements of nsdrill: against its peers, and by itself. See README.md."""

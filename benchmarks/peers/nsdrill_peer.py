@@ -1,0 +1,78 @@
+"""nsdrill itself: through the engine as a sweep runs, or the bare gang with an observer that observes nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from benchmarks.peers import NO_OBSERVERS, MissingPeer, Result, Stopwatch
+from benchmarks.workload import STATES, Array, Started, sweep, with_rtol
+
+
+@dataclass
+class Nsdrill:
+    """``lanes`` lanes; ``observed`` false replaces the observer, for comparison only: nsdrill has no such mode."""
+
+    lanes: int
+    observed: bool = True
+    lacks: str = "nothing: observers, peaks, classification, vector tolerance, RMS norm"
+    columns: dict[str, Array] = field(default_factory=dict)
+    lane_use: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.name = f"nsdrill, {self.lanes} lane{'s' if self.lanes > 1 else ''}"
+        if not self.observed:
+            self.name += ", null observer"
+            self.lacks = NO_OBSERVERS + "; not a mode of nsdrill"
+
+    def run(self, work: Started, rtol: float | None = None) -> Result:
+        work = work if rtol is None else with_rtol(work, rtol)
+        if not self.observed:
+            return self._run_blind(work)
+        with Stopwatch() as watch:
+            self.columns, progress = sweep(work, self.lanes)
+        self.lane_use = progress.lane_steps / max(progress.packed_lane_steps, 1)
+        steps = int(progress.lane_steps)
+        return Result(watch.wall, watch.cpu, 6 * steps, steps, self.columns["final_state"][:, :STATES])
+
+    def _run_blind(self, work: Started) -> Result:
+        try:
+            from nsdrill.sweep.work import compiled_parts
+
+            observer, marker = blind(self.lanes)
+            variant = work.variant if hasattr(work, "variant") else (work.hertz,)
+            parts = replace(compiled_parts(self.lanes, *variant), observer=observer, marker=marker)
+            points = np.arange(work.plan.points)
+            gang = work.new_gang(self.lanes, len(points))
+            end = np.empty((len(points), STATES))
+            tries = 0
+            with Stopwatch() as watch:
+                gang.add_many(points, *work.prepare(points))
+                while not gang.idle:
+                    done = gang.advance(parts, 1.0, True)
+                    end[done.job] = done.final[:, :STATES]
+                    tries += int(np.sum(done.accepted + done.rejected))
+        except (ImportError, AttributeError, TypeError) as error:
+            raise MissingPeer(f"a kernel that takes any observer: {error}") from error
+        return Result(watch.wall, watch.cpu, 6 * tries, tries, end)
+
+
+@lru_cache
+def blind(lanes: int) -> tuple[Any, Any]:
+    """An observer and a marker that do nothing."""
+    from numba import types
+
+    from nsdrill.abi import BUFFER, compiled
+
+    @compiled(types.void(BUFFER, BUFFER), lanes)
+    def blind_observer(b, store):  # type: ignore[no-untyped-def]
+        pass
+
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes)
+    def blind_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+        pass
+
+    return blind_observer, blind_marker

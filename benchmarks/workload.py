@@ -1,0 +1,159 @@
+"""The runs that everybody computes: operating points, initial states, constants of the equations, tolerances.
+
+Peers see none of nsdrill's compiled code and none of its packed tables: they get the lumped coefficients of the theory
+page in an order of their own (:data:`CONSTANTS`), so that the benchmarks do not depend on how the kernel lays out its
+memory.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from nsdrill.kernel.settings import Simulation
+from nsdrill.model.coefficients import derive
+from nsdrill.model.parameters import Initial, Parameters
+from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.sweep.engine import Engine, Progress
+from nsdrill.sweep.plan import Plan
+from nsdrill.sweep.work import Work
+
+Array = np.ndarray[Any, np.dtype[Any]]
+STATES = 8
+WOB = 22.24e3
+CONSTANTS = (
+    "phase", "drive", "wob", "per_m_l", "per_J", "per_m_a", "q", "k_bend", "soft_F", "soft_T", "c_h", "c_a", "k_a",
+    "c_t", "k_t", "gap", "k_w", "R_c", "eps_w", "tau_w", "rise_w", "mu_w", "k_c", "s0", "eps_b", "tau_b", "rise_b",
+    "mu_b", "lobes",
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Independent runs of one duration: ``constants`` [n, CONSTANTS], ``sizes`` [n, 8] (the absolute tolerance is rtol
+    times these), ``first_step`` [n], ``initial`` [n, 8]."""
+
+    constants: Array
+    sizes: Array
+    first_step: Array
+    initial: Array
+    duration: float
+
+    def __len__(self) -> int:
+        return len(self.initial)
+
+    def part(self, which: Any) -> Problem:
+        return Problem(
+            *(np.ascontiguousarray(a[which]) for a in (self.constants, self.sizes, self.first_step, self.initial)),
+            self.duration,
+        )
+
+
+@dataclass(frozen=True)
+class Started(Work):
+    """Work whose points start from ``states`` [points, 9] (the drive angle last) where given, not from the rule."""
+
+    states: Array | None = None
+
+    def prepare(self, points: Array) -> tuple[Array, ...]:  # type: ignore[override]
+        *prepared, initial = super().prepare(points)
+        return *prepared, initial if self.states is None else self.states[points]
+
+
+def grid(
+    depths: Array,
+    speeds: Array,
+    transient: float,
+    observe: float,
+    rtol: float = 1e-6,
+    wob: float = WOB,
+    parameters: Parameters | None = None,
+) -> Started:
+    """A depth x speed grid at one weight on bit, every point from the default initial state."""
+    plan = Plan({"depth": depths, "wob": np.array([wob]), "rotary_speed": speeds}, "same", None)
+    simulation = Simulation(transient, observe, rtol)
+    return Started(plan, parameters or Parameters(), Initial(), simulation, Thresholds(), Record())
+
+
+def mixed(depths: int, speeds: int, transient: float, observe: float, rtol: float = 1e-6) -> Started:
+    """The race's grid: 1000 to 8000 m, 1 to 8 rad/s at 22.24 kN. From rest at the hole's centre this holds stick-slip
+    (slow), free whirl with the bit on rock or bouncing (middle) and rolling along the wall (fast)."""
+    return grid(np.linspace(1000.0, 8000.0, depths), np.linspace(1.0, 8.0, speeds), transient, observe, rtol)
+
+
+def with_rtol(work: Started, rtol: float) -> Started:
+    return replace(work, simulation=replace(work.simulation, rtol=rtol))
+
+
+def problem_of(work: Started) -> Problem:
+    """The same runs for the peers."""
+    points = np.arange(work.plan.points)
+    _, sizes, *_, first, initial = work.prepare(points)
+    constants = constants_of(work.parameters, *work.plan.values(points), initial[:, STATES])
+    duration = work.simulation.transient + work.simulation.observe
+    return Problem(constants, sizes.copy(), first.copy(), initial[:, :STATES].copy(), duration)
+
+
+def constants_of(parameters: Parameters, depth: Array, wob: Array, speed: Array, drive_angle: Array) -> Array:
+    """The coefficients of the equations of motion at operating points, columns :data:`CONSTANTS`."""
+    if parameters.well.law != "linear" or parameters.drillstring.lateral_softening != "live":
+        raise ValueError("the peers know the linear wall and the live softening only")
+    k = derive(parameters, depth, wob, speed)
+    string, well, bit = parameters.drillstring, parameters.well, parameters.bit
+    q = k.m_e * string.eccentricity / k.m_l
+    span, arm = string.collar.span, 2 / 3 * k.bit_radius
+    columns = (
+        np.fmod(drive_angle, 2 * math.pi), speed, wob,
+        1 / k.m_l, 1 / (k.J + k.m_e * string.eccentricity * (string.eccentricity - q)), 1 / k.m_a, q,
+        k.k_bend, math.pi**2 / (2 * span), math.pi**3 / (2 * span**2), k.c_h,
+        string.axial_damping, k.k_a, string.torsional_damping, k.k_t,
+        k.gap, well.stiffness, k.collar_radius,
+        well.friction.smoothing, well.friction.decay, well.friction.static - well.friction.dynamic,
+        well.friction.dynamic,
+        bit.rock_stiffness, bit.surface_amplitude, bit.friction.smoothing, bit.friction.decay,
+        arm * (bit.friction.static - bit.friction.dynamic), arm * bit.friction.dynamic + k.cutting_arm,
+        float(bit.lobes),
+    )  # fmt: skip
+    return np.stack([np.broadcast_to(np.asarray(c, dtype=float), depth.shape) for c in columns], axis=1)
+
+
+class Inline(Executor):
+    """Runs each task where it is submitted: one thread, nothing in the background."""
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(fn(*args, **kwargs))
+        return future
+
+
+def sweep(work: Work, lanes: int, executor: Executor | None = None, workers: int = 1) -> tuple[dict[str, Array], Progress]:
+    """The work's results by point, one array a variable, and how it went: as ``nsdrill run`` computes them."""
+    parts: list[tuple[Array, dict[str, Array]]] = []
+    engine = Engine(work, executor or Inline(), workers, lanes, lambda points, columns: parts.append((points, columns)))
+    progress = engine.run()
+    order = np.argsort(np.concatenate([points for points, _ in parts]))
+    columns = {name: np.concatenate([c[name] for _, c in parts])[order] for name in parts[0][1]}
+    return columns, progress
+
+
+def spun_up(work: Started, seconds: float, rtol: float = 1e-8) -> Started:
+    """The same work, but from the states reached after ``seconds``: for cases that must begin in their regime."""
+    long = replace(work, simulation=Simulation(seconds / 2, seconds / 2, rtol))
+    columns, _ = sweep(long, 8)
+    return replace(work, states=columns["final_state"])
+
+
+def regimes(columns: dict[str, Array]) -> dict[str, int]:
+    """How many points are in which regime, by nsdrill's observers."""
+    wall = columns["wall_contact_fraction"] > 0.5
+    stick = ~wall & (columns["stuck_fraction"] > 0.0)
+    bounce = ~wall & ~stick & (columns["lift_off_fraction"] > 0.01)
+    return {
+        "on the wall": int(wall.sum()), "stick-slip": int(stick.sum()), "bouncing": int(bounce.sum()),
+        "free whirl on rock": int((~wall & ~stick & ~bounce).sum()),
+    }
