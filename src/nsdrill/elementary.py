@@ -44,6 +44,10 @@ if config.DISABLE_JIT:
         """a * b + c; in one rounding when compiled."""
         return a * b + c
 
+    def lowest_bit(bits: int) -> int:
+        """The place of the lowest bit that is set; there must be one."""
+        return (bits & -bits).bit_length() - 1
+
 else:
 
     @intrinsic
@@ -72,6 +76,15 @@ else:
             return builder.fma(*args)
 
         return types.float64(types.float64, types.float64, types.float64), build
+
+    @intrinsic
+    def lowest_bit(context: Any, bits: Any) -> Any:
+        """The place of the lowest bit that is set; there must be one."""
+
+        def build(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+            return builder.cttz(args[0], ir.Constant(ir.IntType(1), 1))
+
+        return types.int64(types.int64), build
 
 
 @inlined

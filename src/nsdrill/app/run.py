@@ -15,7 +15,7 @@ import numpy as np
 
 from nsdrill.app.provenance import provenance
 from nsdrill.errors import FileError, InputError
-from nsdrill.kernel.gang import default_lanes
+from nsdrill.kernel.gang import choose_lanes
 from nsdrill.store import (
     MemoryLog,
     RunLog,
@@ -171,8 +171,7 @@ def _compute(
     work = work_of(study)
     plan = work.plan
     if lanes is None:
-        # A lone chain gains nothing from lanes: it would leave all but one empty.
-        lanes = default_lanes() if plan.chains > workers else 1
+        lanes = choose_lanes(-(-plan.chains // workers))
     compiled_parts(lanes, *work.variant)
     kind = record_dtype(study.record.peaks)
     synced = time.monotonic()

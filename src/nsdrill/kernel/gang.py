@@ -12,9 +12,11 @@ import time
 from dataclasses import dataclass
 from typing import Any
 
+import llvmlite.binding
 import numpy as np
 
 from nsdrill.abi import Rows
+from nsdrill.errors import InputError
 from nsdrill.kernel.loop import (
     COUNTERS,
     FINISHED,
@@ -33,9 +35,19 @@ Array = np.ndarray[Any, np.dtype[Any]]
 SEGMENT = 20_000  # packed steps between looks at the clock: some 20 ms
 
 
-def default_lanes() -> int:
-    """One AVX-512 register of doubles, or ``$NSDRILL_LANES`` (1, 2, 4, 8, 16, 32). The numbers do not depend on it."""
-    return int(os.environ.get("NSDRILL_LANES", "8"))
+def choose_lanes(chains: int) -> int:
+    """How many lanes serve this many chains best; the numbers do not depend on it. ``$NSDRILL_LANES`` decides if set.
+
+    A lone chain gains nothing from lanes: all but one would stand empty. With many, two vector registers to a row hide
+    the latencies of the instructions better than one; four no longer fit the nearest cache.
+    """
+    if chosen := os.environ.get("NSDRILL_LANES"):
+        if chosen not in ("1", "2", "4", "8", "16", "32"):
+            raise InputError(f"NSDRILL_LANES: found {chosen}; allowed: 1, 2, 4, 8, 16 or 32.")
+        return int(chosen)
+    if chains <= 1:
+        return 1
+    return 8 if chains <= 8 or not llvmlite.binding.get_host_cpu_features().get("avx512f") else 16
 
 
 @dataclass(frozen=True)

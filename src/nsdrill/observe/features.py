@@ -18,15 +18,15 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, CLOSES, OPENS, Rows, compiled, inlined
-from nsdrill.elementary import fma
+from nsdrill.elementary import fma, lowest_bit
 from nsdrill.model.friction import TWO_OVER_PI
 from nsdrill.model.lobes import multiple_cosine, multiple_sine
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES
 from nsdrill.observe.interpolant import cubic, derivative, extreme, quintic, share_above, value
 
 # Quantities at an end of a step that are not states: interference u of bit and rock with its rates, bit torque and its
-# rate, radius and its rate, whirl velocity (tangential).
-ENDS = ("u", "du", "ddu", "torque", "dtorque", "radius", "dradius", "whirl_velocity")
+# rate, radius and its rate.
+ENDS = ("u", "du", "ddu", "torque", "dtorque", "radius", "dradius")
 # Measured in each half. Extremes first, then sums over time, then anchors at the half's start.
 EXTREMES = ("z_min", "z_max", "speed_min", "speed_max", "twist_min", "twist_max", "u_max", "torque_max", "rho_max")
 SUMS = ("on_rock", "unstuck", "on_wall", "radius_sum", "twist_sum", "lateral_square", "axial_square", "half_turns",
@@ -56,15 +56,9 @@ def half_plane_angle(x, y):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def tops(before, now):  # type: ignore[no-untyped-def]
-    """Whether a slope passes from rising to falling."""
-    return before > 0.0 and now <= 0.0
-
-
-@inlined
-def bottoms(before, now):  # type: ignore[no-untyped-def]
-    """Whether a slope passes from falling to rising."""
-    return before < 0.0 and now >= 0.0
+def turns(before, now):  # type: ignore[no-untyped-def]
+    """Whether a slope changes its sign; the turn is a maximum where it was positive before."""
+    return (before > 0.0) != (now > 0.0)
 
 
 @inlined
@@ -77,16 +71,16 @@ def squared_radius(b, i, x_, vx_, ax_, y_, vy_, ay_):  # type: ignore[no-untyped
 
 
 @inlined
-def keep_peaks(b, store, lanes, maxima, found_, which):  # type: ignore[no-untyped-def]
+def keep_peaks(b, store, maxima, found_, which):  # type: ignore[no-untyped-def]
     """Put this step's maxima into the rings of the lanes whose bit is set."""
     peaks = int(store[0])
-    if peaks > 0:
-        for i in range(lanes):
-            if (maxima >> i) & 1:
-                ring = 1 + (3 * i + which) * (peaks + 1)
-                count = int(store[ring])
-                store[ring + 1 + count % peaks] = b[found_ + i]
-                store[ring] = count + 1
+    while peaks > 0 and maxima != 0:
+        i = lowest_bit(maxima)
+        maxima &= maxima - 1
+        ring = 1 + (3 * i + which) * (peaks + 1)
+        count = int(store[ring])
+        store[ring + 1 + count % peaks] = b[found_ + i]
+        store[ring] = count + 1
 
 
 @lru_cache
@@ -106,8 +100,8 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
         parameter[n] for n in ("gap", "rock_stiffness", "surface_amplitude", "stuck_below", "drive_speed"))
     eps_, tau_, rise_, mu_ = (parameter[n] for n in ("bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"))
     before_, now_, found_ = own["u_before"], own["u_now"], own["found"]
-    u0_, du0_, ddu0_, T0_, dT0_, r0_, dr0_, vt0_ = (before_ + W * i for i in range(len(ENDS)))
-    u1_, du1_, ddu1_, T1_, dT1_, r1_, dr1_, vt1_ = (now_ + W * i for i in range(len(ENDS)))
+    u0_, du0_, ddu0_, T0_, dT0_, r0_, dr0_ = (before_ + W * i for i in range(len(ENDS)))
+    u1_, du1_, ddu1_, T1_, dT1_, r1_, dr1_ = (now_ + W * i for i in range(len(ENDS)))
     z_min_, z_max_, speed_min_, speed_max_, twist_min_, twist_max_, u_max_, torque_max_, rho_max_ = (
         own[name] for name in EXTREMES)
     on_rock_, unstuck_, on_wall_, radius_, twist_sum_, lateral_, axial_, turns_, rolled_, turned_ = (
@@ -118,11 +112,10 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
 
     @compiled(types.void(BUFFER, BUFFER), W, lobes)
     def observer(b, store):  # type: ignore[no-untyped-def]
-        # One bit a lane: which quantities turn inside the step, at a maximum or a minimum, and which levels are
-        # crossed.
-        z_top = z_bottom = speed_top = speed_bottom = twist_top = twist_bottom = 0
-        u_top = u_bottom = torque_top = rho_top = rho_bottom = 0
-        rock = stuck = wall = touching = 0
+        # One bit a lane: which quantities turn inside the step, which levels are crossed, whether the collar is on the
+        # wall or passes from one half plane to the other.
+        z_turns = speed_turns = twist_turns = u_turns = torque_tops = rho_turns = 0
+        rock = stuck = wall = touching = passing = 0
         for i in range(W):
             # The quantities at the end of the step.
             omega, alpha, drive = b[speed1_ + i], b[alpha1_ + i], b[drive_ + i]
@@ -161,21 +154,16 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
             b[dT1_ + i] = dtorque
             b[r1_ + i] = r1
             b[dr1_ + i] = dr1
-            b[vt1_ + i] = fma(x1, vy1, -(y1 * vx1)) * per_r
 
             # What happens inside the step. The bit is no bit where the lane is not observed.
             bit = (1 << i) if b[moves_ + i] * b[window_ + i] != 0.0 else 0
-            z_top |= bit if tops(b[vz0_ + i], b[vz1_ + i]) else 0
-            z_bottom |= bit if bottoms(b[vz0_ + i], b[vz1_ + i]) else 0
-            speed_top |= bit if tops(b[alpha0_ + i], alpha) else 0
-            speed_bottom |= bit if bottoms(b[alpha0_ + i], alpha) else 0
-            twist_top |= bit if tops(b[speed0_ + i] - drive, omega - drive) else 0
-            twist_bottom |= bit if bottoms(b[speed0_ + i] - drive, omega - drive) else 0
-            u_top |= bit if tops(du0, du) else 0
-            u_bottom |= bit if bottoms(du0, du) else 0
-            torque_top |= bit if tops(b[dT0_ + i], dtorque) else 0
-            rho_top |= bit if tops(outward0, outward1) else 0
-            rho_bottom |= bit if bottoms(outward0, outward1) else 0
+            z_turns |= bit if turns(b[vz0_ + i], b[vz1_ + i]) else 0
+            speed_turns |= bit if turns(b[alpha0_ + i], alpha) else 0
+            twist_turns |= bit if turns(b[speed0_ + i] - drive, omega - drive) else 0
+            u_turns |= bit if turns(du0, du) else 0
+            torque_tops |= bit if b[dT0_ + i] > 0.0 and dtorque <= 0.0 else 0
+            rho_turns |= bit if turns(outward0, outward1) else 0
+            passing |= bit if (y0 < 0.0) != (y1 < 0.0) else 0
             level = b[gap_ + i] * b[gap_ + i]
             rock0, rock1 = u0 > 0.0, u > 0.0
             free0, free1 = b[speed0_ + i] > b[stuck_ + i], omega > b[stuck_ + i]
@@ -207,35 +195,44 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
                 4.0, fma(axm, axm, aym * aym), fma(ax0, ax0, fma(ay0, ay0, fma(ax1, ax1, ay1 * ay1))))
             b[axial_ + i] += sixth * fma(4.0 * azm, azm, fma(az0, az0, az1 * az1))
 
-            # Whirl: half turns counted as the orbit passes from one half plane to the other.
-            passes = (1.0 if fma(x0, y1, -(y0 * x1)) > 0.0 else -1.0) if (y0 < 0.0) != (y1 < 0.0) else 0.0
-            b[turns_ + i] += passes if bit != 0 else 0.0
+        # Whirl: half turns counted as the orbit passes from one half plane to the other.
+        while passing != 0:
+            i = lowest_bit(passing)
+            passing &= passing - 1
+            cross = fma(b[x0_ + i], b[y1_ + i], -(b[y0_ + i] * b[x1_ + i]))
+            b[turns_ + i] += 1.0 if cross > 0.0 else -1.0
 
         if touching != 0:
             for i in range(W):
                 shown = b[h_ + i] if (touching >> i) & 1 else 0.0
                 level = b[gap_ + i] * b[gap_ + i]
-                wall0 = fma(b[x0_ + i], b[x0_ + i], b[y0_ + i] * b[y0_ + i]) > level
-                wall1 = fma(b[x1_ + i], b[x1_ + i], b[y1_ + i] * b[y1_ + i]) > level
+                x0, y0, x1, y1 = b[x0_ + i], b[y0_ + i], b[x1_ + i], b[y1_ + i]
+                wall0, wall1 = fma(x0, x0, y0 * y0) > level, fma(x1, x1, y1 * y1) > level
                 weight0 = 0.5 * shown if wall0 else 0.0
                 weight1 = 0.5 * shown if wall1 else 0.0
+                whirl0 = fma(x0, b[vy0_ + i], -(y0 * b[vx0_ + i])) / max(b[r0_ + i], 1e-30)
+                whirl1 = fma(x1, b[vy1_ + i], -(y1 * b[vx1_ + i])) / max(b[r1_ + i], 1e-30)
                 b[on_wall_ + i] += shown if (wall0 and wall1) else 0.0
-                b[rolled_ + i] += fma(weight0, b[vt0_ + i], weight1 * b[vt1_ + i])
+                b[rolled_ + i] += fma(weight0, whirl0, weight1 * whirl1)
                 b[turned_ + i] += fma(weight0, b[speed0_ + i], weight1 * b[speed1_ + i])
 
-        if (z_top | z_bottom) != 0:
+        if z_turns != 0:
+            tops = 0
             for i in range(W):
+                turning, rising = ((z_turns >> i) & 1) != 0, b[vz0_ + i] > 0.0
                 h = b[h_ + i]
                 p0, p1, p2, p3, p4, p5 = quintic(
                     b[z0_ + i], h * b[vz0_ + i], h * h * b[az0_ + i], b[z1_ + i], h * b[vz1_ + i], h * h * b[az1_ + i])
                 found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * b[vz1_ + i]))
-                b[z_max_ + i] = max(b[z_max_ + i], found) if (z_top >> i) & 1 else b[z_max_ + i]
-                b[z_min_ + i] = min(b[z_min_ + i], found) if (z_bottom >> i) & 1 else b[z_min_ + i]
+                b[z_max_ + i] = max(b[z_max_ + i], found) if turning and rising else b[z_max_ + i]
+                b[z_min_ + i] = min(b[z_min_ + i], found) if turning and not rising else b[z_min_ + i]
                 b[found_ + i] = found
-            if z_top != 0:
-                keep_peaks(b, store, W, z_top, found_, 0)
-        if (speed_top | speed_bottom) != 0:
+                tops |= (1 << i) if turning and rising else 0
+            keep_peaks(b, store, tops, found_, 0)
+        if speed_turns != 0:
+            tops = 0
             for i in range(W):
+                turning, rising = ((speed_turns >> i) & 1) != 0, b[alpha0_ + i] > 0.0
                 h = b[h_ + i]
                 _, p1, p2, p3, p4, p5 = quintic(
                     b[twist0_ + i], h * (b[speed0_ + i] - b[drive_ + i]), h * h * b[alpha0_ + i],
@@ -243,78 +240,84 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
                 q0, q1, q2, q3, q4, q5 = derivative(p1, p2, p3, p4, p5)
                 top = value(q0, q1, q2, q3, q4, q5, extreme(q1, q2, q3, q4, q5, h * h * b[alpha1_ + i]))
                 found = top / h + b[drive_ + i]
-                b[speed_max_ + i] = max(b[speed_max_ + i], found) if (speed_top >> i) & 1 else b[speed_max_ + i]
-                b[speed_min_ + i] = min(b[speed_min_ + i], found) if (speed_bottom >> i) & 1 else b[speed_min_ + i]
+                b[speed_max_ + i] = max(b[speed_max_ + i], found) if turning and rising else b[speed_max_ + i]
+                b[speed_min_ + i] = min(b[speed_min_ + i], found) if turning and not rising else b[speed_min_ + i]
                 b[found_ + i] = found
-            if speed_top != 0:
-                keep_peaks(b, store, W, speed_top, found_, 1)
-        if (twist_top | twist_bottom) != 0:
+                tops |= (1 << i) if turning and rising else 0
+            keep_peaks(b, store, tops, found_, 1)
+        if twist_turns != 0:
             for i in range(W):
+                turning, rising = ((twist_turns >> i) & 1) != 0, b[speed0_ + i] - b[drive_ + i] > 0.0
                 h = b[h_ + i]
                 p0, p1, p2, p3, p4, p5 = quintic(
                     b[twist0_ + i], h * (b[speed0_ + i] - b[drive_ + i]), h * h * b[alpha0_ + i],
                     b[twist1_ + i], h * (b[speed1_ + i] - b[drive_ + i]), h * h * b[alpha1_ + i])
                 found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * (b[speed1_ + i] - b[drive_ + i])))
-                b[twist_max_ + i] = max(b[twist_max_ + i], found) if (twist_top >> i) & 1 else b[twist_max_ + i]
-                b[twist_min_ + i] = min(b[twist_min_ + i], found) if (twist_bottom >> i) & 1 else b[twist_min_ + i]
-        if (u_top | u_bottom) != 0:
+                b[twist_max_ + i] = max(b[twist_max_ + i], found) if turning and rising else b[twist_max_ + i]
+                b[twist_min_ + i] = min(b[twist_min_ + i], found) if turning and not rising else b[twist_min_ + i]
+        if u_turns != 0:
             for i in range(W):
+                turning, rising = ((u_turns >> i) & 1) != 0, b[du0_ + i] > 0.0
                 h = b[h_ + i]
                 u0, u1 = b[u0_ + i], b[u1_ + i]
                 p0, p1, p2, p3, p4, p5 = quintic(
                     u0, h * b[du0_ + i], h * h * b[ddu0_ + i], u1, h * b[du1_ + i], h * h * b[ddu1_ + i])
                 found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * b[du1_ + i]))
-                b[u_max_ + i] = max(b[u_max_ + i], found) if (u_top >> i) & 1 else b[u_max_ + i]
+                b[u_max_ + i] = max(b[u_max_ + i], found) if turning and rising else b[u_max_ + i]
                 # A graze: both ends on one side of the surface, the turn on the other.
                 grazes = (u0 > 0.0) == (u1 > 0.0) and (u0 > 0.0) != (found > 0.0)
-                rock |= (u_top | u_bottom) & (1 << i) if grazes else 0
-        if torque_top != 0:
+                rock |= (1 << i) if grazes and turning else 0
+        if torque_tops != 0:
             for i in range(W):
                 h = b[h_ + i]
                 p0, p1, p2, p3, p4, p5 = cubic(b[T0_ + i], h * b[dT0_ + i], b[T1_ + i], h * b[dT1_ + i])
                 found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * b[dT1_ + i]))
-                b[torque_max_ + i] = max(b[torque_max_ + i], found) if (torque_top >> i) & 1 else b[torque_max_ + i]
-        if (rho_top | rho_bottom) != 0:
+                b[torque_max_ + i] = max(b[torque_max_ + i], found) if (torque_tops >> i) & 1 else b[torque_max_ + i]
+        if rho_turns != 0:
+            tops = 0
             for i in range(W):
                 h = b[h_ + i]
                 rho0, d0, c0 = squared_radius(b, i, x0_, vx0_, ax0_, y0_, vy0_, ay0_)
                 rho1, d1, c1 = squared_radius(b, i, x1_, vx1_, ax1_, y1_, vy1_, ay1_)
                 p0, p1, p2, p3, p4, p5 = quintic(rho0, h * d0, h * h * c0, rho1, h * d1, h * h * c1)
                 found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * d1))
-                b[rho_max_ + i] = max(b[rho_max_ + i], found) if (rho_top >> i) & 1 else b[rho_max_ + i]
+                turning, rising = ((rho_turns >> i) & 1) != 0, d0 > 0.0
+                b[rho_max_ + i] = max(b[rho_max_ + i], found) if turning and rising else b[rho_max_ + i]
+                tops |= (1 << i) if turning and rising else 0
                 level = b[gap_ + i] * b[gap_ + i]
                 grazes = (rho0 > level) == (rho1 > level) and (rho0 > level) != (found > level)
-                wall |= (rho_top | rho_bottom) & (1 << i) if grazes else 0
+                wall |= (1 << i) if grazes and turning else 0
                 b[found_ + i] = np.sqrt(max(found, 0.0))
-            if rho_top != 0:
-                keep_peaks(b, store, W, rho_top, found_, 2)
+            keep_peaks(b, store, tops, found_, 2)
 
-        if (rock | stuck | wall) != 0:
-            for i in range(W):
-                h = b[h_ + i]
-                if (rock >> i) & 1:
-                    p0, p1, p2, p3, p4, p5 = quintic(
-                        b[u0_ + i], h * b[du0_ + i], h * h * b[ddu0_ + i],
-                        b[u1_ + i], h * b[du1_ + i], h * h * b[ddu1_ + i])
-                    part = share_above(p0, p1, p2, p3, p4, p5, h * b[du1_ + i], 0.0)
-                    # A graze from above was counted as a whole step.
-                    whole = 1.0 if (p0 > 0.0 and b[u1_ + i] > 0.0) else 0.0
-                    b[on_rock_ + i] += h * (part - whole)
-                if (stuck >> i) & 1:
-                    _, p1, p2, p3, p4, p5 = quintic(
-                        b[twist0_ + i], h * (b[speed0_ + i] - b[drive_ + i]), h * h * b[alpha0_ + i],
-                        b[twist1_ + i], h * (b[speed1_ + i] - b[drive_ + i]), h * h * b[alpha1_ + i])
-                    q0, q1, q2, q3, q4, q5 = derivative(p1, p2, p3, p4, p5)
-                    level = (b[stuck_ + i] - b[drive_ + i]) * h
-                    b[unstuck_ + i] += h * share_above(q0, q1, q2, q3, q4, q5, h * h * b[alpha1_ + i], level)
-                if (wall >> i) & 1:
-                    rho0, d0, c0 = squared_radius(b, i, x0_, vx0_, ax0_, y0_, vy0_, ay0_)
-                    rho1, d1, c1 = squared_radius(b, i, x1_, vx1_, ax1_, y1_, vy1_, ay1_)
-                    p0, p1, p2, p3, p4, p5 = quintic(rho0, h * d0, h * h * c0, rho1, h * d1, h * h * c1)
-                    level = b[gap_ + i] * b[gap_ + i]
-                    part = share_above(p0, p1, p2, p3, p4, p5, h * d1, level)
-                    whole = 1.0 if (rho0 > level and rho1 > level) else 0.0
-                    b[on_wall_ + i] += h * (part - whole)
+        crossed = rock | stuck | wall
+        while crossed != 0:
+            i = lowest_bit(crossed)
+            crossed &= crossed - 1
+            h = b[h_ + i]
+            if (rock >> i) & 1:
+                p0, p1, p2, p3, p4, p5 = quintic(
+                    b[u0_ + i], h * b[du0_ + i], h * h * b[ddu0_ + i],
+                    b[u1_ + i], h * b[du1_ + i], h * h * b[ddu1_ + i])
+                part = share_above(p0, p1, p2, p3, p4, p5, h * b[du1_ + i], 0.0)
+                # A graze from above was counted as a whole step.
+                whole = 1.0 if (p0 > 0.0 and b[u1_ + i] > 0.0) else 0.0
+                b[on_rock_ + i] += h * (part - whole)
+            if (stuck >> i) & 1:
+                _, p1, p2, p3, p4, p5 = quintic(
+                    b[twist0_ + i], h * (b[speed0_ + i] - b[drive_ + i]), h * h * b[alpha0_ + i],
+                    b[twist1_ + i], h * (b[speed1_ + i] - b[drive_ + i]), h * h * b[alpha1_ + i])
+                q0, q1, q2, q3, q4, q5 = derivative(p1, p2, p3, p4, p5)
+                level = (b[stuck_ + i] - b[drive_ + i]) * h
+                b[unstuck_ + i] += h * share_above(q0, q1, q2, q3, q4, q5, h * h * b[alpha1_ + i], level)
+            if (wall >> i) & 1:
+                rho0, d0, c0 = squared_radius(b, i, x0_, vx0_, ax0_, y0_, vy0_, ay0_)
+                rho1, d1, c1 = squared_radius(b, i, x1_, vx1_, ax1_, y1_, vy1_, ay1_)
+                p0, p1, p2, p3, p4, p5 = quintic(rho0, h * d0, h * h * c0, rho1, h * d1, h * h * c1)
+                level = b[gap_ + i] * b[gap_ + i]
+                part = share_above(p0, p1, p2, p3, p4, p5, h * d1, level)
+                whole = 1.0 if (rho0 > level and rho1 > level) else 0.0
+                b[on_wall_ + i] += h * (part - whole)
 
         for i in range(W):
             if b[moves_ + i] != 0.0:
