@@ -77,7 +77,7 @@ def test_a_refilled_slot_keeps_nothing_of_its_last_run() -> None:
         if len(batch):
             gang.add_many(batch, *work.prepare(batch))
         done.append(gang.advance(parts, 0.0, False))
-    assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13))[3]))
+    assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13))[-1]))
 
 
 def test_a_gang_goes_on_after_a_journey_to_another_process() -> None:
@@ -91,12 +91,12 @@ def test_a_gang_goes_on_after_a_journey_to_another_process() -> None:
         assert gang._buffer.ctypes.data % 64 == 0
         done.append(gang.advance(parts, 0.0, True))
     assert len(done) > 2
-    assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13))[3]))
+    assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13))[-1]))
 
 
 def test_a_velocity_that_overflows_is_divergence() -> None:
     work = work_for(Case(), BRIEF, rotary_speed=[3.0, 4.0])
-    states = work.prepare(np.arange(2))[3]
+    states = work.prepare(np.arange(2))[-1]
     states[0, 5] = np.inf
     out = run_from(work, states)
     assert out["status"].tolist() == [DIVERGED, OK]

@@ -5,25 +5,37 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.model.rhs import AUX, PARAMETERS, STATES, make_right_hand_side
+from nsdrill.model.rhs import AUX, PARAMETERS, STATES, drifts, make_right_hand_side
 
 ROWS = Rows(len(STATES), len(AUX), len(PARAMETERS), 0)
 
 
-def slopes(lanes: int, hertz: bool, table: np.ndarray, time: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """Compiled derivatives [n, 8] of ``states`` [n, 8] under lane parameters [n, ...], ``lanes`` at a time.
-
-    ``n`` is a multiple of ``lanes``.
-    """
+def slopes(
+    lanes: int, hertz: bool, table: np.ndarray, time: np.ndarray, states: np.ndarray, lobes: int | np.ndarray = 3
+) -> np.ndarray:
+    """Derivatives [n, 8] of ``states`` [n, 8] under lane parameters [n, ...], the accelerations as compiled for
+    ``lanes`` lanes. ``lobes`` may differ from state to state."""
     out = np.empty_like(states)
-    function = make_right_hand_side(lanes, hertz)
-    for first in range(0, len(states), lanes):
-        rows = np.zeros((ROWS.total, lanes))
-        here = slice(first, first + lanes)
-        rows[ROWS.stage : ROWS.stage + ROWS.states] = states[here].T
-        rows[ROWS.stage_time] = time[here]
-        rows[ROWS.parameter : ROWS.parameter + ROWS.parameters] = table[here].T
-        buffer = rows.ravel()
-        function(buffer)
-        out[here] = buffer.reshape(rows.shape)[ROWS.slope : ROWS.slope + ROWS.states].T
+    positions, velocities = slice(0, None, 2), slice(1, None, 2)
+    out[:, positions] = states[:, velocities] + drifts(table)
+    lobes = np.broadcast_to(lobes, len(states))
+    for number in np.unique(lobes):
+        same = np.flatnonzero(lobes == number)
+        function = make_right_hand_side(lanes, hertz, int(number))
+        for first in range(0, len(same), lanes):
+            here = same[first : first + lanes]
+            filled = np.resize(here, lanes)  # the last lanes once more, where too few are left
+            buffer = buffer_of(table[filled], time[filled], states[filled])
+            function(buffer)
+            rows = buffer.reshape(ROWS.total, lanes)[ROWS.acceleration : ROWS.acceleration + ROWS.pairs]
+            out[here, velocities] = rows.T[: len(here)]
     return out
+
+
+def buffer_of(table: np.ndarray, time: np.ndarray, states: np.ndarray, rest: float = 0.0) -> np.ndarray:
+    """The lane buffer with these lanes, everything else filled with ``rest``."""
+    rows = np.full((ROWS.total, len(states)), rest)
+    rows[ROWS.stage : ROWS.stage + ROWS.states] = states.T
+    rows[ROWS.stage_time] = time
+    rows[ROWS.parameter : ROWS.parameter + ROWS.parameters] = table.T
+    return rows.ravel()

@@ -44,7 +44,7 @@ def test_forces_equal_the_reference(seed: int) -> None:
 @pytest.mark.parametrize("law", ["linear", "hertz"])
 def test_forces_add_up_to_the_compiled_accelerations(law: str) -> None:
     """Without eccentricity and softening each acceleration is a sum of the reported forces."""
-    c, states, t = drawn(21, wall_law=law, eccentricity=0.0, softening="none")
+    c, states, t = drawn(21, wall_law=law, lobes=3, eccentricity=0.0, softening="none")
     f = forces(parameters_of(c), operation_of(c), as_state(states, c.speed * t))
     a = slopes(8, law == "hertz", np.repeat(table_of(c), 40, axis=0), t, states)
     x, vx, y, vy, z, vz, _, omega = states.T

@@ -15,7 +15,7 @@ from observe.sampled import Sampled, sample
 STUCK_BELOW = 0.5
 STICKING = Case(wob=66.72e3, speed=2.0, bit_smoothing=100.0)
 ROLLING = Case(speed=8.0)
-HERTZ = RUBBING.but(wall_law="hertz", wall_stiffness=2e7, softening="static", eccentric_mass="steel", lobes=5)
+HERTZ = RUBBING.but(wall_law="hertz", wall_stiffness=2e7, softening="static", eccentric_mass="steel", lobes=1)
 # The string wound up so far that the bit is about to break loose.
 WOUND_UP = start_of(STICKING) + np.array([0, 0, 0, 0, 0, 0, -15, 0, 0])
 WINDOWS = {
@@ -33,9 +33,10 @@ NATURAL = {
     "stick_slip_index": 100.0, "stuck_fraction": 1.0, "lift_off_fraction": 1.0, "wall_contact_fraction": 1.0,
     "axial_min": "amplitude", "axial_max": "amplitude",
 }  # fmt: skip
-# Coarser than the rest, by their making. The rolling ratio weighs the ends of steps on the wall only: an index for the
+# Coarser than the rest, by their making. The radius near the centre of the hole has a kink that its quadrature, by its
+# values and slopes at the ends of a step, cannot see. The rolling ratio weighs the ends of steps on the wall only: an index for the
 # classification, which looks at it to a tenth.
-COARSE = {"rolling_ratio": 1e-3}
+COARSE = {"radius_mean": 5e-6, "rolling_ratio": 1e-3}
 
 
 @pytest.fixture(scope="module", params=list(WINDOWS))
@@ -143,10 +144,10 @@ def test_a_wall_contact_shorter_than_a_step_is_seen(excess: float) -> None:
     At 1e-8 that is 40 microseconds in steps of milliseconds. The wall's push over so short a time changes nothing yet.
     """
     a = FREE.gap * (1 + excess)
-    # One swing to one side: from the middle to the middle; a soft wall.
+    # One swing to one side, not centred, as the mark in mid-window would cut a step at the apex; a soft wall.
     case = FREE.but(wall_stiffness=1e3)
     duration = np.pi / RATE
-    out = run_from(work_for(case, Simulation(0.0, duration, rtol=1e-12)), ellipse(a, 1e-3, -np.pi / 2)[None])
+    out = run_from(work_for(case, Simulation(0.0, duration, rtol=1e-12)), ellipse(a, 1e-3, -np.pi / 2 - 0.4)[None])
     expected = 2 * np.arccos(FREE.gap / a) / np.pi
     assert duration / out["steps"][0] > 3 * expected * duration or excess > 1e-5, "else the contact is no graze"
     assert out["wall_contact_fraction"][0] == pytest.approx(expected, rel=0.01)

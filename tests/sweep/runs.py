@@ -66,15 +66,15 @@ def run_work(
 def run_from(work: Work, states: np.ndarray, lanes: int = 8) -> dict[str, np.ndarray]:
     """The points of ``work``, each from its own initial state: ``states`` [points, 9]; one gang, no engine."""
     points = np.arange(work.plan.points)
-    table, sizes, first, _ = work.prepare(points)
+    *prepared, _ = work.prepare(points)
     gang = work.new_gang(lanes, len(points))
-    gang.add_many(points, table, sizes, first, states)
+    gang.add_many(points, *prepared, states)
     return collect(work, finish(work, gang))
 
 
 def finish(work: Work, gang: Any, seconds: float = 0.05) -> list[Finished]:
     """Advance a gang until it is idle."""
-    parts = compiled_parts(gang.lanes, work.hertz)
+    parts = compiled_parts(gang.lanes, *work.variant)
     done = []
     while not gang.idle:
         done.append(gang.advance(parts, seconds, True))
