@@ -74,8 +74,8 @@ def test_error_follows_the_tolerance_through_contacts(case: Case) -> None:
 def test_short_runs_equal_scipy(seed: int) -> None:
     """Random strings from random states for one second at rtol 1e-11, against DOP853 at 1e-13.
 
-    Each step may err by rtol in the mean over the states, by sqrt(8) rtol in one of them; so the sum over the steps, and
-    a factor of three for what the motion makes of a deviation in a second.
+    Each step may err by rtol in the mean over the states, by sqrt(8) rtol in one of them; so the sum over the steps,
+    and a factor of three for what the motion makes of a deviation in a second.
     """
     rng = np.random.default_rng(100 + seed)
     case = random_case(

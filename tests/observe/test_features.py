@@ -34,8 +34,8 @@ NATURAL = {
     "axial_min": "amplitude", "axial_max": "amplitude",
 }  # fmt: skip
 # Coarser than the rest, by their making. The radius near the centre of the hole has a kink that its quadrature, by its
-# values and slopes at the ends of a step, cannot see. The rolling ratio weighs the ends of steps on the wall only: an index for the
-# classification, which looks at it to a tenth.
+# values and slopes at the ends of a step, cannot see. The rolling ratio weighs the ends of steps on the wall only: an
+# index for the classification, which looks at it to a tenth.
 COARSE = {"radius_mean": 5e-6, "rolling_ratio": 1e-3}
 
 
