@@ -189,7 +189,7 @@ def _compute(
     own: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     starts, pending = _left(plan, log)
     with own as threads:
-        engine = Engine(work, executor or threads, workers, lanes, deliver, watch)
+        engine = Engine(work, executor or threads, workers, lanes, deliver, watch, remote=executor is not None)
         progress = engine.run(starts, pending)
     log.sync()
     return progress

@@ -15,12 +15,16 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.errors import NsdrillError
 from nsdrill.kernel.gang import Gang
 from nsdrill.sweep.work import Work, advance
 from nsdrill.variables import OK
 
 Array = np.ndarray[Any, np.dtype[Any]]
 SEGMENT = 64  # points of a chain handed over at once
+SLICE = 0.25  # seconds that a gang is advanced at once in a thread
+REMOTE_SLICE = 1.0  # in another process: a gang is then a message of some megabytes
+MOST_LOSSES = 10  # workers that may die under the slices of one gang
 
 
 @dataclass
@@ -32,7 +36,7 @@ class Progress:
     done: int = 0
     failed: int = 0
     lane_steps: int = 0
-    packed_lane_steps: int = 0
+    lanes_in_use: float = 1.0
 
 
 @dataclass
@@ -51,13 +55,15 @@ class _Crew:
     gang: Gang
     ends: dict[int, tuple[int, int]] = field(default_factory=dict)  # last point of a segment -> (chain, next place)
     appetite: int = 64
+    losses: int = 0
 
 
 class Engine:
     """Runs a :class:`Work` on ``workers`` gangs of ``lanes`` lanes.
 
     ``deliver(points, columns)`` is called, in the calling thread, with the numbers of finished points and their
-    results; ``watch(progress)`` after each slice. ``slice_seconds`` bounds how long a stop takes.
+    results; ``watch(progress)`` after each slice. With ``remote`` the executor's workers are other processes: slices are
+    longer, and one whose worker has died is given to another. ``slice_seconds`` bounds how long a stop takes.
     """
 
     def __init__(
@@ -68,11 +74,13 @@ class Engine:
         lanes: int,
         deliver: Callable[[Array, dict[str, Array]], None],
         watch: Callable[[Progress], None] = lambda progress: None,
-        slice_seconds: float = 0.25,
+        slice_seconds: float | None = None,
+        remote: bool = False,
     ) -> None:
         self.work, self.executor, self.workers, self.lanes = work, executor, workers, lanes
-        self.deliver, self.watch, self.slice_seconds = deliver, watch, slice_seconds
-        self.slots = max(4 * SEGMENT, 2 * SEGMENT * lanes)
+        self.deliver, self.watch, self.remote = deliver, watch, remote
+        self.slice_seconds = slice_seconds or (REMOTE_SLICE if remote else SLICE)
+        self.slots = max(4 * SEGMENT, SEGMENT * lanes * (1 if remote else 2))
         self.progress = Progress(total=work.plan.points)
 
     def run(self, starts: list[Start] | None = None, pending: Array | None = None) -> Progress:
@@ -102,14 +110,17 @@ class Engine:
                 finished, _ = wait(futures, return_when=FIRST_COMPLETED)
                 for future in finished:
                     crew = futures.pop(future)
-                    self._receive(crew, future)
+                    if not self._lost(crew, future):
+                        self._receive(crew, future)
                     self._submit(crew, futures)
+                self._count_lanes(crews)
+                self.watch(self.progress)
         except BaseException:
             # Let the slices under way end and keep what they finished.
-            wait(futures)
-            for future, crew in futures.items():
+            ended, _ = wait(futures, timeout=None if not self.remote else 2 * self.slice_seconds)
+            for future in ended:
                 if not future.cancelled() and future.exception() is None:
-                    self._receive(crew, future)
+                    self._receive(futures[future], future)
             raise
         return self.progress
 
@@ -123,6 +134,22 @@ class Engine:
         drain = self._left() == 0 and not crew.ends
         future = self.executor.submit(advance, crew.gang, self.work.variant, self.slice_seconds, drain)
         futures[future] = crew
+
+    def _lost(self, crew: _Crew, future: Future[Any]) -> bool:
+        """Whether the slice was lost with its worker; the gang here is still as it was sent, and is sent again."""
+        if not self.remote or (not future.cancelled() and future.exception() is None):
+            return False
+        crew.losses += 1
+        if crew.losses > MOST_LOSSES:
+            why = "cancelled" if future.cancelled() else str(future.exception())
+            raise NsdrillError(
+                f"A part of the sweep was lost {crew.losses} times with its worker ({why}). Finished points are safe: "
+                "look after the cluster, then give the same command with --resume.")
+        return True
+
+    def _count_lanes(self, crews: list[_Crew]) -> None:
+        packed = sum(crew.gang.packed_steps * crew.gang.lanes for crew in crews)
+        self.progress.lanes_in_use = sum(crew.gang.lane_steps for crew in crews) / packed if packed else 1.0
 
     def _feed(self, crew: _Crew) -> None:
         """Top up: at most a fair share of what is left, so that the workers end together."""
@@ -168,5 +195,3 @@ class Engine:
         self.progress.failed += int(np.count_nonzero(done.status != OK))
         self.deliver(done.job, self.work.columns(done))
         self.progress.lane_steps += int(np.sum(done.accepted + done.rejected))
-        self.progress.packed_lane_steps = max(self.progress.packed_lane_steps, gang.packed_steps * gang.lanes)
-        self.watch(self.progress)
