@@ -209,13 +209,16 @@ def command_line() -> str:
             assert command is not None
             context = click.Context(command, info_name=f"nsdrill {name}")
             usage = " ".join(command.collect_usage_pieces(context)[1:])
-            meaning = inspect.cleandoc(command.help or "")
+            meaning = inspect.cleandoc((command.help or "").replace("\b\n", ""))
             text += f"\n### nsdrill {name}\n\n{meaning}\n\n```\nnsdrill {name} [OPTIONS] {usage}".rstrip() + "\n```\n\n"
             options = [p for p in command.params if isinstance(p, click.Option)]
             if options:
                 text += table(["option", "meaning"], ([option_name(o), option_text(o)] for o in options))
             else:
                 text += "No options.\n"
+            _, found, examples = (command.epilog or "").partition("Examples:\n")
+            if found:
+                text += f"\n```sh\n{inspect.cleandoc(examples)}\n```\n"
     return text
 
 
