@@ -169,8 +169,8 @@ def _chaos(peers: list[Any], members: int) -> tuple[str, dict[str, Any]]:
         rows.append((peer.name, *(f"{s:.1f}" for s in scores)))
     solvers = table(("end states against nsdrill's", "radius", "z", "twist", "bit speed"), rows)
     return (
-        f"## Chaotic motion\n\n{members} runs of 40 s at 5000 m, 2.999 to 3.001 rad/s. Differences of means in standard "
-        f"errors: below about 3 they are chance.\n\n{features}\n\n{solvers}"), data
+        f"## Chaotic motion\n\n{members} runs of 40 s at 5000 m, 2.999 to 3.001 rad/s. Differences of means in "
+        f"standard errors: below about 3 they are chance.\n\n{features}\n\n{solvers}"), data
 
 
 if __name__ == "__main__":

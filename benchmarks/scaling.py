@@ -69,14 +69,16 @@ def main() -> None:
         "## Cost per point\n\nOne thread, eight lanes, 1 s + 1 s each; engine, features and classification included; "
         f"median of three. Largest over least: {flat:+.0%}.\n\n" + table(
             ("points", "us per point", "ns per step", "lanes in use"),
-            [(c["points"], f"{c['microseconds']:.1f}", f"{c['ns_per_step']:.0f}", f"{c['lane_use']:.0%}") for c in cost]),
+            [(c["points"], f"{c['microseconds']:.1f}", f"{c['ns_per_step']:.0f}", f"{c['lane_use']:.0%}")
+             for c in cost]),
         "## Memory\n\n`nsdrill run`, results file and all; 1 ms + 1 ms each.\n\n" + table(
             ("points", "largest resident [MB]", "s", "results file [MB]"),
-            [(m["points"], f"{m['megabytes']:.0f}", f"{m['seconds']:.1f}", f"{m['file_megabytes']:.1f}") for m in memory]),
+            [(m["points"], f"{m['megabytes']:.0f}", f"{m['seconds']:.1f}", f"{m['file_megabytes']:.1f}")
+             for m in memory]),
         "## To begin\n\nMedian, least and largest.\n\n" + table(
             ("what", "s"), [(name, spread(values, "{:.2f}")) for name, values in begin.items()]),
-        f"## Threads\n\n{threads['points']} points: one worker {threads['one']:.2f} s, two workers {threads['two']:.2f} s: "
-        f"{threads['one'] / threads['two']:.2f} times.",
+        f"## Threads\n\n{threads['points']} points: one worker {threads['one']:.2f} s, two workers "
+        f"{threads['two']:.2f} s: {threads['one'] / threads['two']:.2f} times.",
         "## A whole study\n\n" + (
             "Not run." if study is None else
             f"configs/fig4_speed_22kN.yaml ({study['points']} points of 500 s in one chain), one worker: "
@@ -101,7 +103,7 @@ def _cost(counts: tuple[int, ...]) -> list[dict[str, Any]]:
             seconds = (time.perf_counter() - begun) / repeats
             taken[n].append((
                 seconds / work.plan.points * 1e6, seconds / progress.lane_steps * 1e9,
-                progress.lane_steps / progress.packed_lane_steps))
+                progress.lanes_in_use))
     return [
         dict(zip(("points", "microseconds", "ns_per_step", "lane_use"),
                  (works[n].plan.points, *np.median(taken[n], axis=0).tolist()), strict=True))

@@ -38,12 +38,14 @@ def main() -> None:
                 for smoothing in (SMOOTHINGS[:3] if arguments.quick else SMOOTHINGS)]
         data[title] = rows
         sections.append(f"## {title.capitalize()}\n\n" + table(
-            ("smoothing", "steps per simulated s", "rejected", "s per 1000 simulated s", "in regime", "lsoda, times nsdrill"),
+            ("smoothing", "steps per simulated s", "rejected", "s per 1000 simulated s", "in regime",
+             "lsoda, times nsdrill"),
             [(f"{r['smoothing']:.0e}", f"{r['steps']:.0f}", f"{r['rejected']:.1%}", f"{1000 * r['seconds']:.3f}",
               f"{r['in_regime']:.0%}", "-" if r["lsoda"] is None else f"{r['lsoda']:.2f}") for r in rows]))
     text = "\n\n".join([
         "# Friction smoothing", where(machine),
-        f"{points} points each, {seconds:g} s after 30 s, relative tolerance 1e-6, eight lanes, processor time.", *sections])
+        f"{points} points each, {seconds:g} s after 30 s, relative tolerance 1e-6, eight lanes, processor time.",
+        *sections])
     write(arguments.out, text, {"machine": machine, "cases": data})
 
 

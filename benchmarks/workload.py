@@ -131,7 +131,9 @@ class Inline(Executor):
         return future
 
 
-def sweep(work: Work, lanes: int, executor: Executor | None = None, workers: int = 1) -> tuple[dict[str, Array], Progress]:
+def sweep(
+    work: Work, lanes: int, executor: Executor | None = None, workers: int = 1
+) -> tuple[dict[str, Array], Progress]:
     """The work's results by point, one array a variable, and how it went: as ``nsdrill run`` computes them."""
     parts: list[tuple[Array, dict[str, Array]]] = []
     engine = Engine(work, executor or Inline(), workers, lanes, lambda points, columns: parts.append((points, columns)))

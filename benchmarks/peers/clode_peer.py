@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.peers import NO_OBSERVERS, SCALAR_TOLERANCE, MissingPeer, Result, Stopwatch
+from benchmarks.peers import SCALAR_TOLERANCE, MissingPeer, Result, Stopwatch
 from benchmarks.workload import CONSTANTS, STATES, Problem
 
 SOURCE = Path(__file__).with_name("drillstring.cl")

@@ -1,7 +1,7 @@
-"""diffrax on the processor: Dopri5 and its PID controller, one vmap over the points, compiled by XLA, double precision.
+"""diffrax on the processor: Dopri5 and its PID controller, one vmap over the points, compiled by XLA, in doubles.
 
-Tried and kept for being the fastest here: eight separate states (nearly twice as fast as one array of eight), batches of
-256 (64: a fifth slower, 8: half), no saved steps but the last, contact forces with selects (under vmap a branch computes
+Tried and kept for being the fastest: eight separate states (nearly twice as fast as one array of eight), batches of 256
+(64: a fifth slower, 8: half), no saved steps but the last, contact forces with selects (under vmap a branch computes
 both sides anyway). The states are in units of their sizes, so that one scalar tolerance is the vector one. The lanes of
 a batch go on together until the last has ended.
 """
@@ -25,7 +25,7 @@ class Diffrax:
             raise MissingPeer("pip install jax diffrax") from error
         jax.config.update("jax_enable_x64", True)
         self.batch = batch
-        self.name = f"diffrax Dopri5, vmap of {batch}"
+        self.name = f"diffrax Dopri5, vmap of up to {batch}"
         self.lacks = f"{NO_OBSERVERS}; compile time left out; integral controller"
         self._solve = _compile(jax, diffrax)
         self._warm: set[int] = set()

@@ -34,7 +34,7 @@ class Nsdrill:
             return self._run_blind(work)
         with Stopwatch() as watch:
             self.columns, progress = sweep(work, self.lanes)
-        self.lane_use = progress.lane_steps / max(progress.packed_lane_steps, 1)
+        self.lane_use = progress.lanes_in_use
         steps = int(progress.lane_steps)
         return Result(watch.wall, watch.cpu, 6 * steps, steps, self.columns["final_state"][:, :STATES])
 

@@ -47,7 +47,7 @@ class NumbaLsoda:
 
 @contextmanager
 def _mute() -> Iterator[None]:
-    """Drops what the Fortran code prints where it suspects stiffness (and gives up: those ends are NaN)."""
+    """Drops what DOP853 prints where it suspects stiffness."""
     kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     try:
