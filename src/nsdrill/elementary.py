@@ -38,7 +38,7 @@ if config.DISABLE_JIT:
 
     def bits_float(bits: int) -> float:
         """The float that has these 64 bits."""
-        return float(struct.unpack("<d", struct.pack("<q", int(bits)))[0])
+        return float(struct.unpack("<d", struct.pack("<Q", int(bits) & 0xFFFFFFFFFFFFFFFF))[0])
 
     def fma(a: float, b: float, c: float) -> float:
         """a * b + c; in one rounding when compiled."""

@@ -62,8 +62,8 @@ class Engine:
     """Runs a :class:`Work` on ``workers`` gangs of ``lanes`` lanes.
 
     ``deliver(points, columns)`` is called, in the calling thread, with the numbers of finished points and their
-    results; ``watch(progress)`` after each slice. With ``remote`` the executor's workers are other processes: slices are
-    longer, and one whose worker has died is given to another. ``slice_seconds`` bounds how long a stop takes.
+    results; ``watch(progress)`` after each slice. With ``remote`` the executor's workers are other processes: slices
+    are longer, and one whose worker has died is given to another. ``slice_seconds`` bounds how long a stop takes.
     """
 
     def __init__(
