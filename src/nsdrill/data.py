@@ -44,7 +44,8 @@ class Results:
 @dataclass
 class Trace:
     """One trajectory sampled in time: ``time`` [s] and one array [samples] per entry of
-    :data:`nsdrill.variables.TRACE_VARIABLES`; ``attrs`` holds the operating point and what is needed to draw the hole."""
+    :data:`nsdrill.variables.TRACE_VARIABLES`; ``attrs`` holds the operating point and what is needed to draw the hole.
+    """
 
     time: Array
     variables: dict[str, Array]
