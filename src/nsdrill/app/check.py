@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
-
-import numpy as np
 
 from nsdrill.app.run import plan_of
 from nsdrill.model.coefficients import UNITS, Coefficients, derive
@@ -29,6 +29,9 @@ MEANINGS = {
     "cutting_arm": "arm of the cutting torque",
     "buckling_load": "buckling load of the span",
 }
+MOST_STEPS_A_SECOND = 2000  # a point of 500 s then takes a million steps
+LEAST_TURNS = 20
+LEAST_PERIODS = 4
 
 
 @dataclass(frozen=True)
@@ -68,58 +71,80 @@ def check(study: Study) -> Report:
     plan = plan_of(study)
     operation = study.operation
     if "depth" in study.swept and not operation.depth > study.parameters.drillstring.collar.length:
-        operation = Operation(float(study.axes["depth"][0]), operation.wob, operation.rotary_speed)
+        operation = replace(operation, depth=float(study.axes["depth"][0]))
     k = derive(study.parameters, operation.depth, operation.wob, operation.rotary_speed)
-    return Report(
-        operation, k, figures(study.parameters, operation), _warnings(study), plan.points, plan.chains)
+    return Report(operation, k, figures(study.parameters, operation), _warnings(study), plan.points, plan.chains)
 
 
 def _warnings(study: Study) -> list[str]:
-    found = []
-    parameters, axes = study.parameters, study.axes
-    corners = [
-        Operation(float(depth), float(wob), float(speed))
-        for depth in {axes["depth"][0], axes["depth"][-1]}
-        for wob in {axes["wob"][0], axes["wob"][-1]}
-        for speed in {axes["rotary_speed"][0], axes["rotary_speed"][-1]}
-    ]
+    checks = (_buckled, _slow, _eccentric, _few_turns, _few_periods)
+    return [warning for check in checks if (warning := check(study)) is not None]
+
+
+def _ends(study: Study, axis: str) -> tuple[float, float]:
+    return float(study.axes[axis][0]), float(study.axes[axis][-1])
+
+
+def _buckled(study: Study) -> str | None:
+    corners = [Operation(*values) for values in product(*(sorted(set(_ends(study, axis))) for axis in study.axes))]
     stiffness = [
-        lateral_stiffness(parameters, corner, derive(parameters, corner.depth, corner.wob, corner.rotary_speed))
-        for corner in corners
+        lateral_stiffness(study.parameters, at, derive(study.parameters, at.depth, at.wob, at.rotary_speed))
+        for at in corners
     ]
-    if min(stiffness) < 0:
-        worst = corners[int(np.argmin(stiffness))]
-        load = derive(parameters, worst.depth, worst.wob, worst.rotary_speed).buckling_load
-        found.append(
-            f"Buckled: at {worst.wob / 1e3:.4g} kN the lateral stiffness of the span is negative "
-            f"({min(stiffness):.4g} N/m; Euler load {load / 1e3:.4g} kN). The collar leans on the wall there; that is "
-            "allowed, but no whirl inside the hole exists. Shorten the span or lower the weight on bit if it is not meant."
-        )
-    fastest = max(corner.rotary_speed for corner in corners)
-    slope = max(2 / np.pi * law.smoothing for law in (parameters.bit.friction,))
-    rise = slope * max(corner.wob for corner in corners) * parameters.bit.friction.static * parameters.well.diameter / 3
-    inertia = min(derive(parameters, float(axes["depth"][0]), 0.0, fastest).J for _ in (0,))
-    rate = rise / inertia / 3.3
-    if rate > 2000:
-        found.append(
-            f"Slow: the friction at the bit is so steep (smoothing {parameters.bit.friction.smoothing:g} s/rad) that a "
-            f"stuck bit takes about {rate:.3g} steps per simulated second. A smaller smoothing is faster in proportion."
-        )
-    gap = derive(parameters, float(axes["depth"][0]), 0.0, fastest).gap
-    if parameters.drillstring.eccentricity > gap:
-        found.append(
-            f"The eccentricity ({parameters.drillstring.eccentricity * 1e3:.4g} mm) exceeds the clearance "
-            f"({gap * 1e3:.4g} mm): the collar is on the wall at almost any speed.")
-    turns = float(axes["rotary_speed"][0]) * study.simulation.observe / (2 * np.pi)
-    if turns < 20:
-        found.append(
-            f"Short: at {float(axes['rotary_speed'][0]):.4g} rad/s the observed window of {study.simulation.observe:g} s "
-            f"holds only {turns:.3g} turns of the drive. Extremes and fractions will be rough; lengthen "
-            "simulation.observe.")
-    slowest = np.sqrt(derive(parameters, float(axes["depth"][-1]), 0.0, fastest).k_t
-                      / derive(parameters, float(axes["depth"][-1]), 0.0, fastest).J)
-    if study.simulation.observe < 4 * 2 * np.pi / slowest:
-        found.append(
-            f"Short: the torsional period at the greatest depth is {2 * np.pi / slowest:.3g} s; the observed window of "
-            f"{study.simulation.observe:g} s holds fewer than four. Lengthen simulation.observe.")
-    return found
+    least = min(stiffness)
+    if least >= 0:
+        return None
+    worst = corners[stiffness.index(least)]
+    load = derive(study.parameters, worst.depth, worst.wob, worst.rotary_speed).buckling_load
+    return (
+        f"Buckled: at {worst.wob / 1e3:.4g} kN the lateral stiffness of the span is negative ({least:.4g} N/m; Euler "
+        f"load {float(load) / 1e3:.4g} kN). The collar leans on the wall there; that is allowed, but no whirl inside "
+        "the hole exists. Shorten the span or lower the weight on bit if it is not meant."
+    )
+
+
+def _slow(study: Study) -> str | None:
+    """An explicit method takes about (slope of the friction) / 3.3 steps a second while the bit sticks."""
+    law = study.parameters.bit.friction
+    inertia = float(derive(study.parameters, _ends(study, "depth")[0], 0.0, 1.0).J)
+    arm = study.parameters.well.diameter / 3
+    rate = 2 / math.pi * law.smoothing * law.static * arm * _ends(study, "wob")[1] / inertia / 3.3
+    if rate <= MOST_STEPS_A_SECOND:
+        return None
+    return (
+        f"Slow: the friction at the bit is so steep (smoothing {law.smoothing:g} s/rad) that a stuck bit takes about "
+        f"{rate:.3g} steps per simulated second. A smaller smoothing is faster in proportion."
+    )
+
+
+def _eccentric(study: Study) -> str | None:
+    gap = float(derive(study.parameters, _ends(study, "depth")[0], 0.0, 1.0).gap)
+    offset = study.parameters.drillstring.eccentricity
+    if offset <= gap:
+        return None
+    return (
+        f"Eccentric: the eccentricity ({offset * 1e3:.4g} mm) exceeds the clearance ({gap * 1e3:.4g} mm): the collar "
+        "is on the wall at almost any speed."
+    )
+
+
+def _few_turns(study: Study) -> str | None:
+    slowest = _ends(study, "rotary_speed")[0]
+    turns = slowest * study.simulation.observe / (2 * math.pi)
+    if turns >= LEAST_TURNS:
+        return None
+    return (
+        f"Short: at {slowest:.4g} rad/s the observed window of {study.simulation.observe:g} s holds only {turns:.3g} "
+        "turns of the drive. Extremes and fractions will be rough; lengthen simulation.observe."
+    )
+
+
+def _few_periods(study: Study) -> str | None:
+    k = derive(study.parameters, _ends(study, "depth")[1], 0.0, 1.0)
+    period = 2 * math.pi * math.sqrt(float(k.J) / float(k.k_t))
+    if study.simulation.observe >= LEAST_PERIODS * period:
+        return None
+    return (
+        f"Short: the torsional period at the greatest depth is {period:.3g} s; the observed window of "
+        f"{study.simulation.observe:g} s holds fewer than {LEAST_PERIODS}. Lengthen simulation.observe."
+    )

@@ -15,11 +15,14 @@ from nsdrill.errors import FileError
 from nsdrill.observe.classify import classify
 from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
 from nsdrill.study.resolved import study_from_resolved
-from nsdrill.variables import BY_NAME, FEATURES, OK, PENDING
+from nsdrill.variables import BY_NAME, FEATURES, OK, PENDING, TRACE_VARIABLES
 
-MOST_LISTED = 20
-SUMMARY = ("stick_slip_index", "stuck_fraction", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio",
-           "bit_force_max", "bit_torque_max", "wall_force_max", "lateral_acceleration_rms")  # fmt: skip
+TRACE_UNITS = {variable.name: variable.units for variable in TRACE_VARIABLES}
+TRACE_MEANINGS = {variable.name: variable.long_name for variable in TRACE_VARIABLES}
+SUMMARY = (
+    "stick_slip_index", "stuck_fraction", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio", "bit_force_max",
+    "bit_torque_max", "wall_force_max", "surface_torque_max", "lateral_acceleration_rms",
+)  # fmt: skip
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
@@ -33,6 +36,9 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     summary: dict[str, Any] = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
+        # Only a run log has points that are still to come.
+        "finished": not bool(np.any(status == PENDING)),
+        "thresholds": json.loads(results.attrs.get("classification", "[]")),
         "axes": {name: _axis(results, name) for name in ("depth", "wob", "rotary_speed")},
         "procedures": [str(p) for p in results.coords["procedure"]],
         "points": int(status.size),
@@ -52,7 +58,9 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         values = values[np.isfinite(values)]
         if values.size:
             summary["ranges"][name] = {
-                "min": float(values.min()), "max": float(values.max()), "units": BY_NAME[name].units}
+                "min": float(values.min()), "max": float(values.max()), "units": BY_NAME[name].units,
+                "meaning": BY_NAME[name].long_name,
+            }  # fmt: skip
     failed = np.argwhere(~ok & (status != PENDING))
     summary["failed"] = [
         {
@@ -111,7 +119,10 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
         "samples": len(trace.time),
         "duration": float(trace.time[-1]) if len(trace.time) else 0.0,
         "ranges": {
-            name: {"min": float(np.nanmin(values)), "max": float(np.nanmax(values))}
+            name: {
+                "min": float(np.nanmin(values)), "max": float(np.nanmax(values)),
+                "units": TRACE_UNITS[name], "meaning": TRACE_MEANINGS[name],
+            }
             for name, values in trace.variables.items() if len(values)
         },
     }

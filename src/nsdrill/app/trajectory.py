@@ -85,6 +85,8 @@ def replay(
     values beyond the sweep.
     """
     attrs = read_attributes(path)
+    if attrs.get("nsdrill_kind") != "results":
+        raise FileError(f"{path}: this is a {attrs.get('nsdrill_kind')} file; a results file is needed here.")
     if "study_resolved" not in attrs:
         raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
     study = study_from_resolved(json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path))

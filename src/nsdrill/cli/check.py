@@ -3,18 +3,34 @@
 from __future__ import annotations
 
 import json
+import math
+from typing import TYPE_CHECKING
 
 import click
 
 from nsdrill.cli import options
 
+if TYPE_CHECKING:
+    from nsdrill.study.study import Study
 
-@click.command("check")
+AXES = {"depth": ("depth", "m"), "wob": ("weight on bit", "kN"), "rotary_speed": ("speed", "rad/s")}
+
+
+@click.command(
+    "check",
+    epilog=options.examples(
+        "check study.yaml",
+        "check study.yaml --set 'operation.depth=2000 m' --json | jq .coefficients.k_t.value",
+    ),
+)
 @options.study_argument
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+@click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units; warnings included.")
 @options.settings
 def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
-    """Validate STUDY and print its derived coefficients, what follows from them, and warnings."""
+    """Validate STUDY and print its derived coefficients, what follows from them, and warnings. Runs nothing.
+
+    The coefficients are those at the point `operation` of the study; warnings are about its whole sweep.
+    """
     from nsdrill.study import load_study
 
     loaded = load_study(study, overrides)
@@ -29,23 +45,43 @@ def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
         return 0
     operation = report.operation
     click.echo(f"{study}: valid. {loaded.title}".rstrip())
-    sweep = ", ".join(
-        f"{name} {len(loaded.axes[name])} values" for name in loaded.swept)
-    procedure = loaded.procedure + (f" along {loaded.along}" if loaded.along else "")
-    click.echo(f"{report.points} points ({sweep}; {procedure}), {report.chains} chains.\n")
+    click.echo(f"{_count(report.points, 'point')}: {_sweep(loaded, report.chains)}.\n")
     click.echo(
         f"At {format_quantity(operation.depth, 'm')}, {format_quantity(operation.wob, 'kN')} "
-        f"({format_quantity(operation.wob, 'klbf')}), {format_quantity(operation.rotary_speed, 'rad/s')} "
-        f"({format_quantity(operation.rotary_speed, 'rpm')}):")
+        f"({format_quantity(operation.wob, 'klbf', 4)}), {format_quantity(operation.rotary_speed, 'rad/s')} "
+        f"({format_quantity(operation.rotary_speed, 'rpm', 4)}):")
     for name, meaning in MEANINGS.items():
-        click.echo(f"  {name:14s} {float(getattr(report.coefficients, name)):14.6g} {UNITS[name]:10s} {meaning}")
+        click.echo(f"  {name:17s} {float(getattr(report.coefficients, name)):12.6g} {UNITS[name]:9s}  {meaning}")
     click.echo("")
     for name, figure in report.figures.items():
-        number = f"{figure.value:14.6g}" if figure.value is not None else f"{'none':>14s}"
+        number = f"{figure.value:12.6g}" if figure.value is not None else f"{'none':>12s}"
+        units = "" if figure.units == "1" else figure.units
         also = ""
         if figure.units == "rad/s" and figure.value is not None:
-            also = f" ({figure.value * 30 / 3.141592653589793:.4g} rpm, {figure.value / 6.283185307179586:.4g} Hz)"
-        click.echo(f"  {name:17s} {number} {figure.units:7s} {figure.meaning}{also}")
+            also = f" ({figure.value * 30 / math.pi:.4g} rpm, {figure.value / (2 * math.pi):.4g} Hz)"
+        click.echo(f"  {name:17s} {number} {units:9s}  {figure.meaning}{also}")
     for warning in report.warnings:
         click.echo(f"Warning: {warning}", err=True)
     return 0
+
+
+def _sweep(study: Study, chains: int) -> str:
+    """The sweep in words."""
+    from nsdrill.units import format_quantity
+
+    axes = []
+    for name in study.swept:
+        label, units = AXES[name]
+        first, last = (format_quantity(float(study.axes[name][i]), units) for i in (0, -1))
+        count = len(study.axes[name])
+        axes.append(f"{label} {first} to {last} ({count} values)" if count > 1 else f"{label} {first}")
+    if study.procedure == "same" or study.along is None:
+        how = "every point from the same initial state"
+    else:
+        way = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
+        how = f"the state carried {way} along the {AXES[study.along][0]}, in {_count(chains, 'chain')}"
+    return f"{', '.join(axes)}; {how}"
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"

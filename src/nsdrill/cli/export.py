@@ -10,19 +10,25 @@ from nsdrill.cli import options
 from nsdrill.errors import InputError
 
 
-@click.command("export")
-@click.argument("results", type=click.Path())
+@click.command(
+    "export", epilog=options.examples("export out.h5 -o out.csv --peaks", "export out.h5 -o out.nc")
+)
+@options.file_argument("results")
 @options.output("File to write: .csv or .nc (netCDF-4).")
 @click.option("--peaks", is_flag=True, help="CSV: a column for every recorded peak.")
 @click.option("--states", is_flag=True, help="CSV: a column for every initial and final state.")
 @options.overwrite
 def command(results: str, output: str, peaks: bool, states: bool, overwrite: bool) -> int:
-    """Write RESULTS as a table (CSV) or as netCDF."""
-    from nsdrill.store import claim_file, read_results, to_csv, to_netcdf
-
+    """Write RESULTS as a table (CSV, one row a point, units in the headings) or as netCDF (everything)."""
     suffix = Path(output).suffix.lower()
     if suffix not in (".csv", ".nc"):
         raise InputError(f"{output}: found the ending {suffix or '(none)'}; allowed: .csv or .nc.")
+    if suffix == ".nc" and (peaks or states):
+        raise InputError(
+            f"{'--peaks' if peaks else '--states'}: found with netCDF, which holds everything; allowed: with .csv.")
+    from nsdrill.store import claim_file, read_results, to_csv, to_netcdf
+
+    options.keep_apart(results, output)
     claim_file(output, overwrite)
     if suffix == ".csv":
         to_csv(read_results(results), output, peaks=peaks, states=states)

@@ -13,7 +13,7 @@ import click
 from nsdrill import __version__
 from nsdrill.errors import NsdrillError
 
-# name -> (file, one line for the help). Kept here so that the help imports nothing else.
+# name -> one line for the help. Kept here so that the help imports nothing else.
 COMMANDS = {
     "run": "Run a study: sweep, classify, and write the results file.",
     "simulate": "Simulate one operating point and write its trajectory.",
@@ -26,6 +26,22 @@ COMMANDS = {
     "export": "Write results as CSV or netCDF.",
     "classify": "Give a results file new labels with other thresholds; nothing is run again.",
 }
+
+EXIT_CODES = """\b
+Exit codes:
+  0    done
+  1    the run failed, and not through its input: a full disk, too little memory
+  2    the command line, the study or an input file is wrong; nothing was written
+  3    finished, but some points failed; they are marked in the file
+  130  interrupted; nsdrill run goes on with --resume"""
+
+
+class _Leave(Exception):
+    """Leave with this message and exit code. click has ideas of its own about an interrupt and a closed pipe."""
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.message, self.code = message, code
 
 
 class LazyGroup(click.Group):
@@ -43,50 +59,69 @@ class LazyGroup(click.Group):
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         try:
             return super().resolve_command(ctx, args)
-        except click.UsageError as error:
+        except click.UsageError:
             import difflib
 
             near = difflib.get_close_matches(args[0], COMMANDS, n=1)
             hint = f" Did you mean {near[0]}?" if near else ""
-            error.message = f"{error.message.rstrip('.')}.{hint} Commands: {', '.join(COMMANDS)}."
-            raise
+            text = f"There is no command {args[0]!r}.{hint} Commands: {', '.join(COMMANDS)}."
+            raise click.UsageError(text, ctx) from None
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
 
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt as error:
+            raise _Leave(_interrupted(error), 130) from error
+        except BrokenPipeError as error:
+            _drop_output()
+            raise _Leave("", 0) from error
 
-@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
-@click.version_option(__version__, prog_name="nsdrill")
+
+@click.group(
+    cls=LazyGroup,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
+    epilog=EXIT_CODES
+    + "\n\nMessages go to standard error, data to standard output. `nsdrill COMMAND --help` says more.",
+)
+@click.version_option(__version__, prog_name="nsdrill", message="%(prog)s %(version)s")
 def group() -> None:
     """A bifurcation explorer for drill-string vibration: bit-bounce, stick-slip and whirl over depth, weight on bit and
     rotary speed, with history.
 
-    Start with: nsdrill new -o study.yaml; nsdrill run study.yaml -o out.h5; nsdrill plot out.h5 -o out.png
+    \b
+    Start with:
+      nsdrill new -o study.yaml
+      nsdrill run study.yaml -o out.h5
+      nsdrill plot out.h5 -o out.png
     """
 
 
 def main() -> NoReturn:
     """Entry point of the console script."""
-    # A scheduler's polite request to end is an interrupt like Ctrl-C: save, then leave.
+    # A scheduler's polite request to end is an interrupt like Ctrl-C: save, then leave. A shell starts background jobs
+    # deaf to SIGINT; a `kill -INT` is meant all the same.
     signal.signal(signal.SIGTERM, _interrupt)
+    signal.signal(signal.SIGINT, _interrupt)
     try:
         code = group.main(prog_name="nsdrill", standalone_mode=False)
         sys.stdout.flush()
         sys.exit(code if isinstance(code, int) else 0)
-    except click.exceptions.Abort:
-        _leave("Interrupted.", 130)
+    except _Leave as end:
+        _leave(end.message, end.code)
+    except (click.exceptions.Abort, KeyboardInterrupt):
+        _leave("Interrupted; nothing was written.", 130)
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)
     except NsdrillError as error:
         _leave(f"Error: {error}", error.exit_code)
     except BrokenPipeError:
-        # The reader of our output has gone (`| head`): nothing to say, and nobody to say it to.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         sys.exit(0)
-    except KeyboardInterrupt as error:
-        _leave(_interrupted(error), 130)
     except MemoryError:
         _leave("Error: out of memory. Sweep fewer points at once, or sample a trace more coarsely.", 1)
     except OSError as error:
@@ -96,8 +131,8 @@ def main() -> NoReturn:
         if os.environ.get("NSDRILL_DEBUG"):
             raise
         _leave(
-            f"Error: this should not happen and is a bug of nsdrill ({type(error).__name__}: {error}). Please report it "
-            "with the output of the same command under NSDRILL_DEBUG=1.",
+            f"Error: this should not happen and is a bug of nsdrill ({type(error).__name__}: {error}). Please report "
+            "it with the output of the same command under NSDRILL_DEBUG=1.",
             1,
         )
 
@@ -111,13 +146,17 @@ def _interrupted(error: KeyboardInterrupt) -> str:
     if done is None:
         return "Interrupted; nothing was written."
     part, total = getattr(error, "part", None), getattr(error, "total", 0)
-    return (
-        f"Interrupted: {done} of {total} points are safe in {part}. Go on with the same command and --resume."
-    )
+    return f"Interrupted: {done} of {total} points are safe in {part}. Go on with the same command and --resume."
+
+
+def _drop_output() -> None:
+    """The reader of our output has gone (`| head`): nothing to say, and nobody to say it to."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _leave(message: str, code: int) -> NoReturn:
     try:
-        click.echo(message, err=True)
+        if message:
+            click.echo(message, err=True)
     finally:
         sys.exit(code)

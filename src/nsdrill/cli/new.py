@@ -7,8 +7,8 @@ import click
 from nsdrill.cli import options
 
 
-@click.command("new")
-@options.output("Study file to write; without it, the study goes to standard output.", required=False)
+@click.command("new", epilog=options.examples("new -o study.yaml", "new | less"))
+@options.output("Study file to write. Default: standard output.", required=False)
 @options.overwrite
 def command(output: str | None, overwrite: bool) -> int:
     """Write a commented study to start from, with every key, its unit and its default."""

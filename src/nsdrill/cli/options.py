@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from typing import Any
 
@@ -11,10 +12,16 @@ from nsdrill.errors import InputError
 
 Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
-study_argument = click.argument("study", type=click.Path())
-settings = click.option(
-    "--set", "overrides", multiple=True, metavar="KEY=VALUE", help="Change a key of the study, e.g. operation.wob='30 kN'.")
-overwrite = click.option("--overwrite", is_flag=True, help="Replace the output if it exists.")
+
+class FileName(click.ParamType):
+    """The name of a file; whether it is there, and what it is, the store says better than click."""
+
+    name = "path"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        if not value or "\0" in value:
+            self.fail(f"found {value!r}; allowed: the name of a file.", param, ctx)
+        return str(value)
 
 
 class Quantity(click.ParamType):
@@ -38,11 +45,49 @@ class Quantity(click.ParamType):
         return number
 
 
+study_argument = click.argument("study", type=FileName())
+settings = click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Change a key of the study, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
+)
+thresholds = click.option(
+    "--set",
+    "overrides",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Change a threshold, e.g. --set classify.stick_slip.stick_slip_index=60. May be given more than once.",
+)
+overwrite = click.option("--overwrite", is_flag=True, help="Replace the output if it exists.")
+
+
 def quantity(name: str, units: str, text: str, **more: Any) -> Decorator:
     """An option whose value is a quantity in ``units``."""
     return click.option(name, type=Quantity(units), metavar="Q", help=text, **more)
 
 
+def file_argument(name: str) -> Decorator:
+    """A file to read."""
+    return click.argument(name, type=FileName())
+
+
 def output(text: str, required: bool = True) -> Decorator:
     """The output file."""
-    return click.option("-o", "--output", type=click.Path(), required=required, help=text)
+    return click.option("-o", "--output", type=FileName(), metavar="FILE", required=required, help=text)
+
+
+def keep_apart(source: str, output: str) -> None:
+    """InputError where the output would replace the file that it is made from, whatever ``--overwrite`` says."""
+    try:
+        same = os.path.samefile(source, output)
+    except (OSError, ValueError):
+        return
+    if same:
+        raise InputError(f"{output}: this is the input. Choose another name with -o.")
+
+
+def examples(*lines: str) -> str:
+    """Examples for the end of a help text, each on a line of its own."""
+    return "\b\nExamples:\n" + "\n".join(f"  nsdrill {line}" for line in lines)

@@ -5,38 +5,55 @@ from __future__ import annotations
 import click
 
 from nsdrill.cli import options
+from nsdrill.errors import InputError
 
 
-@click.command("plot")
-@click.argument("file", type=click.Path())
-@options.output("Picture to write: .png, .pdf or .svg.")
-@click.option("--kind", metavar="KIND", help="What to draw; default: the picture that fits the file. `--kind list` lists.")
-@click.option("--units", type=click.Choice(["si", "field"]), default="si", show_default=True)
+@click.command(
+    "plot",
+    epilog=options.examples(
+        "plot out.h5 -o out.png",
+        "plot out.h5 --kind list",
+        "plot map.h5 --wob 20kN -o cut.pdf --units field",
+        "plot trace.h5 --kind orbit -o orbit.svg",
+    ),
+)
+@options.file_argument("file")
+@options.output("Picture to write: .png, .pdf or .svg.", required=False)
+@click.option("--kind", metavar="KIND", help="What to draw; `--kind list` says what fits FILE. Default: its first.")
+@click.option(
+    "--units", type=click.Choice(["si", "field"]), default="si", show_default=True,
+    help="Units on the axes: m, kN, rad/s, or ft, klbf, rpm.",
+)  # fmt: skip
 @options.quantity("--depth", "m", "Cut a sweep of several axes at this depth.")
 @options.quantity("--wob", "N", "Cut at this weight on bit.")
-@options.quantity("--rotary-speed", "rad/s", "Cut at this speed.")
+@options.quantity("--rotary-speed", "rad/s", "Cut at this top-drive speed.")
 @options.overwrite
 def command(
-    file: str, output: str, kind: str | None, units: str, depth: float | None, wob: float | None,
+    file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
     rotary_speed: float | None, overwrite: bool,
 ) -> int:  # fmt: skip
-    """Draw FILE, a results or a trace file."""
+    """Draw FILE: a results file, the .part file of a run that goes on, or a trace."""
+    from nsdrill.cli.reading import read
+    from nsdrill.data import Trace
     from nsdrill.plot import DESCRIPTIONS, check_suffix, draw, kinds_for, save
 
-    if kind != "list":
-        from nsdrill.store import claim_file
-
-        check_suffix(output)
-        claim_file(output, overwrite)
-    from nsdrill.cli.reading import read
-
-    data = read(file)
     if kind == "list":
-        for name in kinds_for(data):
-            click.echo(f"{name}: {DESCRIPTIONS.get(name, 'values of this variable')}")
+        for name in kinds_for(read(file)):
+            click.echo(f"{name:<24} {DESCRIPTIONS.get(name, 'values of this variable')}")
         return 0
+    if output is None:
+        raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
+    from nsdrill.store import claim_file
+
+    check_suffix(output)
+    options.keep_apart(file, output)
+    claim_file(output, overwrite)
+    data = read(file)
     given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     at = {name: value for name, value in given.items() if value is not None}
+    if at and isinstance(data, Trace):
+        option = "--" + next(iter(at)).replace("_", "-")
+        raise InputError(f"{option}: found with a trace, which is of one point; allowed: with a results file.")
     save(draw(data, kind, units=units, at=at or None), output)
     click.echo(f"{output}: drawn.", err=True)
     return 0

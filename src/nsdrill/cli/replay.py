@@ -8,20 +8,32 @@ from nsdrill.cli import options
 from nsdrill.cli.simulate import finish
 
 
-@click.command("replay")
-@click.argument("results", type=click.Path())
+@click.command(
+    "replay",
+    epilog=options.examples(
+        "replay out.h5 --depth 3000m -o trace.h5",
+        "replay out.h5 --rotary-speed 60rpm --procedure down -o trace.h5 --sample 1ms",
+    ),
+)
+@options.file_argument("results")
 @options.output("Trace file to write (HDF5).")
-@options.quantity("--depth", "m", "Depth of the point (the nearest is taken).")
+@options.quantity("--depth", "m", "Depth of the point; the nearest one of the sweep is taken.")
 @options.quantity("--wob", "N", "Weight on bit of the point.")
 @options.quantity("--rotary-speed", "rad/s", "Top-drive speed of the point.")
-@click.option("--procedure", type=click.Choice(["same", "up", "down"]), help="Needed where the sweep has two.")
-@options.quantity("--sample", "s", "Interval between samples; default: 10 ms.")
+@click.option(
+    "--procedure", type=click.Choice(["same", "up", "down"]), help="Which sweep. Needed where the file has up and down."
+)
+@options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
 @options.overwrite
 def command(
     results: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None,
     procedure: str | None, sample: float | None, overwrite: bool,
 ) -> int:  # fmt: skip
-    """Run one point of RESULTS again, from its stored initial state and bit for bit, and write its trajectory."""
+    """Run one point of RESULTS again, from its stored initial state and bit for bit, and write its trajectory.
+
+    An axis along which the sweep has one value only may be left out. Failed points can be run again as well.
+    """
+    options.keep_apart(results, output)
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, replay
     from nsdrill.store import claim_file
     from nsdrill.units import format_quantity
@@ -32,18 +44,21 @@ def command(
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )  # fmt: skip
     attrs = result.trace.attrs
+    asked = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
+    near = any(value is not None and abs(value - attrs[name]) > 1e-3 * abs(value) for name, value in asked.items())
     click.echo(
         f"Point: {format_quantity(attrs['depth'], 'm')}, {format_quantity(attrs['wob'], 'kN')}, "
-        f"{format_quantity(attrs['rotary_speed'], 'rad/s')}, {attrs['procedure']}.",
+        f"{format_quantity(attrs['rotary_speed'], 'rad/s')}, {attrs['procedure']}"
+        f"{', the nearest of the sweep' if near else ''}.",
         err=True,
     )
     code = finish(result, output)
     if result.same_bits:
-        click.echo("The final state has the bits that are stored.", err=True)
+        click.echo("It ends in the stored final state, bit for bit.", err=True)
     else:
         click.echo(
-            "Warning: the final state differs from the stored one. The file was made on another kind of machine or by "
-            "another version; where the motion is chaotic the trajectory is then another one of the same kind.",
+            "Warning: it does not end in the stored final state. The file was made on another kind of machine or by "
+            "another version; where the motion is chaotic, the trajectory is then another one of the same kind.",
             err=True,
         )
     return code

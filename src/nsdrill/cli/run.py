@@ -3,44 +3,73 @@
 from __future__ import annotations
 
 import sys
+from contextlib import nullcontext
 from typing import Any
 
 import click
 
 from nsdrill.cli import options
+from nsdrill.cli.main import EXIT_CODES
 
 
-@click.command("run")
+@click.command(
+    "run",
+    epilog=EXIT_CODES
+    + "\n\n"
+    + options.examples(
+        "run study.yaml -o out.h5",
+        "run study.yaml -o out.h5 --resume",
+        "run study.yaml -o heavy.h5 --set 'operation.wob=30 klbf' --set sweep.procedure=up",
+    ),
+)
 @options.study_argument
-@options.output("Results file to write (HDF5).")
-@click.option("--workers", type=click.IntRange(min=1), help="Threads, one gang of lanes each. Default: all processors.")
-@click.option("--engine", type=click.Choice(["threads", "dask"]), default="threads", show_default=True)
-@click.option("--scheduler", metavar="ADDR", help="Address of a running Dask scheduler (with --engine dask).")
+@options.output("Results file to write (HDF5). While the run goes on, its points are in FILE.part.")
+@click.option(
+    "--workers", type=click.IntRange(min=1), metavar="N", help="How many to run side by side. Default: all processors."
+)
+@click.option(
+    "--engine",
+    type=click.Choice(["threads", "dask"]),
+    default="threads",
+    show_default=True,
+    help="Threads of this process, or workers of a Dask cluster. The numbers are the same.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDR",
+    help="With --engine dask: address of a running scheduler, tcp://host:8786 say. Default: a cluster on this machine.",
+)
 @options.settings
-@click.option("--resume", is_flag=True, help="Go on with an interrupted run.")
+@click.option("--resume", is_flag=True, help="Go on with an interrupted run; only the points that are missing are run.")
 @options.overwrite
-@click.option("--quiet", is_flag=True, help="No progress and no summary.")
+@click.option("--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
 def command(
     study: str, output: str, workers: int | None, engine: str, scheduler: str | None, overrides: tuple[str, ...],
     resume: bool, overwrite: bool, quiet: bool,
 ) -> int:  # fmt: skip
     """Run STUDY and write the results file.
 
-    Exit codes: 0 done; 2 the study or command line is wrong; 3 finished, but some points failed (they are marked);
-    130 interrupted, go on with --resume.
+    The file appears when all points are there. Interrupt at any time, by Ctrl-C or by a signal of the batch system:
+    finished points are kept, and --resume gives the very same file as an undisturbed run.
     """
     from nsdrill.errors import InputError
     from nsdrill.study import load_study
 
-    if engine == "dask" or scheduler:
-        raise InputError("--engine dask: not available in this version; allowed: --engine threads.")
+    if scheduler is not None and engine != "dask":
+        raise InputError("--scheduler: found with --engine threads; allowed: with --engine dask.")
     loaded = load_study(study, overrides)
+    options.keep_apart(study, output)
 
+    from nsdrill.app.cluster import dask_executor
     from nsdrill.app.run import run_study
     from nsdrill.cli.progress import progress_bar
+    from nsdrill.store import check_target
 
-    with progress_bar(enabled=not quiet and sys.stderr.isatty()) as watch:
-        outcome = run_study(loaded, output, workers=workers, resume=resume, overwrite=overwrite, watch=watch)
+    check_target(output)  # before a cluster is started for nothing
+    crew = dask_executor(scheduler, workers) if engine == "dask" else nullcontext((None, workers))
+    with crew as (executor, count), progress_bar(enabled=not quiet and sys.stderr.isatty()) as watch:
+        outcome = run_study(
+            loaded, output, workers=count, resume=resume, overwrite=overwrite, watch=watch, executor=executor)
     if not quiet:
         _say(outcome)
     return 3 if outcome.failed else 0

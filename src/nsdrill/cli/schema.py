@@ -6,8 +6,10 @@ import json
 
 import click
 
+from nsdrill.cli import options
 
-@click.command("schema")
+
+@click.command("schema", epilog=options.examples("schema > study.schema.json"))
 def command() -> int:
     """Print the JSON Schema of the study file, for editors and other programs."""
     from nsdrill.study import json_schema

@@ -7,18 +7,21 @@ from typing import Any
 
 import click
 
+from nsdrill.cli import options
 from nsdrill.cli.reading import read
-from nsdrill.units import format_quantity
 
-AXIS_UNITS = {"depth": ("m", "ft"), "wob": ("kN", "klbf"), "rotary_speed": ("rad/s", "rpm")}
-MOST_LISTED = 20
+AXES = {
+    "depth": ("depth", "m", "ft"), "wob": ("weight on bit", "kN", "klbf"), "rotary_speed": ("speed", "rad/s", "rpm"),
+}  # fmt: skip
+MOST_FAILED = 20
+MOST_INTERVALS = 40
 
 
-@click.command("show")
-@click.argument("file", type=click.Path())
-@click.option("--json", "as_json", is_flag=True, help="Machine-readable output, with every failed point.")
+@click.command("show", epilog=options.examples("show out.h5", "show out.h5.part", "show out.h5 --json | jq .failed"))
+@options.file_argument("file")
+@click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units, with every failed point.")
 def command(file: str, as_json: bool) -> int:
-    """Say what is in FILE, a results or a trace file."""
+    """Say what is in FILE: a results file, the .part file of a run that goes on, or a trace."""
     from nsdrill.app.report import summarize
 
     summary = summarize(read(file))
@@ -31,64 +34,88 @@ def command(file: str, as_json: bool) -> int:
     return 0
 
 
-def _axis_value(name: str, value: float) -> str:
-    return format_quantity(value, AXIS_UNITS[name][0])
+def _value(name: str, value: float, *, field: bool = False) -> str:
+    from nsdrill.units import format_quantity
+
+    _, si, other = AXES[name]
+    text = format_quantity(value, si)
+    return f"{text} ({format_quantity(value, other, 4)})" if field else text
 
 
 def _show_results(file: str, s: dict[str, Any]) -> None:
-    click.echo(f"{file}: results of a sweep. {s['title']}".rstrip())
-    click.echo(f"  made {s['created']} by nsdrill {s['nsdrill_version']}")
+    what = "results of a sweep" if s["finished"] else "an unfinished sweep"
+    click.echo(f"{file}: {what}. {s['title']}".rstrip())
+    click.echo(f"  made           {s['created']} by nsdrill {s['nsdrill_version']}")
     for name, axis in s["axes"].items():
-        if axis["points"] == 1:
-            si, field = AXIS_UNITS[name]
-            click.echo(
-                f"  {name:13s} {format_quantity(axis['from'], si)} ({format_quantity(axis['from'], field)})")
-        else:
-            click.echo(
-                f"  {name:13s} {_axis_value(name, axis['from'])} to {_axis_value(name, axis['to'])}, "
-                f"{axis['points']} values")
+        label = AXES[name][0]
+        text = _value(name, axis["from"], field=axis["points"] == 1)
+        if axis["points"] > 1:
+            text += f" to {_value(name, axis['to'])}, {axis['points']} values"
+        click.echo(f"  {label:14s} {text}")
     status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
-    click.echo(f"  points        {s['points']}: {status}; {s['settled']} settled")
+    click.echo(f"  points         {s['points']}: {status}; {s['settled']} settled")
+    if s["thresholds"]:
+        click.echo(f"  labels         with {', '.join(s['thresholds'])}")
     for procedure in s["procedures"]:
         counts = s["responses"][procedure]
-        click.echo(f"\nResponses, {procedure}:")
         total = sum(counts.values())
+        if total:
+            click.echo(f"\nResponses, {procedure}:")
         for word, count in counts.items():
-            click.echo(f"  {word:28s} {count:8d}  {100 * count / total:5.1f} %")
-        kinds = s["whirl_kinds"][procedure]
-        if kinds:
-            click.echo("  whirl: " + ", ".join(f"{count} {word}" for word, count in kinds.items()))
+            click.echo(f"  {_words(word):32s} {count:8d}  {100 * count / total:5.1f} %")
+        if kinds := s["whirl_kinds"][procedure]:
+            click.echo("  whirl: " + ", ".join(f"{count} {_words(word)}" for word, count in kinds.items()))
     if intervals := s.get("intervals"):
         _show_intervals(intervals)
     if s["ranges"]:
-        click.echo("\nRanges over all points:")
-        for name, r in s["ranges"].items():
-            click.echo(f"  {name:26s} {r['min']:12.5g} to {r['max']:12.5g} {r['units']}")
+        click.echo("\nLeast and greatest over all points:")
+        _show_ranges(s["ranges"])
     if failed := s["failed"]:
         click.echo(f"\nFailed points ({len(failed)}), to look at with nsdrill replay:")
-        for point in failed[:MOST_LISTED]:
-            where = ", ".join(_axis_value(name, point[name]) for name in AXIS_UNITS)
-            click.echo(f"  {point['status']}: {where}, {point['procedure']}")
-        if len(failed) > MOST_LISTED:
-            click.echo(f"  and {len(failed) - MOST_LISTED} more (all with --json)")
+        for point in failed[:MOST_FAILED]:
+            where = ", ".join(_value(name, point[name]) for name in AXES)
+            click.echo(f"  {_words(point['status'])}: {where}, {point['procedure']}")
+        if len(failed) > MOST_FAILED:
+            click.echo(f"  and {len(failed) - MOST_FAILED} more (all with --json)")
+
+
+def _words(flag: str) -> str:
+    """``bit_bounce+stick_slip`` as people write it."""
+    return flag.replace("bit_bounce", "bit-bounce").replace("stick_slip", "stick-slip").replace("_", " ").replace(
+        "+", " + ")
 
 
 def _show_intervals(intervals: list[dict[str, Any]]) -> None:
-    most = 40
     click.echo("\nAlong the sweep:")
-    for row in intervals[:most]:
+    for row in intervals[:MOST_INTERVALS]:
         name = row["axis"]
-        ends = _axis_value(name, row["from"])
+        ends = _value(name, row["from"])
         if row["points"] > 1:
-            ends += f" to {_axis_value(name, row['to'])}"
-        click.echo(f"  {row['procedure']:5s} {ends:32s} {row['points']:5d}  {row['response']}")
-    if len(intervals) > most:
-        click.echo(f"  and {len(intervals) - most} more (all with --json)")
+            ends += f" to {_value(name, row['to'])}"
+        points = "1 point" if row["points"] == 1 else f"{row['points']} points"
+        click.echo(f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {_words(row['response'])}")
+    if len(intervals) > MOST_INTERVALS:
+        click.echo(f"  and {len(intervals) - MOST_INTERVALS} more (all with --json)")
+
+
+def _show_ranges(ranges: dict[str, Any]) -> None:
+    for name, r in ranges.items():
+        units = "" if r["units"] == "1" else r["units"]
+        # Adding zero turns -0 into 0.
+        click.echo(f"  {name:25s} {r['min'] + 0.0:12.5g} to {r['max'] + 0.0:12.5g} {units:8s} {r['meaning']}")
 
 
 def _show_trace(file: str, s: dict[str, Any]) -> None:
     click.echo(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
-    where = ", ".join(_axis_value(name, s[name]) for name in AXIS_UNITS if name in s)
-    click.echo(f"  {where}; {s['samples']} samples over {s['duration']:g} s; ended {s.get('status', '')}")
-    for name, r in s["ranges"].items():
-        click.echo(f"  {name:18s} {r['min']:12.5g} to {r['max']:12.5g}")
+    click.echo(f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}")
+    for name, (label, _, _) in AXES.items():
+        if name in s:
+            click.echo(f"  {label:14s} {_value(name, s[name], field=True)}")
+    if "procedure" in s:
+        click.echo(f"  procedure      {s['procedure']}")
+    click.echo(
+        f"  samples        {s['samples']} over {s['duration']:g} s; {s.get('steps', '?')} steps; "
+        f"ended {_words(str(s.get('status', '')))}")
+    if s["ranges"]:
+        click.echo("\nLeast and greatest:")
+        _show_ranges(s["ranges"])

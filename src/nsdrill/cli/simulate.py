@@ -2,29 +2,52 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from nsdrill.cli import options
 
+if TYPE_CHECKING:
+    from nsdrill.app.trajectory import Trajectory
 
-@click.command("simulate")
+# How a run can end early, and what one does about it.
+ENDINGS = {
+    "diverged": "the motion grew without bound; the values of the study are far from any drill string",
+    "step_limit": "the run took more than simulation.max_steps steps; raise it, or lower the smoothing of the friction",
+    "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower the stiffnesses",
+}
+
+
+@click.command(
+    "simulate",
+    epilog=options.examples(
+        "simulate study.yaml -o trace.h5",
+        "simulate study.yaml -o trace.h5 --depth 3000m --wob '10 klbf' --rotary-speed 120rpm --duration 60s",
+    ),
+)
 @options.study_argument
 @options.output("Trace file to write (HDF5).")
-@options.quantity("--depth", "m", "Depth; default: the study's operation.")
-@options.quantity("--wob", "N", "Weight on bit.")
-@options.quantity("--rotary-speed", "rad/s", "Top-drive speed.")
-@options.quantity("--duration", "s", "Simulated time; default: the study's transient and observed time.")
-@options.quantity("--sample", "s", "Interval between samples; default: 10 ms.")
+@options.quantity("--depth", "m", "Depth. Default: operation.depth of the study.")
+@options.quantity("--wob", "N", "Weight on bit. Default: operation.wob.")
+@options.quantity("--rotary-speed", "rad/s", "Top-drive speed. Default: operation.rotary_speed.")
+@options.quantity("--duration", "s", "Simulated time. Default: the study's transient and observed time.")
+@options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
 @options.settings
 @options.overwrite
 def command(
     study: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None,
     duration: float | None, sample: float | None, overrides: tuple[str, ...], overwrite: bool,
 ) -> int:  # fmt: skip
-    """Simulate one operating point of STUDY and write its trajectory."""
+    """Simulate one operating point of STUDY and write its trajectory.
+
+    Quantities are numbers with units: 3000m, '10 klbf', 120rpm. Exit code 3 where the run ends early; the trace then
+    holds what was computed before.
+    """
     from nsdrill.study import load_study
 
     loaded = load_study(study, overrides)
+    options.keep_apart(study, output)
 
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, simulate
     from nsdrill.store import claim_file
@@ -37,7 +60,7 @@ def command(
     return finish(result, output)
 
 
-def finish(result, output: str) -> int:  # type: ignore[no-untyped-def]
+def finish(result: Trajectory, output: str) -> int:
     """Write the trace and say how the run ended."""
     from nsdrill.store import write_trace
     from nsdrill.variables import OK
@@ -47,6 +70,9 @@ def finish(result, output: str) -> int:  # type: ignore[no-untyped-def]
     click.echo(f"{output}: {len(time)} samples over {time[-1] if len(time) else 0:g} s.", err=True)
     if result.status == OK:
         return 0
+    status = str(result.trace.attrs["status"])
     click.echo(
-        f"The run ended early: {result.trace.attrs['status']}. The trace holds what was computed before.", err=True)
+        f"The run ended early ({status}): {ENDINGS.get(status, status)}. The trace holds what was computed before.",
+        err=True,
+    )
     return 3

@@ -1,0 +1,181 @@
+"""The package from Python: load, run, open, simulate, replay, check; with xarray and without."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsdrill
+from nsdrill.app.run import Interrupted, run_study
+from nsdrill.data import Results
+from nsdrill.store import read_results, write_trace
+
+
+def test_the_lines_of_the_readme(small: Path, tmp_path: Path) -> None:
+    xarray = pytest.importorskip("xarray")
+    study = nsdrill.load_study(small)
+    results = nsdrill.run(study, tmp_path / "out.h5")
+    with results, nsdrill.open_results(tmp_path / "out.h5") as data:
+        assert isinstance(data, xarray.Dataset)
+        assert data.equals(results)
+
+
+def test_without_xarray(shared: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nsdrill.store.read.find_spec", lambda name: None)
+    data = nsdrill.open_results(shared / "small.h5")
+    assert isinstance(data, Results)
+    assert data["bit_speed_max"].shape == (2, 1, 1, 8)
+
+
+def test_run_in_memory_gives_the_numbers_of_the_file(shared: Path, small: Path) -> None:
+    made = nsdrill.run(nsdrill.load_study(small), workers=1)
+    kept = read_results(shared / "small.h5")
+    assert isinstance(made, Results)
+    assert list(made.variables) == list(kept.variables)
+    for name, values in kept.variables.items():
+        assert made[name].tobytes() == values.tobytes(), name
+
+
+@pytest.mark.parametrize("workers", [1, 2, 5])
+@pytest.mark.parametrize("name", ["small", "map"])
+def test_workers_and_lanes_change_no_bit(shared: Path, tmp_path: Path, name: str, workers: int) -> None:
+    study = nsdrill.load_study(shared / f"{name}.yaml")
+    run_study(study, tmp_path / "out.h5", workers=workers, lanes=1)
+    made, kept = read_results(tmp_path / "out.h5"), read_results(shared / f"{name}.h5")
+    assert all(made[variable].tobytes() == kept[variable].tobytes() for variable in kept.variables)
+
+
+@pytest.mark.parametrize("name", ["small", "map"])
+@pytest.mark.parametrize("after", [1, 2])
+def test_interrupt_between_slices(shared: Path, tmp_path: Path, name: str, after: int) -> None:
+    study, seen = nsdrill.load_study(shared / f"{name}.yaml"), 0
+
+    def interrupt(progress: object) -> None:
+        nonlocal seen
+        seen += 1
+        if seen == after:
+            raise KeyboardInterrupt
+
+    out = tmp_path / "out.h5"
+    stop = None
+    try:
+        run_study(study, out, workers=1, lanes=1, watch=interrupt)
+    except Interrupted as error:
+        stop = error
+    if stop is not None:  # so few points may all be there before
+        assert not out.exists()
+        assert stop.part == tmp_path / "out.h5.part"
+        assert 0 < stop.done <= stop.total
+        run_study(study, out, resume=True)
+    made, kept = read_results(out), read_results(shared / f"{name}.h5")
+    assert all(made[variable].tobytes() == kept[variable].tobytes() for variable in kept.variables)
+
+
+def test_interrupt_while_the_results_are_written(
+    small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(path: Path, log: object) -> None:
+        raise KeyboardInterrupt
+
+    study = nsdrill.load_study(small)
+    with monkeypatch.context() as patch:
+        patch.setattr("nsdrill.app.run.write_results", interrupt)
+        with pytest.raises(Interrupted) as stop:
+            run_study(study, tmp_path / "out.h5")
+    assert stop.value.done == stop.value.total == 16
+    assert run_study(study, tmp_path / "out.h5", resume=True).already == 16
+
+
+def test_dask_gives_the_same_bits(shared: Path, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    from nsdrill.app.cluster import dask_executor
+
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, protocol="tcp"
+    ) as cluster:
+        for name in ("small", "map"):
+            with dask_executor(cluster.scheduler_address) as (executor, workers):
+                assert workers == 2
+                study = nsdrill.load_study(shared / f"{name}.yaml")
+                run_study(study, tmp_path / f"{name}.h5", executor=executor, workers=workers)
+            made, kept = read_results(tmp_path / f"{name}.h5"), read_results(shared / f"{name}.h5")
+            assert all(made[variable].tobytes() == kept[variable].tobytes() for variable in kept.variables)
+
+
+def test_dask_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
+    from nsdrill.app.cluster import dask_executor
+
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(nsdrill.InputError, match=r"pip install 'nsdrill\[dask\]'"), dask_executor():
+        pass
+
+
+def test_simulate_starts_as_the_study_says(small: Path, tmp_path: Path) -> None:
+    study = nsdrill.load_study(small, ["initial.x=5 mm", "initial.vy=3 cm/s"])
+    result = nsdrill.simulate(study, duration=1.0, sample=0.25)
+    assert result.trace.time.tolist() == [0, 0.25, 0.5, 0.75, 1]
+    assert result.trace["x"][0] == 0.005
+    assert result.trace["vy"][0] == 0.03
+    assert result.trace["drive_angle"].tolist() == [0, 0.75, 1.5, 2.25, 3]
+    write_trace(tmp_path / "trace.h5", result.trace)
+    assert nsdrill.read_trace(tmp_path / "trace.h5")["z"].tobytes() == result.trace["z"].tobytes()
+
+
+def test_simulate_is_the_point_of_a_sweep(shared: Path) -> None:
+    """A sweep from one initial state and a simulation at one of its points are the same run."""
+    study, results = nsdrill.load_study(shared / "map.yaml"), read_results(shared / "map.h5")
+    wob, speed = results["wob"][3], results["rotary_speed"][2]
+    result = nsdrill.simulate(study, wob=wob, rotary_speed=speed)
+    assert result.trace.attrs["final_state"].tobytes() == results["final_state"][0, 0, 3, 2].tobytes()
+
+
+def test_replay(shared: Path) -> None:
+    result = nsdrill.replay(shared / "map.h5", wob=41e3, rotary_speed=6.3)
+    assert result.same_bits
+    assert result.trace.attrs["wob"] == 40e3
+    with pytest.raises(nsdrill.InputError, match="--wob"):
+        nsdrill.replay(shared / "map.h5", wob=200e3, rotary_speed=6.3)
+
+
+def test_check(small: Path) -> None:
+    report = nsdrill.check(nsdrill.load_study(small))
+    assert report.coefficients.gap == pytest.approx(0.0762, rel=1e-12)
+    assert report.points == 16
+    assert any(warning.startswith("Short") for warning in report.warnings)
+
+
+def test_wrong_workers(small: Path, tmp_path: Path) -> None:
+    with pytest.raises(nsdrill.InputError, match="workers"):
+        nsdrill.run(nsdrill.load_study(small), tmp_path / "out.h5", workers=-1)
+    assert not list(tmp_path.glob("out*"))
+
+
+def test_resume_refuses_another_version(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    study = nsdrill.load_study(small)
+    with monkeypatch.context() as patch:
+        patch.setattr("nsdrill.app.run.write_results", lambda path, log: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(Interrupted):
+            run_study(study, tmp_path / "out.h5")
+    monkeypatch.setattr("nsdrill.app.provenance.source_digest", lambda: "another")
+    with pytest.raises(nsdrill.FileError, match="another version of the compiled model"):
+        run_study(study, tmp_path / "out.h5", resume=True)
+
+
+def test_a_carried_chain_hands_on_its_state(shared: Path) -> None:
+    results = read_results(shared / "small.h5")
+    initial, final = results["initial_state"], results["final_state"]
+    assert np.array_equal(initial[0, 0, 0, 1:], final[0, 0, 0, :-1])  # up
+    assert np.array_equal(initial[1, 0, 0, -1], final[0, 0, 0, -1])  # the turn
+    assert np.array_equal(initial[1, 0, 0, :-1], final[1, 0, 0, 1:])  # down
+
+
+def test_importing_nsdrill_is_cheap() -> None:
+    code = "import sys, nsdrill; print([m for m in ('numba', 'h5py', 'numpy', 'pint') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+    assert set(nsdrill.__all__) <= set(dir(nsdrill))
+    assert all(getattr(nsdrill, name) is not None for name in nsdrill.__all__)

@@ -1,0 +1,169 @@
+"""The results file as others see it: by xarray and by h5py, against the table of the contract."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import nsdrill
+from nsdrill.app.run import run_study
+
+xarray = pytest.importorskip("xarray")
+
+# name -> units; the names that scripts of users rely on.
+POINTS = {
+    "status": "1", "response": "1", "whirl_kind": "1", "settled": "1",
+    "bit_speed_min": "rad s-1", "bit_speed_max": "rad s-1", "bit_speed_mean": "rad s-1",
+    "stick_slip_index": "percent", "stuck_fraction": "1", "axial_min": "m", "axial_max": "m", "lift_off_fraction": "1",
+    "bit_force_max": "N", "bit_torque_max": "N m", "radius_max": "m", "radius_mean": "m", "wall_contact_fraction": "1",
+    "wall_force_max": "N", "whirl_ratio": "1", "surface_torque_min": "N m", "surface_torque_max": "N m",
+    "surface_torque_mean": "N m", "lateral_acceleration_rms": "m s-2", "axial_acceleration_rms": "m s-2",
+    "steps": "1", "rejected": "1",
+}  # fmt: skip
+PEAKS = {"axial_peaks": "m", "bit_speed_peaks": "rad s-1", "radius_peaks": "m"}
+STATES = ["x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle"]
+GRID = ("procedure", "depth", "wob", "rotary_speed")
+
+
+@pytest.fixture(params=["small", "map", "failing"])
+def data(request: pytest.FixtureRequest, shared: Path):  # type: ignore[no-untyped-def]
+    with xarray.open_dataset(shared / f"{request.param}.h5", engine="h5netcdf") as opened:
+        yield opened
+
+
+def test_variables_units_and_names(data) -> None:  # type: ignore[no-untyped-def]
+    for name, units in POINTS.items():
+        assert data[name].dims == GRID, name
+        assert data[name].attrs["units"] == units, name
+        assert data[name].attrs["long_name"], name
+    for name, units in PEAKS.items():
+        assert data[name].dims == (*GRID, "peak")
+        assert data[name].attrs["units"] == units
+    for name in ("initial_state", "final_state"):
+        assert data[name].dims == (*GRID, "state")
+
+
+def test_coordinates(data) -> None:  # type: ignore[no-untyped-def]
+    assert {name: data[name].attrs["units"] for name in GRID[1:]} == {
+        "depth": "m", "wob": "N", "rotary_speed": "rad s-1"}  # fmt: skip
+    assert [str(name) for name in data["state"].values] == STATES
+    assert set(map(str, data["procedure"].values)) <= {"same", "up", "down"}
+    for name in GRID[1:]:
+        assert (np.diff(data[name].values) > 0).all()
+        assert data[name].attrs["long_name"]
+    assert data.sizes["peak"] == 4
+
+
+def test_values_of_the_axes(shared: Path) -> None:
+    with xarray.open_dataset(shared / "map.h5", engine="h5netcdf") as data:
+        assert data["wob"].values.tolist() == [20e3, 40e3, 60e3, 80e3, 100e3]
+        # The list of the study is 60, 30, 45, 75 rpm: ascending in the file, in rad/s.
+        assert np.allclose(data["rotary_speed"].values, np.array([30, 45, 60, 75]) * np.pi / 30, rtol=1e-15)
+        assert data["depth"].values.tolist() == [2000.0]
+
+
+def test_flags(data) -> None:  # type: ignore[no-untyped-def]
+    status, response, kind = data["status"].attrs, data["response"].attrs, data["whirl_kind"].attrs
+    assert list(status["flag_values"][:4]) == [0, 1, 2, 3]
+    assert status["flag_meanings"].split()[:4] == ["pending", "ok", "diverged", "step_limit"]
+    assert list(response["flag_masks"]) == [1, 2, 4]
+    assert response["flag_meanings"] == "bit_bounce stick_slip whirl"
+    assert list(kind["flag_values"]) == [0, 1, 2, 3, 4]
+    assert kind["flag_meanings"].split() == ["none", "forward", "backward", "backward_rolling", "irregular"]
+    assert data["status"].dtype.kind == "i"
+
+
+def test_values_are_consistent(data) -> None:  # type: ignore[no-untyped-def]
+    ok = data["status"].values == 1
+    v = {name: data[name].values[ok] for name in POINTS}
+    for name in ("stuck_fraction", "lift_off_fraction", "wall_contact_fraction"):
+        assert ((v[name] >= 0) & (v[name] <= 1 + 1e-12)).all()
+    assert (v["bit_speed_min"] <= v["bit_speed_mean"]).all()
+    assert (v["bit_speed_mean"] <= v["bit_speed_max"]).all()
+    assert np.allclose(
+        v["stick_slip_index"], 100 * (v["bit_speed_max"] - v["bit_speed_min"]) / (2 * v["bit_speed_mean"]), rtol=1e-9)
+    assert np.array_equal((v["response"] & 1) > 0, v["lift_off_fraction"] > 0.01)
+    assert np.array_equal((v["response"] & 2) > 0, v["stick_slip_index"] > 80)
+    assert np.array_equal((v["response"] & 4) > 0, v["wall_contact_fraction"] > 0.01)
+    assert np.array_equal(v["whirl_kind"] > 0, (v["response"] & 4) > 0)
+    assert ((v["wall_force_max"] > 0) == (v["radius_max"] > 0.0762)).all()  # the gap of the default well
+    for name in ("axial", "bit_speed", "radius"):
+        peaks = data[f"{name}_peaks"].values[ok]
+        high = data[f"{name}_max"].values[ok][..., np.newaxis]
+        assert not (peaks > high + 1e-9 * np.abs(high)).any(), name
+    assert (data["steps"].values > 0).all()
+    assert np.isfinite(data["final_state"].values).all()
+
+
+def test_failed_points_have_no_features_but_their_end(shared: Path) -> None:
+    with xarray.open_dataset(shared / "failing.h5", engine="h5netcdf") as data:
+        failed = data["status"].values == 3
+        assert failed.any()
+        assert np.isnan(data["bit_speed_max"].values[failed]).all()
+        assert (data["response"].values[failed] == 0).all()
+        assert (data["steps"].values[failed] + data["rejected"].values[failed] >= 1000).all()
+
+
+def test_root_attributes(shared: Path) -> None:
+    import numba
+    import numpy
+
+    with xarray.open_dataset(shared / "small.h5", engine="h5netcdf") as data:
+        attrs = data.attrs
+    assert attrs["title"] == "Small"
+    assert attrs["study"] == (shared / "small.yaml").read_text()
+    assert attrs["nsdrill_version"] == nsdrill.__version__
+    assert attrs["numpy_version"] == numpy.__version__
+    assert attrs["numba_version"] == numba.__version__
+    assert attrs["h5py_version"] == h5py.__version__
+    assert attrs["processor"]
+    assert attrs["Conventions"].startswith("CF-")
+    assert attrs["created"][:2] == "20"
+    assert attrs["history"].endswith(" run")
+
+
+def test_study_digest_is_of_the_resolved_study(shared: Path) -> None:
+    """What changes no number changes no digest: comments, the title, the order of keys, another unit for one value."""
+    study = nsdrill.load_study(shared / "small.yaml")
+    text = (shared / "small.yaml").read_text()
+    same = "# A comment\n" + text.replace("Small", "Another").replace("2000 m,", "2 km,")
+    assert nsdrill.parse_study(same).sha256 == study.sha256
+    assert nsdrill.parse_study(text.replace("22.24", "22.25")).sha256 != study.sha256
+    with h5py.File(shared / "small.h5") as file:
+        attrs = dict(file.attrs)
+    assert attrs["study_sha256"] == study.sha256
+    parts = {name: value for name, value in json.loads(attrs["study_resolved"]).items() if name != "title"}
+    del parts["operation"]["rotary_speed"]  # swept
+    line = json.dumps(parts, sort_keys=True, separators=(",", ":"))
+    assert hashlib.sha256(line.encode()).hexdigest() == study.sha256
+
+
+def test_overrides_are_on_record(shared: Path, tmp_path: Path) -> None:
+    changes = ("operation.wob=30 kN", "title=Changed")
+    study = nsdrill.load_study(shared / "small.yaml", changes)
+    run_study(study, tmp_path / "out.h5")
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert json.loads(file.attrs["study_overrides"]) == list(changes)
+        assert file.attrs["study"] == (shared / "small.yaml").read_text()
+        assert json.loads(file.attrs["study_resolved"])["operation"]["wob"] == 30e3
+        assert file.attrs["title"] == "Changed"
+        assert file["wob"][()].tolist() == [30e3]
+
+
+def test_trace_file(shared: Path, tmp_path: Path) -> None:
+    from nsdrill.store import write_trace
+
+    write_trace(tmp_path / "trace.h5", nsdrill.replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
+    with xarray.open_dataset(tmp_path / "trace.h5", engine="h5netcdf") as data:
+        for name in ("x", "vx", "y", "vy", "z", "vz", "radius", "whirl_angle", "twist", "bit_speed", "bit_force",
+                     "bit_torque", "wall_force"):  # fmt: skip
+            assert data[name].dims == ("time",)
+            assert data[name].attrs["units"]
+        assert data["time"].attrs["units"] == "s"
+        assert np.allclose(data["radius"], np.hypot(data["x"], data["y"]), rtol=1e-12)
+        assert data.attrs["study_sha256"] == nsdrill.load_study(shared / "map.yaml").sha256

@@ -1,0 +1,56 @@
+"""Commands as a user gives them: in this process where that is enough, in one of their own where it is not."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from nsdrill.cli import main
+
+SCRIPT = str(Path(sys.executable).with_name("nsdrill"))
+Call = Callable[..., "Answer"]
+
+
+@dataclass
+class Answer:
+    code: int
+    out: str
+    err: str
+
+
+def call_here(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object) -> Answer:
+    """``nsdrill words...`` in this process."""
+    monkeypatch.setattr(sys, "argv", ["nsdrill", *map(str, words)])
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    capfd.readouterr()
+    try:
+        with pytest.raises(SystemExit) as end:
+            main()
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    out, err = capfd.readouterr()
+    assert "Traceback" not in out + err
+    assert isinstance(end.value.code, int)
+    return Answer(end.value.code, out, err)
+
+
+def start(*words: object, cwd: Path | None = None, **more: object) -> subprocess.Popen[str]:
+    """``nsdrill words...`` in a process of its own."""
+    return subprocess.Popen(  # type: ignore[call-overload, no-any-return]
+        [SCRIPT, *map(str, words)], cwd=cwd, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        env={**os.environ, "COLUMNS": "100"}, **more,
+    )
+
+
+def finish(process: subprocess.Popen[str]) -> Answer:
+    out, err = process.communicate(timeout=120)
+    assert "Traceback" not in out + err, err
+    return Answer(process.returncode, out, err)

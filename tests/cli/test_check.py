@@ -1,0 +1,95 @@
+"""nsdrill check: the coefficients, the warnings, and the JSON that scripts rely on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from .helpers import Call
+
+NAMES = ["m_c", "m_f", "m_l", "m_e", "k_bend", "c_h", "m_a", "k_a", "J", "k_t", "gap", "depth_of_cut", "cutting_arm",
+         "buckling_load"]  # fmt: skip
+# At 2000 m, 22.24 kN and 3 rad/s with the defaults, worked out by hand from the theory page's formulas.
+KNOWN = {
+    "m_l": 3941.120735, "c_h": 1441.487328, "k_bend": 174186.7573, "m_a": 73314.5033, "k_a": 397218.7863,
+    "J": 471.7007221, "k_t": 525.5269838, "depth_of_cut": 6.912151728e-4, "cutting_arm": 0.01147503771,
+}  # fmt: skip
+
+
+def test_json(call: Call, small: Path) -> None:
+    answer = call("check", small, "--json")
+    assert answer.code == 0
+    assert answer.err == ""
+    report = json.loads(answer.out)
+    assert list(report["coefficients"]) == NAMES
+    for coefficient in report["coefficients"].values():
+        assert set(coefficient) == {"value", "units"}
+    for name, value in KNOWN.items():
+        assert report["coefficients"][name]["value"] == pytest.approx(value, rel=1e-9)
+    assert report["coefficients"]["k_t"]["units"] == "N m/rad"
+    # gap and Euler load from their definitions: (0.381 - 0.2286)/2, and 2 l^2/pi^2 of k_bend with l = 19.81 m.
+    assert report["coefficients"]["gap"]["value"] == pytest.approx(0.0762, rel=1e-12)
+    assert report["points"] == 16
+    assert report["chains"] == 1
+
+
+def test_text(call: Call, small: Path) -> None:
+    answer = call("check", small, "--set", "simulation.observe=200 s")
+    assert answer.code == 0
+    assert answer.err == ""
+    lines = answer.out.splitlines()
+    assert lines[0] == f"{small}: valid. Small"
+    assert lines[1] == (
+        "16 points: speed 1 rad/s to 8 rad/s (8 values); the state carried up and back down along the speed, in 1 "
+        "chain."
+    )
+    for name in (*NAMES, "torsional", "wall_speed", "lift_off_wob"):
+        assert any(line.split()[:1] == [name] for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        # The buckling load of a span of 40 m is 171.5 kN; 500 kN is far above.
+        (["drillstring.collar.span=40 m", "operation.wob=500 kN"], "Buckled: at 500 kN"),
+        (["bit.friction.smoothing=50000 s/rad"], "Slow: "),
+        (["drillstring.eccentricity=10 cm"], "Eccentric: the eccentricity (100 mm) exceeds the clearance (76.2 mm)"),
+        (["simulation.observe=20 s"], "Short: at 1 rad/s the observed window of 20 s holds only 3.18 turns"),
+        (["simulation.observe=20 s"], "Short: the torsional period at the greatest depth is 5.95 s"),
+    ],
+)
+def test_warnings(call: Call, small: Path, changes: list[str], said: str) -> None:
+    sets = [word for change in changes for word in ("--set", change)]
+    answer = call("check", small, "--set", "simulation.observe=200 s", *sets)
+    assert answer.code == 0
+    assert f"Warning: {said}" in answer.err
+    warnings = json.loads(call("check", small, "--set", "simulation.observe=200 s", *sets, "--json").out)["warnings"]
+    assert any(warning.startswith(said) for warning in warnings)
+
+
+def test_swept_depth_replaces_a_default_inside_the_collars(call: Call, small: Path) -> None:
+    answer = call(
+        "check", small, "--json", "--set", "operation={}", "--set", "drillstring.collar.length=6 km",
+        "--set", "sweep={depth: [7000 m, 9000 m]}",
+    )  # fmt: skip
+    assert answer.code == 0, answer.err
+    assert json.loads(answer.out)["operation"]["depth"]["value"] == 7000.0
+
+
+def test_wrong_study(call: Call, small: Path) -> None:
+    small.write_text(small.read_text().replace("22.24 kN", "22.24").replace("title", "titel"))
+    answer = call("check", small)
+    assert answer.code == 2
+    assert answer.out == ""
+    assert f"{small}, line 1: titel: found an unknown key" in answer.err
+    assert "Did you mean title?" in answer.err
+    assert f"{small}, line 2: operation.wob: found" in answer.err
+
+
+def test_studies_of_the_paper_are_valid(call: Call) -> None:
+    studies = sorted((Path(__file__).parents[2] / "configs").glob("*.yaml"))
+    assert studies
+    for study in studies:
+        assert call("check", study).code == 0

@@ -1,0 +1,386 @@
+"""The commands that read a file: show, plot, replay, export, classify; and simulate, which makes a trace."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from nsdrill.plot import kinds_for
+from nsdrill.store import read_results, read_trace
+
+from .helpers import SCRIPT, Call
+
+LABELS = ("response", "whirl_kind", "stick_slip_severity", "settled")
+
+
+@pytest.fixture
+def copy(shared: Path, tmp_path: Path) -> Path:
+    """A results file that may be changed."""
+    return Path(shutil.copy(shared / "small.h5", tmp_path / "copy.h5"))
+
+
+# -- show
+
+
+def test_show_results(call: Call, shared: Path) -> None:
+    answer = call("show", shared / "small.h5")
+    assert answer.code == 0
+    assert answer.err == ""
+    for text in ("results of a sweep. Small", "2000 m (6562 ft)", "22.24 kN (5 klbf)", "1 rad/s to 8 rad/s, 8 values",
+                 "16: 16 ok", "Responses, up:", "Responses, down:", "Along the sweep:"):  # fmt: skip
+        assert text in answer.out
+
+
+def test_show_json_agrees_with_the_file(call: Call, shared: Path) -> None:
+    answer = call("show", shared / "failing.h5", "--json")
+    assert answer.code == 0
+    summary = json.loads(answer.out)
+    results = read_results(shared / "failing.h5")
+    assert summary["points"] == 16
+    assert summary["finished"] is True
+    assert sum(summary["status"].values()) == 16
+    failed = np.argwhere(results["status"] == 3)
+    assert len(failed) > 0
+    assert summary["status"]["step_limit"] == len(failed)
+    assert [(point["procedure"], point["rotary_speed"]) for point in summary["failed"]] == [
+        (results["procedure"][p], results["rotary_speed"][s]) for p, _, _, s in failed]
+    assert sum(sum(counts.values()) for counts in summary["responses"].values()) == 16 - len(failed)
+    assert sum(row["points"] for row in summary["intervals"]) == 16
+
+
+def test_show_lists_failed_points(call: Call, shared: Path) -> None:
+    out = call("show", shared / "failing.h5").out
+    assert "Failed points (" in out
+    assert "  step limit: 2000 m, 22.24 kN, " in out
+
+
+def test_show_trace(call: Call, shared: Path) -> None:
+    assert call("simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1s").code == 0
+    out = call("show", "trace.h5").out
+    for text in ("trace of one run. Small", "22.24 kN (5 klbf)", "101 over 1 s", "ended ok", "bit_torque", "N m"):
+        assert text in out
+    summary = json.loads(call("show", "trace.h5", "--json").out)
+    assert summary["samples"] == 101
+    assert summary["ranges"]["bit_speed"]["units"] == "rad s-1"
+
+
+@pytest.mark.parametrize("command", [["show"], ["plot", "-o", "x.png"], ["export", "-o", "x.csv"], ["classify"]])
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("missing.h5", "there is no such file"), ("text.h5", "not an HDF5 file"), (".", "no file"), ("cut.h5", "damaged")],
+)
+def test_files_that_cannot_be_read(call: Call, shared: Path, command: list[str], name: str, said: str) -> None:
+    Path("text.h5").write_text("no HDF5")
+    Path("cut.h5").write_bytes((shared / "small.h5").read_bytes()[:30_000])
+    answer = call(command[0], name, *command[1:])
+    assert answer.code == 2
+    assert answer.out == ""
+    assert said in answer.err
+    assert not Path("x.png").exists()
+    assert not Path("x.csv").exists()
+
+
+def test_show_points_at_the_unfinished_run(call: Call) -> None:
+    Path("out.h5.part").write_bytes(b"")
+    answer = call("show", "out.h5")
+    assert answer.code == 2
+    assert "out.h5.part can be shown" in answer.err
+
+
+# -- plot
+
+
+@pytest.mark.parametrize("name", ["small", "map", "failing"])
+@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+def test_plot_default(call: Call, shared: Path, name: str, suffix: str) -> None:
+    answer = call("plot", shared / f"{name}.h5", "-o", f"x.{suffix}")
+    assert answer.code == 0
+    assert (answer.out, answer.err) == ("", f"x.{suffix}: drawn.\n")
+    start = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[suffix]
+    assert Path(f"x.{suffix}").read_bytes().startswith(start)
+
+
+def test_plot_lists_its_kinds_and_draws_them(call: Call, shared: Path) -> None:
+    listed = call("plot", shared / "map.h5", "--kind", "list")
+    assert listed.code == 0
+    names = [line.split()[0] for line in listed.out.splitlines()]
+    assert names == list(kinds_for(read_results(shared / "map.h5")))
+    for name in names[:3]:
+        assert call("plot", shared / "map.h5", "--kind", name, "--units", "field", "-o", f"{name}.svg").code == 0
+
+
+def test_plot_cut_of_a_map(call: Call, shared: Path) -> None:
+    assert call("plot", shared / "map.h5", "--wob", "40 kN", "--kind", "bifurcation", "-o", "cut.svg").code == 0
+    missed = call("plot", shared / "map.h5", "--wob", "41 kN", "-o", "missed.svg")
+    assert missed.code == 2
+    assert "nearest is 40000" in missed.err
+    assert not Path("missed.svg").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["-o", "x.jpg"], "allowed: .png, .pdf, .svg"),
+        (["-o", "x"], "no suffix"),
+        (["-o", "nowhere/x.png"], "there is no folder"),
+        (["-o", "there.png"], "--overwrite"),
+        (["-o", "x.png", "--kind", "bifurcatoin"], "Did you mean 'bifurcation'?"),
+        (["-o", "x.png", "--kind", "orbit"], "does not fit"),
+        (["-o", "x.png", "--units", "metric"], "'si', 'field'"),
+        (["-o", "x.png", "--depth", "3"], "a number without a unit"),
+    ],
+)
+def test_plot_refusals(call: Call, shared: Path, words: list[str], said: str) -> None:
+    Path("there.png").write_text("mine")
+    answer = call("plot", shared / "small.h5", *words)
+    assert answer.code == 2
+    assert said in answer.err
+    assert os.listdir() == ["there.png"]
+    assert Path("there.png").read_text() == "mine"
+
+
+def test_plot_suffix_is_told_before_the_file_is_read(call: Call) -> None:
+    assert "x.jpg" in call("plot", "missing.h5", "-o", "x.jpg").err
+
+
+# -- simulate
+
+
+def test_simulate(call: Call, small: Path) -> None:
+    answer = call(
+        "simulate", small, "-o", "trace.h5", "--depth", "1000 ft", "--wob", "5klbf", "--rotary-speed", "60 rpm",
+        "--duration", "2 s", "--sample", "5 ms",
+    )  # fmt: skip
+    assert answer.code == 0
+    assert (answer.out, answer.err) == ("", "trace.h5: 401 samples over 2 s.\n")
+    trace = read_trace("trace.h5")
+    assert trace.attrs["depth"] == pytest.approx(304.8, rel=1e-12)
+    assert trace.attrs["wob"] == pytest.approx(22241.108, rel=1e-7)  # 5000 x 0.45359237 x 9.80665
+    assert trace.attrs["rotary_speed"] == pytest.approx(2 * np.pi, rel=1e-12)
+    assert np.allclose(np.diff(trace.time), 0.005)
+
+
+def test_simulate_that_ends_early(call: Call, small: Path) -> None:
+    answer = call("simulate", small, "-o", "trace.h5", "--duration", "100 s", "--set", "simulation.max_steps=1000")
+    assert answer.code == 3
+    assert "step_limit" in answer.err
+    assert "simulation.max_steps" in answer.err
+    assert 0 < len(read_trace("trace.h5").time) < 10_001
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--depth", "100 m"], "more than the collar length, 200 m"),
+        (["--depth", "3 kg"], "in units of mass"),
+        (["--wob", "nan kN"], "--wob: found"),
+        (["--wob", "-1 kN"], "allowed: at least 0 N"),
+        (["--rotary-speed", "0 rpm"], "allowed: above 0 rad/s"),
+        (["--duration", "-1 s"], "--duration: found -1 s"),
+        (["--sample", "0 s"], "--sample: found 0 s"),
+        (["--sample", "1 min"], "at most the 4 s of the run"),
+        (["--sample", "1e-9 s"], "Sample more coarsely"),
+        (["--set", "operation.depht=3 m"], "Did you mean operation.depth?"),
+    ],
+)
+def test_simulate_refusals(call: Call, small: Path, words: list[str], said: str) -> None:
+    answer = call("simulate", small, "-o", "trace.h5", *words)
+    assert answer.code == 2
+    assert said in answer.err
+    assert os.listdir() == ["small.yaml"]
+
+
+# -- replay
+
+
+@pytest.mark.parametrize("procedure", ["up", "down"])
+@pytest.mark.parametrize("speed", ["1 rad/s", "5 rad/s", "76.394 rpm"])
+def test_replay_bit_for_bit(call: Call, shared: Path, procedure: str, speed: str) -> None:
+    answer = call("replay", shared / "small.h5", "--rotary-speed", speed, "--procedure", procedure, "-o", "trace.h5")
+    assert answer.code == 0
+    assert "bit for bit" in answer.err
+    trace, results = read_trace("trace.h5"), read_results(shared / "small.h5")
+    p = ["up", "down"].index(procedure)
+    s = list(results["rotary_speed"]).index(trace.attrs["rotary_speed"])
+    assert trace.attrs["final_state"].tobytes() == results["final_state"][p, 0, 0, s].tobytes()
+    assert trace.attrs["steps"] == results["steps"][p, 0, 0, s]
+    # The trace shows what the features say: extremes of samples lie within those of the continuous solution.
+    window = trace.time >= 2.0
+    assert trace["bit_speed"][window].max() <= results["bit_speed_max"][p, 0, 0, s] * (1 + 1e-9)
+    assert trace["radius"][window].max() <= results["radius_max"][p, 0, 0, s] * (1 + 1e-9)
+
+
+def test_replay_of_a_failed_point(call: Call, shared: Path) -> None:
+    results = read_results(shared / "failing.h5")
+    p, _, _, s = np.argwhere(results["status"] == 3)[0]
+    answer = call(
+        "replay", shared / "failing.h5", "-o", "trace.h5", "--procedure", results["procedure"][p],
+        "--rotary-speed", f"{results['rotary_speed'][s]} rad/s",
+    )  # fmt: skip
+    assert answer.code == 3
+    assert "ended early (step_limit)" in answer.err
+    assert "bit for bit" in answer.err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ([], "8 values of rotary_speed. Say which one with --rotary-speed"),
+        (["--rotary-speed", "3 rad/s"], "went up and down. Say which one with --procedure"),
+        (["--rotary-speed", "3 rad/s", "--procedure", "same"], "found same, allowed: up, down"),
+        (["--rotary-speed", "9 rad/s", "--procedure", "up"], "allowed: from 1 rad/s to 8 rad/s"),
+        (["--rotary-speed", "3 rad/s", "--procedure", "up", "--depth", "3000 m"], "2000 m, the only value"),
+        (["--rotary-speed", "3 m", "--procedure", "up"], "--rotary-speed: found '3 m'"),
+    ],
+)
+def test_replay_refusals(call: Call, shared: Path, words: list[str], said: str) -> None:
+    answer = call("replay", shared / "small.h5", "-o", "trace.h5", *words)
+    assert answer.code == 2
+    assert said in answer.err
+    assert os.listdir() == []
+
+
+def test_replay_takes_the_nearest_and_says_so(call: Call, shared: Path) -> None:
+    answer = call("replay", shared / "small.h5", "-o", "t.h5", "--rotary-speed", "3.2 rad/s", "--procedure", "up")
+    assert answer.code == 0
+    assert "3 rad/s, up, the nearest of the sweep" in answer.err
+
+
+def test_replay_does_not_replace_its_input(call: Call, copy: Path) -> None:
+    before = copy.read_bytes()
+    words = ["--rotary-speed", "3 rad/s", "--procedure", "up", "-o", copy, "--overwrite"]
+    assert call("replay", copy, *words).code == 2
+    assert copy.read_bytes() == before
+
+
+# -- export
+
+
+def test_export_csv(call: Call, shared: Path) -> None:
+    assert call("export", shared / "failing.h5", "-o", "out.csv", "--peaks", "--states").code == 0
+    results = read_results(shared / "failing.h5")
+    with open("out.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 16
+    for row, status, least in zip(rows, results["status"].ravel(), results["bit_speed_min"].ravel(), strict=True):
+        assert row["status"] == str(status)
+        assert row["status_words"] == {1: "ok", 3: "step_limit"}[int(status)]
+        assert np.array_equal(float(row["bit_speed_min [rad s-1]"]), least, equal_nan=True)
+    assert "axial_peaks_3 [m]" in rows[0]
+    assert "final_state_twist" in rows[0]
+
+
+def test_export_netcdf(call: Call, shared: Path) -> None:
+    xarray = pytest.importorskip("xarray")
+    assert call("export", shared / "small.h5", "-o", "out.nc").code == 0
+    with xarray.open_dataset("out.nc", engine="h5netcdf") as data:
+        assert data.sizes["rotary_speed"] == 8
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["-o", "out.txt"], "allowed: .csv or .nc"),
+        (["-o", "out"], "(none)"),
+        (["-o", "out.nc", "--peaks"], "holds everything"),
+        (["-o", "nowhere/out.csv"], "there is no folder"),
+    ],
+)
+def test_export_refusals(call: Call, shared: Path, words: list[str], said: str) -> None:
+    answer = call("export", shared / "small.h5", *words)
+    assert answer.code == 2
+    assert said in answer.err
+    assert os.listdir() == []
+
+
+# -- classify
+
+
+def test_classify_and_back(call: Call, copy: Path) -> None:
+    before = read_results(copy)
+    answer = call("classify", copy, "--set", "classify.stick_slip.stick_slip_index=20")
+    assert answer.code == 0
+    after = read_results(copy)
+    stick_slip = (after["response"] & 2) > 0
+    assert np.array_equal(stick_slip, after["stick_slip_index"] > 20)
+    changed = np.count_nonzero(after["response"] != before["response"])
+    assert changed > 0
+    assert f"response: {changed} of 16 points changed." in answer.err
+    assert all(np.array_equal(after[n], before[n], equal_nan=True) for n in before.variables if n not in LABELS and
+               before[n].dtype.kind == "f")  # fmt: skip
+    history = after.attrs["history"].splitlines()
+    assert len(history) == 2
+    assert history[1].endswith("classify classify.stick_slip.stick_slip_index=20")
+    assert "labels         with classify.stick_slip.stick_slip_index=20" in call("show", copy).out
+    assert call("classify", copy).code == 0
+    restored = read_results(copy)
+    assert all(np.array_equal(restored[name], before[name]) for name in LABELS)
+    assert len(restored.attrs["history"].splitlines()) == 3
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ("classify.stuck_below=3 rpm", "needs a new one"),
+        ("well.diameter=3 in", "keys of classify"),
+        ("classify.whril.direction=0.2", "Did you mean classify.whirl?"),
+        ("classify.whirl.wall_contact_fraction=2", "at most 1"),
+        ("classify", "--set key=value"),
+    ],
+)
+def test_classify_refusals(call: Call, copy: Path, change: str, said: str) -> None:
+    before = copy.read_bytes()
+    answer = call("classify", copy, "--set", change)
+    assert answer.code == 2
+    assert said in answer.err
+    assert copy.read_bytes() == before
+
+
+# -- new, schema
+
+
+def test_new_study_is_valid_and_not_overwritten(call: Call) -> None:
+    assert call("new", "-o", "study.yaml").code == 0
+    assert call("check", "study.yaml").code == 0
+    again = call("new", "-o", "study.yaml")
+    assert again.code == 2
+    assert "--overwrite" in again.err
+    assert call("new", "-o", "study.yaml", "--overwrite").code == 0
+    assert call("new").out == Path("study.yaml").read_text()
+
+
+def test_schema(call: Call) -> None:
+    schema = json.loads(call("schema").out)
+    assert "sweep" in schema["properties"]
+
+
+def test_closed_pipe_and_full_device() -> None:
+    # 64 KiB fill the pipe, so that the writer notices that nobody reads.
+    done = subprocess.run(
+        f"set -o pipefail; {SCRIPT} schema | head -c 1; {SCRIPT} new > /dev/full", shell=True, executable="/bin/bash",
+        capture_output=True, text=True,
+    )  # fmt: skip
+    assert done.returncode == 1
+    assert done.stdout == "{"
+    assert done.stderr == "Error: No space left on device.\n"
+
+
+def test_trace_is_no_results_file(call: Call, shared: Path) -> None:
+    assert call("simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1 s").code == 0
+    for command, *more in (["classify"], ["export", "-o", "x.csv"], ["replay", "-o", "y.h5"]):
+        answer = call(command, "trace.h5", *more)
+        assert answer.code == 2, command
+        assert "results file" in answer.err
+    cut = call("plot", "trace.h5", "--wob", "3 kN", "-o", "x.png")
+    assert cut.code == 2
+    assert "a trace, which is of one point" in cut.err
+    with h5py.File("trace.h5") as file:
+        assert file.attrs["nsdrill_kind"] == "trace"

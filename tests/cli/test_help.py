@@ -1,0 +1,92 @@
+"""The help: complete, and quick because it imports nothing heavy."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+import click
+import pytest
+
+from nsdrill.cli.main import COMMANDS, group
+
+from .helpers import Call
+
+HEAVY = ("numba", "h5py", "matplotlib", "pint", "pydantic", "scipy", "xarray", "distributed", "ruamel.yaml", "numpy")
+
+
+@pytest.mark.parametrize("words", [["--help"], *([name, "--help"] for name in COMMANDS)])
+def test_help_imports_nothing_heavy(words: list[str]) -> None:
+    code = (
+        "import sys; sys.argv = ['nsdrill', *sys.argv[1:]]\n"
+        "from nsdrill.cli import main\n"
+        "try: main()\n"
+        f"except SystemExit: print('heavy:', [m for m in {HEAVY!r} if m in sys.modules])"
+    )
+    begun = time.perf_counter()
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True)
+    # Measured 0.1 s; the bound is for a loaded machine, and still far below what importing numba alone takes on one.
+    assert time.perf_counter() - begun < 5
+    assert done.stdout.rstrip().endswith("heavy: []")
+    assert "Usage: nsdrill" in done.stdout
+    assert done.stderr == ""
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_and_option_is_explained(name: str) -> None:
+    command = group.get_command(click.Context(group), name)
+    assert command is not None
+    assert command.help
+    assert command.epilog is not None
+    assert f"nsdrill {name}" in command.epilog
+    for parameter in command.params:
+        if isinstance(parameter, click.Option):
+            assert parameter.help, parameter.name
+
+
+def test_group_help_names_commands_and_exit_codes(call: Call) -> None:
+    answer = call("--help")
+    assert answer.code == 0
+    for name, line in COMMANDS.items():
+        assert name in answer.out
+        assert line.split()[0] in answer.out
+    for code in ("0 ", "1 ", "2 ", "3 ", "130 "):
+        assert f"\n    {code}" in answer.out
+
+
+def test_version(call: Call) -> None:
+    import nsdrill
+
+    assert call("--version").out == f"nsdrill {nsdrill.__version__}\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["rnu"], "Did you mean run?"),
+        (["xyz"], "There is no command 'xyz'. Commands: run, simulate"),
+        (["run"], "Missing argument 'STUDY'"),
+        (["run", "a.yaml"], "Missing option '-o'"),
+        (["run", "a.yaml", "-o", "b.h5", "--resumee"], "Did you mean '--resume'"),
+        (["run", "a.yaml", "-o", "b.h5", "--workers", "0"], "x>=1"),
+        (["run", "a.yaml", "-o", "b.h5", "--engine", "mpi"], "'threads', 'dask'"),
+        (["run", "a.yaml", "b.h5", "-o", "c.h5"], "unexpected extra argument"),
+        (["plot", "a.h5"], "Missing option '-o'"),
+        (["replay", "a.h5", "-o", "b.h5", "--procedure", "sideways"], "'same', 'up', 'down'"),
+        (["show", ""], "found ''; allowed: the name of a file"),
+        (["show", "--output"], "No such option"),
+    ],
+)
+def test_wrong_command_lines(call: Call, words: list[str], said: str) -> None:
+    answer = call(*words)
+    assert answer.code == 2
+    assert answer.out == ""
+    assert said in answer.err
+    assert "--help' for help" in answer.err
+
+
+def test_no_command_prints_the_help(call: Call) -> None:
+    answer = call()
+    assert answer.code == 2
+    assert "Commands:" in answer.err

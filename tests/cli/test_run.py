@@ -1,0 +1,229 @@
+"""nsdrill run: the file, the rules of the output, failures, interruptions."""
+
+from __future__ import annotations
+
+import os
+import pty
+import resource
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nsdrill.cli.progress import pace
+from nsdrill.store import read_results
+
+from .helpers import SCRIPT, Call, finish, start
+
+# Some seconds of work, in points of some milliseconds: time to interrupt, and something to keep.
+LONG_MAP = (
+    "title: Long\nsweep: {wob: {from: 20 kN, to: 100 kN, points: 20}, rotary_speed: {from: 1 rad/s, to: 8 rad/s, "
+    "points: 20}}\nsimulation: {transient: 40 s, observe: 10 s}\nrecord: {peaks: 2}\n"
+)
+LONG_CHAIN = (
+    "title: Long\nsweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 60}, procedure: up-down}\n"
+    "simulation: {transient: 40 s, observe: 10 s}\nrecord: {peaks: 2}\n"
+)
+
+
+def same_numbers(a: Path, b: Path) -> bool:
+    first, second = read_results(a), read_results(b)
+    return all(first[name].tobytes() == second[name].tobytes() for name in (*first.variables, *first.coords))
+
+
+def test_run_says_what_it_did_on_stderr(call: Call, small: Path) -> None:
+    answer = call("run", small, "-o", "out.h5")
+    assert answer.code == 0
+    assert answer.out == ""
+    assert answer.err.startswith("out.h5: 16 points, ")
+    assert "\x1b" not in answer.err  # no bar where there is no terminal
+    assert sorted(os.listdir()) == ["out.h5", "small.yaml"]
+
+
+def test_quiet_says_nothing(call: Call, small: Path) -> None:
+    answer = call("run", small, "-o", "out.h5", "--quiet")
+    assert (answer.code, answer.out, answer.err) == (0, "", "")
+
+
+def test_output_is_never_overwritten_unasked(call: Call, small: Path) -> None:
+    Path("out.h5").write_text("mine")
+    answer = call("run", small, "-o", "out.h5")
+    assert answer.code == 2
+    assert "--overwrite" in answer.err
+    assert Path("out.h5").read_text() == "mine"
+    assert call("run", small, "-o", "out.h5", "--overwrite").code == 0
+    assert read_results("out.h5").shape == (2, 1, 1, 8)
+
+
+def test_resume(call: Call, small: Path) -> None:
+    assert call("run", small, "-o", "out.h5", "--resume").code == 0  # nothing there yet: a run like any other
+    before = Path("out.h5").read_bytes()
+    again = call("run", small, "-o", "out.h5", "--resume")
+    assert again.code == 0
+    assert "16 were there already" in again.err
+    other = call("run", small, "-o", "out.h5", "--resume", "--set", "mud.density=1400 kg/m^3")
+    assert other.code == 2
+    assert "another study (mud.density: 1500.0 there, 1400.0 here)" in other.err
+    both = call("run", small, "-o", "out.h5", "--resume", "--overwrite")
+    assert both.code == 2
+    assert Path("out.h5").read_bytes() == before
+    assert call("run", small, "-o", "out.h5", "--resume", "--set", "title=Renamed").code == 0
+
+
+def test_failed_points_are_exit_code_3_and_listed(call: Call, small: Path) -> None:
+    answer = call("run", small, "-o", "out.h5", "--set", "simulation.max_steps=1000")
+    assert answer.code == 3
+    failed = np.count_nonzero(read_results("out.h5")["status"] == 3)
+    assert failed > 0
+    assert f"{failed} points failed and are marked" in answer.err
+    assert call("run", small, "-o", "out.h5", "--resume", "--set", "simulation.max_steps=1000").code == 3
+    assert f"Failed points ({failed})" in call("show", "out.h5").out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["missing.yaml", "-o", "out.h5"], "missing.yaml: there is no such file"),
+        (["small.yaml", "-o", "nowhere/out.h5"], "there is no folder"),
+        (["small.yaml", "-o", "."], "this is a folder"),
+        (["small.yaml", "-o", "small.yaml", "--overwrite"], "this is the input"),
+        (["small.yaml", "-o", "./small.yaml", "--overwrite"], "this is the input"),
+        (["small.yaml", "-o", "/dev/full"], "device"),
+        (["small.yaml", "-o", "out.h5", "--set", "operation.wbo=3 kN"], "Did you mean operation.wob?"),
+        (["small.yaml", "-o", "out.h5", "--set", "operation.wob=3 kg"], "operation.wob: found '3 kg'"),
+        (["small.yaml", "-o", "out.h5", "--set", "nonsense"], "--set key=value"),
+        (["small.yaml", "-o", "out.h5", "--scheduler", "tcp://localhost:1"], "allowed: with --engine dask"),
+        (["/dev/null", "-o", "out.h5"], "at least one axis to sweep"),
+    ],
+)
+def test_wrong_input_writes_nothing(call: Call, small: Path, words: list[str], said: str) -> None:
+    before = small.read_text()
+    answer = call("run", *words)
+    assert answer.code == 2
+    assert answer.out == ""
+    assert said in answer.err
+    assert os.listdir() == ["small.yaml"]
+    assert small.read_text() == before
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("text", [LONG_MAP, LONG_CHAIN], ids=["grid", "chain"])
+def test_interrupted_and_resumed_is_as_undisturbed(
+    number: signal.Signals, text: str, undisturbed: dict[str, Path], tmp_path: Path
+) -> None:
+    (tmp_path / "long.yaml").write_text(text)
+    process = start("run", "long.yaml", "-o", "out.h5", "--workers", "1", cwd=tmp_path)
+    part = tmp_path / "out.h5.part"
+    # As soon as the first points are in the log.
+    while process.poll() is None and not (part.exists() and _points(tmp_path) > 0):
+        time.sleep(0.02)
+    process.send_signal(number)
+    answer = finish(process)
+    assert answer.code == 130, answer
+    assert "points are safe in out.h5.part. Go on with the same command and --resume." in answer.err
+    assert not (tmp_path / "out.h5").exists()
+    blocked = finish(start("run", "long.yaml", "-o", "out.h5", cwd=tmp_path))
+    assert blocked.code == 2
+    assert "--resume" in blocked.err
+    unfinished = finish(start("show", "out.h5.part", cwd=tmp_path))
+    assert unfinished.code == 0
+    assert "an unfinished sweep" in unfinished.out
+    assert "pending" in unfinished.out
+    resumed = finish(start("run", "long.yaml", "-o", "out.h5", "--resume", "--workers", "2", cwd=tmp_path))
+    assert resumed.code == 0
+    assert "were there already" in resumed.err
+    assert same_numbers(tmp_path / "out.h5", undisturbed[text])
+
+
+def _points(folder: Path) -> int:
+    from nsdrill.store import RunLog
+
+    with RunLog.open(folder / "out.h5.part", writable=False) as log:
+        return int(log.done().sum())
+
+
+@pytest.fixture(scope="session")
+def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    from nsdrill import parse_study
+    from nsdrill.app.run import run_study
+
+    folder = tmp_path_factory.mktemp("undisturbed")
+    made = {}
+    for text in (LONG_MAP, LONG_CHAIN):
+        made[text] = folder / f"{len(made)}.h5"
+        run_study(parse_study(text), made[text], workers=2)
+    return made
+
+
+def test_two_processes_do_not_share_an_output(tmp_path: Path) -> None:
+    (tmp_path / "long.yaml").write_text(LONG_MAP)
+    first = start("run", "long.yaml", "-o", "out.h5", "--workers", "1", cwd=tmp_path)
+    while first.poll() is None and not (tmp_path / "out.h5.part").exists():
+        time.sleep(0.02)
+    first.send_signal(signal.SIGSTOP)  # so that it does not end before the others have begun
+    for more in ([], ["--overwrite"], ["--resume"]):
+        answer = finish(start("run", "long.yaml", "-o", "out.h5", *more, cwd=tmp_path))
+        assert answer.code == 2
+        assert "another process is writing these results" in answer.err
+    first.send_signal(signal.SIGCONT)
+    assert finish(first).code == 0
+    assert read_results(tmp_path / "out.h5").shape == (1, 1, 20, 20)
+
+
+@pytest.mark.parametrize("kilobytes", [1, 20])
+def test_full_disk(small: Path, kilobytes: int) -> None:
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1024 * kilobytes,) * 2)
+
+    folder = small.parent
+    answer = finish(start("run", "small.yaml", "-o", "out.h5", cwd=folder, preexec_fn=limit))
+    assert answer.code == 1
+    assert "file too large" in answer.err
+    assert not (folder / "out.h5").exists()
+    # 20 KiB hold the log, so that the points are safe, but not the results.
+    safe = kilobytes == 20
+    assert ("safe in out.h5.part" in answer.err) == safe
+    resumed = finish(start("run", "small.yaml", "-o", "out.h5", "--resume", cwd=folder))
+    assert resumed.code == 0
+    assert ("16 were there already" in resumed.err) == safe
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is forbidden to root")
+def test_folder_that_may_not_be_written(call: Call, small: Path) -> None:
+    Path("locked").mkdir(mode=0o500)
+    answer = call("run", small, "-o", "locked/out.h5")
+    assert answer.code == 2
+    assert "may not be written" in answer.err
+
+
+def test_bar_on_a_terminal(tmp_path: Path) -> None:
+    (tmp_path / "long.yaml").write_text(LONG_MAP)
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.chdir(tmp_path)
+        os.execv(SCRIPT, [SCRIPT, "run", "long.yaml", "-o", "out.h5", "--workers", "1"])
+    seen, sent = b"", False
+    while True:
+        try:
+            data = os.read(terminal, 65536)
+        except OSError:  # the other end is closed
+            break
+        if not data:
+            break
+        seen += data
+        if not sent and b"left" in seen:
+            os.write(terminal, b"\x03")  # Ctrl-C, as typed
+            sent = True
+    assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 130
+    assert b"/400" in seen
+    assert b"points are safe in out.h5.part" in seen
+    assert b"Traceback" not in seen
+
+
+def test_pace() -> None:
+    assert pace(0, 100, 5.0) == "starting"
+    assert pace(600, 600, 2.0) == "300/s, 0:02 left"
+    assert pace(5, 15, 2.5) == "2.0/s, 0:08 left"
+    assert pace(10, 350, 120.0) == "5.0/min, 1 h 10 min left"

@@ -1,0 +1,51 @@
+"""What several rooms' tests need: small studies, and their results, made once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+# Two seconds settle nothing; they are enough to follow a point through all rooms.
+SMALL = """\
+title: Small
+operation: {depth: 2000 m, wob: 22.24 kN, rotary_speed: 3 rad/s}
+sweep:
+  rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 8}
+  procedure: up-down
+simulation: {transient: 2 s, observe: 2 s}
+record: {peaks: 4}
+"""
+MAP = """\
+title: Small map
+operation: {depth: 2000 m}
+sweep:
+  wob: {from: 20 kN, to: 100 kN, points: 5}
+  rotary_speed: [60 rpm, 30 rpm, 45 rpm, 75 rpm]
+simulation: {transient: 2 s, observe: 2 s}
+record: {peaks: 4}
+"""
+
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with studies and their results, to be read only: small, map, and failing, of which some points fail."""
+    from nsdrill import load_study
+    from nsdrill.app.run import run_study
+
+    folder = tmp_path_factory.mktemp("shared")
+    for name, text, changes in (("small", SMALL, ()), ("map", MAP, ()), ("failing", SMALL, STEP_LIMIT)):
+        (folder / f"{name}.yaml").write_text(text)
+        run_study(load_study(folder / f"{name}.yaml", changes), folder / f"{name}.h5", workers=1)
+    return folder
+
+
+STEP_LIMIT = ("simulation.max_steps=1000",)
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    """The small study in a folder of its own."""
+    path = tmp_path / "small.yaml"
+    path.write_text(SMALL)
+    return path
