@@ -24,6 +24,8 @@ SIZES, COUNT = K, K + STATES  # places in the data that the right-hand side is g
 
 class NumbaLsoda:
     def __init__(self, method: str) -> None:
+        # Fortran must print at once, while it is muted, and not at the end of the process.
+        os.environ.setdefault("GFORTRAN_UNBUFFERED_PRECONNECTED", "1")
         try:
             import numbalsoda
         except ImportError as error:
