@@ -57,9 +57,10 @@ def forces(parameters: Parameters, operation: Operation, state: Mapping[str, Arr
 
 
 def energy(parameters: Parameters, operation: Operation, state: Mapping[str, Array]) -> Array:
-    """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic energy of rock and wall contacts
-    and the work still to be had from the weight on bit, W z. Lateral softening is left out (it does work, see
-    :func:`powers`)."""
+    """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic energy of the wall's contact and
+    the work still to be had from the weight on bit, W z. The rock and the lateral softening do their work in
+    :func:`powers`.
+    """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string, well = parameters.drillstring, parameters.well
     e0 = string.eccentricity

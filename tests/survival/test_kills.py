@@ -1,0 +1,145 @@
+"""Kill a sweep at random moments, resume it, and demand the very file of an undisturbed run.
+
+``NSDRILL_KILLS`` sets how many kills each sweep takes (default 6; the figures of the documentation were made with 100
+in all), ``NSDRILL_SEED`` the moments.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nsdrill.store import part_path, read_results
+
+KILLS = int(os.environ.get("NSDRILL_KILLS", "6"))
+SEED = int(os.environ.get("NSDRILL_SEED", "1"))
+COMMAND = [sys.executable, "-c", "from nsdrill.cli import main; main()"]
+
+SIMULATION = "simulation: {transient: 30 s, observe: 30 s}\nrecord: {peaks: 4}\n"
+GRID = SIMULATION + """
+sweep:
+  wob: {from: 10 kN, to: 100 kN, points: 40}
+  rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 30}
+"""
+CHAINS = SIMULATION + """
+sweep:
+  wob: {from: 10 kN, to: 100 kN, points: 14}
+  rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 35}
+  procedure: up-down
+  along: rotary_speed
+"""
+
+
+def start(study: Path, out: Path, *more: str) -> subprocess.Popen[bytes]:
+    command = [*COMMAND, "run", str(study), "-o", str(out), "--quiet", *more]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True)
+
+
+def kill_all(process: subprocess.Popen[bytes]) -> None:
+    """Kill the process and everything it started (a cluster's workers)."""
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def same(one: Path, two: Path) -> list[str]:
+    """Names of the variables that differ in any bit."""
+    a, b = read_results(one), read_results(two)
+    assert set(a.variables) == set(b.variables)
+    return [name for name in a.variables if a[name].tobytes() != b[name].tobytes()]
+
+
+@pytest.mark.parametrize(
+    ("text", "more", "moments"),
+    [
+        pytest.param(GRID, (), (0.8, 2.4), id="grid"),
+        pytest.param(CHAINS, (), (0.8, 2.4), id="chains"),
+        pytest.param(
+            CHAINS, ("--engine", "dask"), (4.0, 8.0), id="chains-dask",
+            marks=pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")),
+    ],
+)
+def test_a_killed_sweep_ends_with_the_same_bits(
+    tmp_path: Path, text: str, more: tuple[str, ...], moments: tuple[float, float]
+) -> None:
+    study, whole, out = tmp_path / "study.yaml", tmp_path / "whole.h5", tmp_path / "out.h5"
+    study.write_text(text)
+    assert start(study, whole).wait() == 0
+    rng = random.Random(SEED)
+    kills, gained, before = 0, 0, 0
+    while kills < (KILLS if not more else max(1, KILLS // 3)):
+        process = start(study, out, "--resume", *more)
+        time.sleep(rng.uniform(*moments))
+        if process.poll() is not None:
+            assert process.returncode == 0, process.stderr.read().decode() if process.stderr else ""
+            out.unlink()  # done before the kill: once more from the start
+            before = 0
+            continue
+        kill_all(process)
+        kills += 1
+        part = part_path(out)
+        if part.exists():
+            from nsdrill.store import RunLog
+
+            with RunLog.open(part) as log:
+                done = int(log.done().sum())
+            assert done >= before, "points that were safe are gone"
+            gained += done - before
+            before = done
+    assert start(study, out, "--resume", *more).wait() == 0
+    assert not part_path(out).exists()
+    assert same(whole, out) == []
+    assert gained > 0, "every kill came before the first point: the test tested nothing"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
+def test_a_polite_request_saves_and_tells_how_to_go_on(tmp_path: Path, number: int) -> None:
+    study, whole, out = tmp_path / "study.yaml", tmp_path / "whole.h5", tmp_path / "out.h5"
+    study.write_text(CHAINS)
+    assert start(study, whole).wait() == 0
+    process = start(study, out)
+    while not part_path(out).exists():
+        time.sleep(0.02)
+    time.sleep(1.5)
+    process.send_signal(number)
+    asked = time.monotonic()
+    message = process.communicate()[1].decode()
+    assert process.returncode == 130, message
+    assert time.monotonic() - asked < 2.0
+    assert "--resume" in message
+    assert not out.exists()
+    assert start(study, out, "--resume").wait() == 0
+    assert same(whole, out) == []
+
+
+def test_a_second_process_on_the_same_output_is_refused(tmp_path: Path) -> None:
+    study, out = tmp_path / "study.yaml", tmp_path / "out.h5"
+    study.write_text(CHAINS)
+    first = start(study, out)
+    while not part_path(out).exists():
+        time.sleep(0.02)
+    for option in ("--resume", "--overwrite"):
+        second = start(study, out, option)
+        message = second.communicate()[1].decode()
+        assert second.returncode == 2, message
+        assert "another process" in message
+        assert "Traceback" not in message
+    kill_all(first)
+
+
+def test_the_bits_are_the_same_with_any_engine(tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    study, one, two = tmp_path / "study.yaml", tmp_path / "one.h5", tmp_path / "two.h5"
+    study.write_text(CHAINS)
+    assert start(study, one, "--workers", "1").wait() == 0
+    assert start(study, two, "--engine", "dask", "--workers", "2").wait() == 0
+    assert same(one, two) == []
+    assert np.all(read_results(one)["status"] == 1)
