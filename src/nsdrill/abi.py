@@ -91,7 +91,7 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
         numba.config.CACHE_DIR = str(cache_directory())
         try:
             return numba.njit(signature, cache=_cache_is_writable(), nogil=True, fastmath=FASTMATH,
-                              error_model="numpy")(function)
+                              error_model="numpy", _nrt=False)(function)
         finally:
             numba.config.CACHE_DIR = saved
 
@@ -110,7 +110,7 @@ def _cache_is_writable() -> bool:
 
 def inlined(function: Callable[..., Any]) -> Any:
     """A helper that disappears into its caller, so that the caller's lane loop still vectorises."""
-    return numba.njit(forceinline=True, fastmath=FASTMATH, error_model="numpy")(function)
+    return numba.njit(forceinline=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
 
 
 @dataclass(frozen=True)

@@ -75,43 +75,43 @@ def make_stepper(lanes: int, rows: Rows) -> Any:
 
         for i in range(W):
             h = b[h_ + i]
-            hh = h * h
+            hh, newest = h * h, h * v32
             b[t_stage_ + i] = fma(c3, h, b[t_ + i])
             for p in range(M):
                 x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
                 a1, a2 = b[a1_ + j], b[a7_ + j]
                 b[a2_ + j] = a2
                 b[stage_ + x] = fma(hh, x31 * a1, fma(c3, b[lead_ + j], b[y_ + x]))
-                b[stage_ + v] = fma(h, fma(v31, a1, v32 * a2), b[y_ + v])
+                b[stage_ + v] = fma(newest, a2, fma(h, v31 * a1, b[y_ + v]))
         right_hand_side(b)
 
         for i in range(W):
             h = b[h_ + i]
-            hh = h * h
+            hh, newest = h * h, h * v43
             b[t_stage_ + i] = fma(c4, h, b[t_ + i])
             for p in range(M):
                 x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
                 a1, a2, a3 = b[a1_ + j], b[a2_ + j], b[a7_ + j]
                 b[a3_ + j] = a3
                 b[stage_ + x] = fma(hh, fma(x41, a1, x42 * a2), fma(c4, b[lead_ + j], b[y_ + x]))
-                b[stage_ + v] = fma(h, fma(v41, a1, fma(v42, a2, v43 * a3)), b[y_ + v])
+                b[stage_ + v] = fma(newest, a3, fma(h, fma(v41, a1, v42 * a2), b[y_ + v]))
         right_hand_side(b)
 
         for i in range(W):
             h = b[h_ + i]
-            hh = h * h
+            hh, newest = h * h, h * v54
             b[t_stage_ + i] = fma(c5, h, b[t_ + i])
             for p in range(M):
                 x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
                 a1, a2, a3, a4 = b[a1_ + j], b[a2_ + j], b[a3_ + j], b[a7_ + j]
                 b[a4_ + j] = a4
                 b[stage_ + x] = fma(hh, fma(x51, a1, fma(x52, a2, x53 * a3)), fma(c5, b[lead_ + j], b[y_ + x]))
-                b[stage_ + v] = fma(h, fma(v51, a1, fma(v52, a2, fma(v53, a3, v54 * a4))), b[y_ + v])
+                b[stage_ + v] = fma(newest, a4, fma(h, fma(v51, a1, fma(v52, a2, v53 * a3)), b[y_ + v]))
         right_hand_side(b)
 
         for i in range(W):
             h = b[h_ + i]
-            hh = h * h
+            hh, newest = h * h, h * v65
             b[t_stage_ + i] = b[t_ + i] + h
             for p in range(M):
                 x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
@@ -119,19 +119,21 @@ def make_stepper(lanes: int, rows: Rows) -> Any:
                 b[a5_ + j] = a5
                 bend = fma(x61, a1, fma(x62, a2, fma(x63, a3, x64 * a4)))
                 b[stage_ + x] = fma(hh, bend, b[lead_ + j] + b[y_ + x])
-                b[stage_ + v] = fma(h, fma(v61, a1, fma(v62, a2, fma(v63, a3, fma(v64, a4, v65 * a5)))), b[y_ + v])
+                rate = fma(v61, a1, fma(v62, a2, fma(v63, a3, v64 * a4)))
+                b[stage_ + v] = fma(newest, a5, fma(h, rate, b[y_ + v]))
         right_hand_side(b)
 
         for i in range(W):
             h = b[h_ + i]
-            hh = h * h
+            hh, newest = h * h, h * v76
             for p in range(M):
                 x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
                 a1, a3, a4, a5, a6 = b[a1_ + j], b[a3_ + j], b[a4_ + j], b[a5_ + j], b[a7_ + j]
                 b[a6_ + j] = a6
                 bend = fma(x71, a1, fma(x73, a3, fma(x74, a4, x75 * a5)))
                 b[stage_ + x] = fma(hh, bend, b[lead_ + j] + b[y_ + x])
-                b[stage_ + v] = fma(h, fma(v71, a1, fma(v73, a3, fma(v74, a4, fma(v75, a5, v76 * a6)))), b[y_ + v])
+                rate = fma(v71, a1, fma(v73, a3, fma(v74, a4, v75 * a5)))
+                b[stage_ + v] = fma(newest, a6, fma(h, rate, b[y_ + v]))
         right_hand_side(b)
 
         # The error of each state against its own tolerance rtol (size + |y|), squared and summed. The quotients of a

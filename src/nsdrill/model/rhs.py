@@ -100,8 +100,10 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3) -> Any
         if touching != 0:
             for i in range(W):
                 x, vx, y, vy, omega = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i]
-                r = np.sqrt(fma(x, x, y * y))
-                per_r = 1.0 / max(r, 1e-30)  # the floor matters at the hole's centre only, where no force is divided
+                rho = fma(x, x, y * y)
+                r = np.sqrt(rho)
+                # 1/r without waiting for the root; the floor matters at the hole's centre only, where no force is.
+                per_r = r * (1.0 / max(rho, 1e-60))
                 penetration = max(r - b[gap_ + i], 0.0)
                 normal = b[k_w_ + i] * penetration
                 if hertz:
