@@ -26,17 +26,19 @@ def main() -> None:
     from benchmarks.peers import MissingPeer, everybody
     from benchmarks.peers.nsdrill_peer import Nsdrill
     from benchmarks.workload import mixed, problem_of, regimes
+    from nsdrill.kernel.gang import choose_lanes
 
     machine = describe()
-    size = (6, 8, 3.0, 3.0) if arguments.quick else (16, 15, 20.0, 20.0)
+    size = (6, 8, 3.0, 3.0) if arguments.quick else (24, 20, 30.0, 50.0)
     work = mixed(*size, rtol=arguments.rtol)
     problem = problem_of(work)
     simulated = len(problem) * problem.duration
     peers, absent = everybody()
-    base = Nsdrill(8)
-    ours: list[Nsdrill] = [base, Nsdrill(16), Nsdrill(1)]
+    own = choose_lanes(len(problem))
+    base = Nsdrill(own)
+    ours: list[Nsdrill] = [base, *(Nsdrill(lanes) for lanes in (16, 8, 1) if lanes != own)]
     try:
-        blind = Nsdrill(8, observed=False)
+        blind = Nsdrill(own, observed=False)
         blind.run(work)
         ours.append(blind)
     except MissingPeer as reason:
