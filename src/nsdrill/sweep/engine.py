@@ -182,12 +182,12 @@ class Engine:
         plan = self.work.plan
         end = min(start.place + SEGMENT, plan.chain_length)
         points = plan.points_of(start.chain, np.arange(start.place, end))
-        *prepared, initial = self.work.prepare(points)
+        table, sizes, drifts, first_step, initial = self.work.prepare(points)
         if start.state is not None:
             initial[0] = start.state
         if end < plan.chain_length:
             crew.ends[int(points[-1])] = (start.chain, end)
-        crew.gang.add(points, *prepared, initial)
+        crew.gang.add(points, table, sizes, drifts, first_step, initial)
 
     def _receive(self, crew: _Crew, future: Future[Any]) -> None:
         gang, done = future.result()
