@@ -43,7 +43,8 @@ def _value(name: str, value: float, *, field: bool = False) -> str:
 
 
 def _show_results(file: str, s: dict[str, Any]) -> None:
-    what = "results of a sweep" if s["finished"] else "an unfinished sweep"
+    # The log of a run may hold every point already and still wait for its last step, the file.
+    what = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
     click.echo(f"{file}: {what}. {s['title']}".rstrip())
     click.echo(f"  made           {s['created']} by nsdrill {s['nsdrill_version']}")
     for name, axis in s["axes"].items():
