@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from collections.abc import Callable
@@ -26,9 +27,10 @@ from nsdrill.store import (
     open_results,
     part_path,
     record_dtype,
+    renew,
     write_results,
 )  # fmt: skip
-from nsdrill.study.resolved import differences
+from nsdrill.study.resolved import differences, digest
 from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Engine, Progress, Start
 from nsdrill.sweep.plan import Plan
@@ -66,6 +68,7 @@ def run(
     workers: int | None = None,
     overwrite: bool = False,
     resume: bool = False,
+    retry_failed: bool = False,
 ) -> Any:
     """Run ``study`` and write the results file ``path``; without a path, keep the results in memory.
 
@@ -77,7 +80,7 @@ def run(
         log = MemoryLog(_header(study), plan_of(study).points, study.record.peaks)
         _compute(study, log, workers or processors(), lambda progress: None, None)
         return collect(log)
-    run_study(study, path, workers=workers, overwrite=overwrite, resume=resume)
+    run_study(study, path, workers=workers, overwrite=overwrite, resume=resume, retry_failed=retry_failed)
     return open_results(path)
 
 
@@ -95,14 +98,15 @@ def run_study(
 ) -> Outcome:
     """Run ``study`` into the results file ``path``, as the command does; raises :class:`Interrupted` on an interrupt.
 
-    ``executor`` replaces the threads of this machine.
+    ``retry_failed`` goes on like ``resume``, but runs failed points once more; ``simulation.max_steps`` may then be
+    larger than before. ``executor`` replaces the threads of this machine.
     """
     path = Path(path)
     workers = workers or processors()
     if workers < 1:
         raise InputError(f"--workers: found {workers}; allowed: 1 or more.")
     plan = plan_of(study)
-    state = claim(path, overwrite=overwrite, resume=resume)
+    state = claim(path, overwrite=overwrite, resume=resume or retry_failed)
     part = part_path(path)
     log: RunLog
     if state == "new":
@@ -111,17 +115,16 @@ def run_study(
         log = RunLog.open(part)
     else:
         log = log_from_results(path, part)
-    with log:
+    try:
         if state != "new":
             try:
-                _check_same(study, log, part if state == "resume" else path)
+                _check_same(study, log, part if state == "resume" else path, retry_failed)
             except FileError:
                 if state == "finished":
                     log.discard()
                 raise
-        if retry_failed:
-            status = log.status()
-            log.clear(np.flatnonzero((status != PENDING) & (status != OK)))
+            if retry_failed:
+                log = _again(study, plan, log)
         already = int(np.count_nonzero(log.done()))
         if state == "finished" and already == plan.points:
             log.discard()
@@ -136,6 +139,8 @@ def run_study(
             raise Interrupted(part, int(np.count_nonzero(log.done())), plan.points) from None
         failed = _failed(log)
         log.discard()
+    finally:
+        log.close()
     return Outcome(path, plan.points, failed, seconds, progress.lane_steps, already)
 
 
@@ -215,17 +220,40 @@ def _left(plan: Plan, log: Sink) -> tuple[list[Start], np.ndarray]:
     return starts, pending
 
 
-def _check_same(study: Study, log: RunLog, where: Path) -> None:
-    """FileError where the log was made from another study or by another version of the model."""
-    import json
+def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
+    """The log with its failed points pending, and with those that follow them in a chain, which may become others.
+    All in one step, as no chain may be left with a beginning and an end that do not belong together."""
+    status = log.status()
+    again = (status != OK) & (status != PENDING)
+    if plan.chain_length > 1:
+        for chain in range(plan.chains):
+            points = plan.points_of(chain, np.arange(plan.chain_length))
+            again[points] = np.logical_or.accumulate(again[points])
+    if not again.any() and not np.any(status == PENDING):
+        return log
+    old, new = log.header["attrs"], provenance(study, "run --retry-failed")
+    before = json.loads(old["study_resolved"])["simulation"]["max_steps"]
+    change = "" if before == study.simulation.max_steps else (
+        f" simulation.max_steps={study.simulation.max_steps} (was {before})")
+    told = {name: new[name] for name in new if name.startswith("study")}
+    return renew(log, {**old, **told, "history": f"{old['history']}\n{new['history']}{change}"}, again)
 
+
+def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> None:
+    """FileError where the log was made from another study or by another version of the model."""
     attrs = log.header["attrs"]
-    if attrs.get("study_sha256") != study.sha256:
-        changes = differences(json.loads(attrs.get("study_resolved", "{}")), study.resolved)
-        listed = "; ".join(f"{key}: {old} there, {new} here" for key, old, new in changes[:8] if key != "title")
+    there = json.loads(attrs.get("study_resolved", "{}"))
+    if attrs.get("study_sha256") != study.sha256 and not (retry_failed and _looser(study, there)):
+        changes = [change for change in differences(there, study.resolved) if change[0] != "title"]
+        listed = "; ".join(f"{key}: {old} there, {new} here" for key, old, new in changes[:8])
+        may = ""
+        if retry_failed:
+            may = "With --retry-failed only simulation.max_steps may differ, and only be larger. "
+        elif [key for key, _, _ in changes] == ["simulation.max_steps"]:
+            may = "A larger limit can be given to the points that failed: --retry-failed. "
         raise FileError(
-            f"{where}: made from another study ({listed or 'the digests differ'}). Resume it with the study it was "
-            "made from, or start anew by --overwrite."
+            f"{where}: made from another study ({listed or 'the digests differ'}). {may}Resume it with the study it "
+            "was made from, or start anew by --overwrite."
         )
     mine = provenance(study, "run")
     for key, what in (("nsdrill_version", "nsdrill"), ("model_digest", "the compiled model")):
@@ -234,3 +262,17 @@ def _check_same(study: Study, log: RunLog, where: Path) -> None:
                 f"{where}: made by another version of {what} ({attrs.get(key)} there, {mine[key]} here), whose numbers "
                 "may differ. Finish it with that version, or start anew by --overwrite."
             )
+    if retry_failed and json.loads(attrs.get("classification", "[]")):
+        raise FileError(
+            f"{where}: its labels were made by nsdrill classify, with thresholds that new points would not have. "
+            "Restore those of the study first: nsdrill classify without --set.")
+
+
+def _looser(study: Study, there: dict[str, Any]) -> bool:
+    """Whether ``study`` is the study that is ``there`` but for a larger limit of steps. A run that ended well under the
+    one ends with the same bits under the other."""
+    before = there.get("simulation", {}).get("max_steps")
+    if before is None or study.simulation.max_steps < before:
+        return False
+    changed = {**there, "simulation": {**there["simulation"], "max_steps": study.simulation.max_steps}}
+    return digest(changed) == study.sha256

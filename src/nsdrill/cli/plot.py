@@ -33,12 +33,12 @@ def command(
     rotary_speed: float | None, overwrite: bool,
 ) -> int:  # fmt: skip
     """Draw FILE: a results file, the .part file of a run that goes on, or a trace."""
-    from nsdrill.cli.reading import read
+    from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
-    from nsdrill.plot import DESCRIPTIONS, check_suffix, draw, kinds_for, save
+    from nsdrill.plot import DESCRIPTIONS, check_suffix, draw, kinds_for, needed, save
 
     if kind == "list":
-        for name in kinds_for(read(file)):
+        for name in kinds_for(outline(file)):
             click.echo(f"{name:<24} {DESCRIPTIONS.get(name, 'values of this variable')}")
         return 0
     if output is None:
@@ -48,12 +48,14 @@ def command(
     check_suffix(output)
     options.keep_apart(file, output)
     claim_file(output, overwrite)
-    data = read(file)
+    data = outline(file)
     given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     at = {name: value for name, value in given.items() if value is not None}
     if at and isinstance(data, Trace):
         option = "--" + next(iter(at)).replace("_", "-")
         raise InputError(f"{option}: found with a trace, which is of one point; allowed: with a results file.")
+    if not isinstance(data, Trace):
+        data = read(file, needed(data, kind, at))
     save(draw(data, kind, units=units, at=at or None), output)
     click.echo(f"{output}: drawn.", err=True)
     return 0

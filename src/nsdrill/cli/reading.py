@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from nsdrill.errors import FileError
@@ -11,8 +12,8 @@ if TYPE_CHECKING:
     from nsdrill.data import Results, Trace
 
 
-def read(path: str) -> Results | Trace:
-    """The results, trace or unfinished run in ``path``."""
+def read(path: str, names: Iterable[str] | None = None) -> Results | Trace:
+    """The results, trace or unfinished run in ``path``; of a sweep only the variables ``names``, if given."""
     from nsdrill.store import kind_of, part_path, read_partial, read_results, read_trace
 
     part = part_path(path)
@@ -21,4 +22,18 @@ def read(path: str) -> Results | Trace:
     kind = kind_of(path)
     if kind == "trace":
         return read_trace(path)
-    return read_partial(path) if kind == "partial" else read_results(path)
+    return read_partial(path, names) if kind == "partial" else read_results(path, names)
+
+
+def outline(path: str) -> Results | Trace:
+    """As :func:`read`, but a sweep has zeros for its variables, which take no memory: to see what there is."""
+    import numpy as np
+
+    from nsdrill.data import Results, Trace
+    from nsdrill.store import recorded
+
+    data = read(path, ())
+    if isinstance(data, Trace):
+        return data
+    zeros = np.broadcast_to(np.int8(0), data.shape)
+    return Results(data.coords, {v.name: zeros for v in recorded(len(data.coords.get("peak", ())))}, data.attrs)

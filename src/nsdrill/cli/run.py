@@ -19,6 +19,7 @@ from nsdrill.cli.main import EXIT_CODES
     + options.examples(
         "run study.yaml -o out.h5",
         "run study.yaml -o out.h5 --resume",
+        "run study.yaml -o out.h5 --retry-failed --set simulation.max_steps=1000000",
         "run study.yaml -o heavy.h5 --set 'operation.wob=30 klbf' --set sweep.procedure=up",
     ),
 )
@@ -41,11 +42,16 @@ from nsdrill.cli.main import EXIT_CODES
 )
 @options.settings
 @click.option("--resume", is_flag=True, help="Go on with an interrupted run; only the points that are missing are run.")
+@click.option(
+    "--retry-failed", is_flag=True,
+    help="Like --resume, and run failed points again, in a carried sweep with those that follow them. "
+    "simulation.max_steps may be larger than before.",
+)
 @options.overwrite
 @click.option("--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
 def command(
     study: str, output: str, workers: int | None, engine: str, scheduler: str | None, overrides: tuple[str, ...],
-    resume: bool, overwrite: bool, quiet: bool,
+    resume: bool, retry_failed: bool, overwrite: bool, quiet: bool,
 ) -> int:  # fmt: skip
     """Run STUDY and write the results file.
 
@@ -69,7 +75,8 @@ def command(
     crew = dask_executor(scheduler, workers) if engine == "dask" else nullcontext((None, workers))
     with crew as (executor, count), progress_bar(enabled=not quiet and sys.stderr.isatty()) as watch:
         outcome = run_study(
-            loaded, output, workers=count, resume=resume, overwrite=overwrite, watch=watch, executor=executor)
+            loaded, output, workers=count, resume=resume, retry_failed=retry_failed, overwrite=overwrite, watch=watch,
+            executor=executor)
     if not quiet:
         _say(outcome)
     return 3 if outcome.failed else 0

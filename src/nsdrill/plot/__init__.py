@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.kinds import DESCRIPTIONS, SWEEP_KINDS, choose_kind, kinds_for
+from nsdrill.plot.kinds import DESCRIPTIONS, SWEEP_KINDS, choose_kind, kinds_for, variables_for
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
 from nsdrill.plot.saving import FORMATS, check_suffix, save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["DESCRIPTIONS", "FORMATS", "UNIT_SYSTEMS", "check_suffix", "draw", "kinds_for", "save"]
+__all__ = ["DESCRIPTIONS", "FORMATS", "UNIT_SYSTEMS", "check_suffix", "draw", "kinds_for", "needed", "save"]
 
 
 def draw(
@@ -37,6 +37,19 @@ def draw(
     return figure
 
 
+def needed(outline: Results, kind: str | None = None, at: Mapping[str, float] | None = None) -> tuple[str, ...]:
+    """The variables that :func:`draw` uses of a sweep with these coordinates; ``outline`` has no numbers in it."""
+    return variables_for(choose_kind(_cut(outline, at), kind))
+
+
+def _cut(data: Results, at: Mapping[str, float] | None) -> Results:
+    from nsdrill.plot.slices import AXES, ordered
+
+    if unknown := set(at or ()) - set(AXES):
+        raise InputError(f"at: found {', '.join(sorted(unknown))}; allowed: {', '.join(AXES)}.")
+    return ordered(data, at)
+
+
 def _draw_trace(trace: Trace, kind: str | None, units: str) -> Figure:
     from nsdrill.plot import traces
 
@@ -45,11 +58,8 @@ def _draw_trace(trace: Trace, kind: str | None, units: str) -> Figure:
 
 def _draw_sweep(data: Results, kind: str | None, units: str, at: Mapping[str, float] | None) -> Figure:
     from nsdrill.plot import bifurcation, maps, summary
-    from nsdrill.plot.slices import AXES, ordered
 
-    if unknown := set(at or ()) - set(AXES):
-        raise InputError(f"at: found {', '.join(sorted(unknown))}; allowed: {', '.join(AXES)}.")
-    data = ordered(data, at)
+    data = _cut(data, at)
     kind = choose_kind(data, kind)
     if kind == "bifurcation":
         return bifurcation.draw(data, units)

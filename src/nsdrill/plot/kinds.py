@@ -6,7 +6,7 @@ import difflib
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.variables import BY_NAME, POINT
+from nsdrill.variables import BY_NAME, PEAKS, POINT
 
 FEW = 3  # so many values of a second axis stand side by side as columns of one figure
 MAX_PANELS = 12
@@ -20,6 +20,7 @@ MAP_KINDS = {
     "whirl_kind": "the kind of whirl over two axes",
 }
 ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
+SUMMARY = ("stick_slip_index", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio")
 TRACE_KINDS = {
     "trace": "one page with everything: histories, orbit in the hole, phase planes",
     "histories": "the three motions and the contact forces against time",
@@ -36,6 +37,16 @@ def value_name(kind: str) -> str | None:
     """The variable that a value kind shows, None for the other kinds."""
     name = ALIASES.get(kind, kind)
     return name if name in _VALUES else None
+
+
+def variables_for(kind: str) -> tuple[str, ...]:
+    """The variables of a sweep that a picture of this kind is drawn from; nothing else has to be read."""
+    shown = {
+        "bifurcation": (*PEAKS, "axial_max", "bit_speed_max", "radius_max"),
+        "summary": SUMMARY,
+        "whirl_kind": ("whirl_kind",),
+    }.get(kind, (name,) if (name := value_name(kind)) else ())
+    return ("status", "response", *shown)
 
 
 def kinds_for(data: Results | Trace) -> tuple[str, ...]:

@@ -11,13 +11,12 @@ from matplotlib.lines import Line2D
 
 from nsdrill.data import Results
 from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
-from nsdrill.plot.kinds import value_name
+from nsdrill.plot.kinds import SUMMARY, value_name
 from nsdrill.plot.labels import Quantity, quantity
 from nsdrill.plot.slices import Line, robust_limits
 from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE
 from nsdrill.variables import OK
 
-SUMMARY = ("stick_slip_index", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio")
 # Bounds of the severity table of stick-slip in percent, and the word for what lies above each.
 SEVERITY = ((0.0, "none"), (40.0, "oscillation"), (60.0, "medium"), (80.0, "onset of stall"), (100.0, "severe"))
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")

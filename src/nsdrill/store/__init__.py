@@ -16,7 +16,8 @@ from nsdrill.store.read import (
     read_results,
     rewrite_labels,
 )
-from nsdrill.store.records import pending_records, record_dtype
+from nsdrill.store.records import pending_records, record_dtype, recorded
+from nsdrill.store.renew import renew
 from nsdrill.store.results import write_results
 from nsdrill.store.sink import Sink, Source
 from nsdrill.store.trace import read_trace, write_trace
@@ -42,6 +43,8 @@ __all__ = [
     "read_results",
     "read_trace",
     "record_dtype",
+    "recorded",
+    "renew",
     "rewrite_labels",
     "to_csv",
     "to_netcdf",

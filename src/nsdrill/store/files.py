@@ -22,7 +22,7 @@ def replacing(path: str | os.PathLike[str], remedy: str = "Make room or choose a
     say, become NsdrillError that ends with ``remedy``.
     """
     target = Path(os.path.realpath(path))  # a link stays a link; its target is replaced
-    _sweep_away(target)
+    sweep_away(target)
     temporary = temporary_name(target)
     try:
         yield temporary
@@ -98,7 +98,7 @@ def reason(error: BaseException) -> str:
     return text[:1].lower() + text[1:]
 
 
-def _sweep_away(target: Path) -> None:
+def sweep_away(target: Path) -> None:
     """Remove temporary files of ``target`` that a killed process left: its number is free and nothing grows there.
 
     The age protects a file that is being written from another computer, whose process numbers are not ours.

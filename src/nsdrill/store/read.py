@@ -39,19 +39,22 @@ def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
         return Results(coords, variables, hdf5.get_attributes(file))
 
 
-def read_partial(path: PathLike) -> Results:
-    """What the run log ``path`` holds so far; also while the run goes on. Pending points have status 0 and NaN."""
+def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
+    """What the run log ``path`` holds so far, or only its variables ``names``; also while the run goes on. Pending
+    points have status 0 and NaN."""
     with RunLog.open(path, writable=False) as log:
-        return collect(log)
+        return collect(log, names)
 
 
-def collect(log: Source) -> Results:
-    """Everything in a log as Results in memory; the same arrays that its results file would hold."""
+def collect(log: Source, names: Iterable[str] | None = None) -> Results:
+    """Everything in a log, or only the variables ``names``, in memory; the same arrays as in its results file."""
     shape = grid_shape(log.header)
     kind = record_dtype(log.peaks)
-    flat = {v.name: np.empty((log.n_points, *kind[v.name].shape), kind[v.name].base) for v in recorded(log.peaks)}
+    wanted = set(kind.names or ()) if names is None else set(names)
+    chosen = [v.name for v in recorded(log.peaks) if v.name in wanted]
+    flat = {name: np.empty((log.n_points, *kind[name].shape), kind[name].base) for name in chosen}
     step = points_in_block(log.peaks)
-    for start in range(0, log.n_points, step):
+    for start in range(0, log.n_points if flat else 0, step):
         stop = min(start + step, log.n_points)
         records = log.read(start, stop)
         for name, values in flat.items():

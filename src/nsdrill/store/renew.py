@@ -1,0 +1,45 @@
+"""A run log made anew, to run some of its points once more."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from nsdrill.data import Array
+from nsdrill.errors import NsdrillError
+from nsdrill.store.files import reason, sweep_away, sync_folder, temporary_name
+from nsdrill.store.log import RunLog
+from nsdrill.store.results import points_in_block
+from nsdrill.variables import PENDING
+
+
+def renew(log: RunLog, attrs: Mapping[str, Any], again: Array) -> RunLog:
+    """Replace ``log``, in one step, by one with the root attributes ``attrs`` in which the points ``again`` (bool
+    [n_points]) are pending. Gives the new one and closes ``log``; NsdrillError, with ``log`` as it was, if the disk
+    refuses. A kill leaves the old log or the new one."""
+    sweep_away(log.path)
+    temporary = temporary_name(log.path)
+    new = RunLog.create(temporary, {**log.header, "attrs": dict(attrs)}, log.n_points, log.peaks)
+    try:
+        step = points_in_block(log.peaks)
+        for start in range(0, log.n_points, step):
+            records = log.read(start, min(start + step, log.n_points))
+            kept = np.flatnonzero((records["status"] != PENDING) & ~again[start : start + step])
+            new.write(start + kept, records[kept])
+        new.sync()
+        os.replace(temporary, log.path)
+        sync_folder(log.path.parent)
+    except OSError as error:
+        new.discard()
+        raise NsdrillError(
+            f"{log.path}: could not be made anew: {reason(error)}. Nothing was changed. Make room first."
+        ) from error
+    except BaseException:
+        new.discard()
+        raise
+    new.path = log.path
+    log.close()
+    return new

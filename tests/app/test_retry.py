@@ -1,0 +1,194 @@
+"""Failed points once more: the file becomes that of an undisturbed run with the limit that is now given."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsdrill
+from nsdrill.app.report import reclassify
+from nsdrill.app.run import Interrupted, run_study
+from nsdrill.cli import main
+from nsdrill.errors import FileError
+from nsdrill.store import RunLog, part_path, read_attributes, read_results
+from nsdrill.study import Study, parse_study
+from nsdrill.variables import OK, STEP_LIMIT
+
+GRID = """
+simulation: {transient: 5 s, observe: 10 s}
+record: {peaks: 2}
+sweep:
+  wob: [20 kN, 60 kN]
+  rotary_speed: {from: 1 rad/s, to: 9 rad/s, points: 12}
+"""
+CHAINS = GRID + "  procedure: up-down\n  along: rotary_speed\n"
+TEXTS = pytest.mark.parametrize("text", [GRID, CHAINS], ids=["grid", "chains"])
+
+
+def study_of(text: str, max_steps: int) -> Study:
+    return parse_study(text, "s.yaml", (f"simulation.max_steps={max_steps}",))
+
+
+def same(one: Path, two: Path) -> bool:
+    a, b = read_results(one), read_results(two)
+    return all(a[name].tobytes() == b[name].tobytes() for name in a.variables)
+
+
+@pytest.fixture
+def out(tmp_path: Path) -> Path:
+    return tmp_path / "out.h5"
+
+
+def limits(text: str, folder: Path) -> tuple[int, int]:
+    """Two limits of steps: under the first many points fail, under the second few."""
+    run_study(study_of(text, 10**7), folder / "free.h5")
+    free = read_results(folder / "free.h5")
+    tried = free["steps"] + free["rejected"]
+    return int(np.quantile(tried, 0.4)), int(np.quantile(tried, 0.8))
+
+
+@TEXTS
+def test_with_nothing_changed_the_file_stays_what_it_was(out: Path, tmp_path: Path, text: str) -> None:
+    low, _ = limits(text, tmp_path)
+    study = study_of(text, low)
+    first = run_study(study, out)
+    assert 0 < first.failed < first.points
+    out.with_name("before.h5").write_bytes(out.read_bytes())
+    again = run_study(study, out, retry_failed=True)
+    assert again.failed == first.failed
+    assert again.already < first.points
+    assert same(out, out.with_name("before.h5"))
+    assert not part_path(out).exists()
+
+
+@TEXTS
+def test_a_larger_limit_gives_the_file_of_a_run_with_it(out: Path, tmp_path: Path, text: str) -> None:
+    low, high = limits(text, tmp_path)
+    run_study(study_of(text, low), out)
+    for limit in (high, 10**7):
+        outcome = run_study(study_of(text, limit), out, retry_failed=True)
+        assert outcome.already > 0
+        run_study(study_of(text, limit), tmp_path / "whole.h5", overwrite=True)
+        assert same(out, tmp_path / "whole.h5")
+    made, whole = read_attributes(out), read_attributes(tmp_path / "whole.h5")
+    assert {name for name in whole if made[name] != whole[name]} <= {"created", "history"}
+    history = made["history"].splitlines()
+    assert len(history) == 3
+    assert history[2].endswith(f"run --retry-failed simulation.max_steps={10**7} (was {high})")
+    assert json.loads(made["study_resolved"])["simulation"]["max_steps"] == 10**7
+    assert np.all(read_results(out)["status"] == OK)
+
+
+@TEXTS
+@pytest.mark.parametrize("after", [1, 3])
+def test_an_interrupted_retry_goes_on(
+    out: Path, tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a chain nothing stays that followed from a point that has become another."""
+    monkeypatch.setattr("nsdrill.sweep.engine.SLICE", 0.002)
+    low, high = limits(text, tmp_path)
+    run_study(study_of(text, low), out)
+    seen = 0
+
+    def interrupt(progress: object) -> None:
+        nonlocal seen
+        seen += 1
+        if seen == after:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted):
+        run_study(study_of(text, high), out, retry_failed=True, workers=1, lanes=1, watch=interrupt)
+    with pytest.raises(FileError, match="another study"):
+        run_study(study_of(text, low), out, resume=True)
+    run_study(study_of(text, high), out, resume=True)
+    run_study(study_of(text, high), tmp_path / "whole.h5")
+    assert same(out, tmp_path / "whole.h5")
+
+
+def test_an_unfinished_run_takes_the_larger_limit_too(
+    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("nsdrill.sweep.engine.SLICE", 0.002)
+    low, _ = limits(GRID, tmp_path)
+
+    def interrupt(progress: object) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted):
+        run_study(study_of(GRID, low), out, workers=1, lanes=1, watch=interrupt)
+    with RunLog.open(part_path(out)) as log:
+        missing = int(np.count_nonzero(~log.done()))
+    assert missing > 0
+    run_study(study_of(GRID, 10**7), out, retry_failed=True)
+    assert same(out, tmp_path / "free.h5")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["free.h5", "out.h5"]
+
+
+def test_what_may_not_differ(out: Path, tmp_path: Path) -> None:
+    low, high = limits(GRID, tmp_path)
+    run_study(study_of(GRID, high), out)
+    before = out.read_bytes()
+    with pytest.raises(FileError, match=f"max_steps: {high} there, {low} here.* only simulation.max_steps may differ"):
+        run_study(study_of(GRID, low), out, retry_failed=True)
+    other = GRID.replace("20 kN", "21 kN")
+    with pytest.raises(FileError, match=r"only simulation\.max_steps may differ, and only be larger"):
+        run_study(study_of(other, high), out, retry_failed=True)
+    with pytest.raises(FileError, match="to the points that failed: --retry-failed"):
+        run_study(study_of(GRID, 10**7), out, resume=True)
+    with pytest.raises(FileError, match="exclude each other"):
+        run_study(study_of(GRID, high), out, retry_failed=True, overwrite=True)
+    assert out.read_bytes() == before
+    assert not part_path(out).exists()
+
+
+def test_other_labels_are_not_mixed_with_those_of_the_study(out: Path, tmp_path: Path) -> None:
+    low, high = limits(GRID, tmp_path)
+    run_study(study_of(GRID, low), out)
+    reclassify(out, ["classify.stick_slip.stick_slip_index=60"])
+    with pytest.raises(FileError, match="nsdrill classify without --set"):
+        run_study(study_of(GRID, high), out, retry_failed=True)
+    reclassify(out, [])
+    run_study(study_of(GRID, high), out, retry_failed=True)
+    assert np.any(read_results(out)["status"] == STEP_LIMIT)
+
+
+def test_where_nothing_failed_nothing_changes(out: Path) -> None:
+    nsdrill.run(study_of(GRID, 10**7), out, retry_failed=True)  # and where nothing is there, it is a run like any other
+    before = out.read_bytes()
+    assert run_study(study_of(GRID, 10**8), out, retry_failed=True).already == 24
+    assert out.read_bytes() == before
+
+
+def test_a_full_disk_leaves_the_failed_points_where_they_are(
+    out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    low, _ = limits(GRID, tmp_path)
+    run_study(study_of(GRID, low), out)
+    before = out.read_bytes()
+
+    def refuse(one: object, two: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.replace", refuse)
+        with pytest.raises(nsdrill.NsdrillError, match="no space left"):
+            run_study(study_of(GRID, 10**7), out, retry_failed=True)
+    assert out.read_bytes() == before
+    run_study(study_of(GRID, 10**7), out, retry_failed=True)
+    assert same(out, tmp_path / "free.h5")
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["free.h5", "out.h5"]
+
+
+def test_the_command(out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    low, _ = limits(GRID, tmp_path)
+    study = tmp_path / "s.yaml"
+    study.write_text(GRID)
+    words = ["nsdrill", "run", str(study), "-o", str(out), "--quiet"]
+    for more, code in ((["--set", f"simulation.max_steps={low}"], 3), (["--retry-failed"], 0)):
+        monkeypatch.setattr("sys.argv", [*words, *more])
+        with pytest.raises(SystemExit) as end:
+            main()
+        assert end.value.code == code
