@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Iterator
-from concurrent.futures import Executor
+from collections.abc import Callable, Iterator
+from concurrent.futures import Executor, Future
 from contextlib import contextmanager
+from typing import Any
 
+from nsdrill import __version__
+from nsdrill.abi import source_digest
 from nsdrill.app.run import processors
 from nsdrill.errors import InputError, NsdrillError
 
@@ -29,7 +32,7 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         cluster = LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None)
         with cluster, Client(cluster) as client:
             client.run(_ignore_interrupts)
-            yield client.get_executor(pure=False), count
+            yield _Cluster(client), count
         return
     try:
         client = Client(scheduler, timeout=CONNECT_SECONDS)
@@ -45,7 +48,36 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         threads = sum(client.nthreads().values())
         if threads == 0:
             raise NsdrillError(f"--scheduler: the Dask scheduler at {scheduler} has no workers. Nothing has run.")
-        yield client.get_executor(pure=False), workers or threads
+        mine = _version()
+        for worker, found in client.run(_version, on_error="return").items():
+            if found != mine:
+                raise NsdrillError(
+                    f"--scheduler: the worker {worker} has another nsdrill ({found} there, {mine} here), whose numbers "
+                    "may differ. Nothing has run. Install the same version everywhere, and start the workers anew.")
+        yield _Cluster(client), workers or threads
+
+
+class _Cluster(Executor):
+    """The executor of a client, which on its own would wait for ever for a scheduler that is gone."""
+
+    def __init__(self, client: Any) -> None:
+        self._client, self._executor = client, client.get_executor(pure=False)
+
+    def submit(self, function: Callable[..., Any], /, *args: Any, **more: Any) -> Future[Any]:
+        future: Future[Any] = self._executor.submit(function, *args, **more)
+        return future
+
+    def check(self) -> None:
+        """NsdrillError where nothing can come any more; the engine asks when nothing has come for a while."""
+        if self._client.status == "closed":
+            raise NsdrillError(
+                "The Dask scheduler is gone. Finished points are safe: look after the cluster, then give the same "
+                "command with --resume.")
+
+
+def _version() -> str:
+    """Version and digest of the sources, in a worker."""
+    return f"{__version__}, model {source_digest()[:12]}"
 
 
 def _ignore_interrupts() -> None:

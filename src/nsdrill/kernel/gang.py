@@ -188,8 +188,18 @@ class Gang:
             if self.packed_steps - before < SEGMENT or time.perf_counter() >= deadline:
                 return self._collect()
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Of the outbox, most of the bytes, only what the runs in the lanes have left there: between two advances all
+        others are collected, or have not begun."""
+        running = self._lane[: self.lanes]
+        running = running[running >= 0]
+        return {**self.__dict__, "_outbox": (self._outbox.shape, running, self._outbox[running])}
+
     def __setstate__(self, data: dict[str, Any]) -> None:
         self.__dict__.update(data)
+        shape, running, rows = data["_outbox"]
+        self._outbox = np.zeros(shape)
+        self._outbox[running] = rows
         buffer = _aligned(self._buffer.size)
         buffer[:] = self._buffer
         self._buffer = buffer

@@ -24,6 +24,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 SEGMENT = 64  # points of a chain handed over at once
 SLICE = 0.25  # seconds that a gang is advanced at once in a thread
 REMOTE_SLICE = 1.0  # in another process: a gang is then a message of some megabytes
+PATIENCE = 5.0  # seconds without a slice from other processes, after which the executor is asked whether it is well
 SHORT = 10.0  # simulated seconds up to which a run is short
 MOST_LOSSES = 10  # workers that may die under the slices of one gang
 
@@ -64,7 +65,8 @@ class Engine:
 
     ``deliver(points, columns)`` is called, in the calling thread, with the numbers of finished points and their
     results; ``watch(progress)`` after each slice. With ``remote`` the executor's workers are other processes: slices
-    are longer, and one whose worker has died is given to another. ``slice_seconds`` bounds how long a stop takes.
+    are longer, and one whose worker has died is given to another; a method ``check`` of the executor, where it has
+    one, raises if nothing can come any more. ``slice_seconds`` bounds how long a stop takes.
     """
 
     def __init__(
@@ -109,7 +111,9 @@ class Engine:
             for crew in crews:
                 self._submit(crew, futures)
             while futures:
-                finished, _ = wait(futures, return_when=FIRST_COMPLETED)
+                finished, _ = wait(futures, PATIENCE if self.remote else None, FIRST_COMPLETED)
+                if not finished and (check := getattr(self.executor, "check", None)):
+                    check()
                 for future in finished:
                     crew = futures.pop(future)
                     if not self._lost(crew, future):
@@ -152,10 +156,10 @@ class Engine:
             return False
         crew.losses += 1
         if crew.losses > MOST_LOSSES:
-            why = "cancelled" if future.cancelled() else str(future.exception())
+            cause = None if future.cancelled() else future.exception()
             raise NsdrillError(
-                f"A part of the sweep was lost {crew.losses} times with its worker ({why}). Finished points are safe: "
-                "look after the cluster, then give the same command with --resume.")
+                f"A part of the sweep was lost {crew.losses} times with its worker ({cause or 'cancelled'}). Finished "
+                "points are safe: look after the cluster, then give the same command with --resume.") from cause
         return True
 
     def _count_lanes(self, crews: list[_Crew]) -> None:
