@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -34,6 +35,8 @@ COMPILED = ("abi.py", "elementary.py", "model", "kernel", "observe")
 # `nsz` ignores the sign of zero. Nothing that reorders sums or fuses products at the compiler's pleasure (the bits
 # would depend on the number of lanes), and nothing that assumes away NaN (a run that blows up must be seen).
 FASTMATH = {"nsz"}
+
+_compiling = threading.RLock()
 
 BUFFER = types.float64[::1]
 # A right-hand side reads the rows `stage`, `stage_time` and `parameter` and writes `acceleration` and `aux_now`.
@@ -87,13 +90,15 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
     def compile_function(function: Callable[..., Any]) -> Any:
         function.__name__ = "_".join([function.__name__, *map(str, map(int, variant))])
         function.__qualname__ = function.__name__
-        saved = numba.config.CACHE_DIR
-        numba.config.CACHE_DIR = str(cache_directory())
-        try:
-            return numba.njit(signature, cache=_cache_is_writable(), nogil=True, fastmath=FASTMATH,
-                              error_model="numpy", _nrt=False)(function)
-        finally:
-            numba.config.CACHE_DIR = saved
+        # The folder is a global setting of numba: one compilation at a time.
+        with _compiling:
+            saved = numba.config.CACHE_DIR
+            numba.config.CACHE_DIR = str(cache_directory())
+            try:
+                return numba.njit(signature, cache=_cache_is_writable(), nogil=True, fastmath=FASTMATH,
+                                  error_model="numpy", _nrt=False)(function)
+            finally:
+                numba.config.CACHE_DIR = saved
 
     return compile_function
 

@@ -8,10 +8,24 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.abi import Rows
 from nsdrill.kernel.gang import Compiled, Finished, Gang
+from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.stepper import make_stepper
 from nsdrill.model.parameters import Initial, Parameters
-from nsdrill.model.rhs import STATES, drifts, first_step, initial_states, make_right_hand_side, model_for, pack, sizes
+from nsdrill.model.rhs import (
+    AUX,
+    PARAMETERS,
+    STATES,
+    drifts,
+    first_step,
+    initial_states,
+    make_right_hand_side,
+    model_for,
+    pack,
+    sizes,
+)
 from nsdrill.observe.classify import classify
 from nsdrill.observe.features import OBSERVED, make_observer, report_width, store_size
 from nsdrill.observe.reduce import features, peaks
@@ -73,7 +87,11 @@ class Work:
 
 @lru_cache
 def compiled_parts(lanes: int, hertz: bool, lobes: int = 3) -> Compiled:
-    """The model and the observer, compiled for a number of lanes; from the disk cache where it has them."""
+    """The model and the observer, compiled for a number of lanes; from the disk cache where it has them. The kernel is
+    compiled along, before several threads ask for it at once."""
+    rows = Rows(len(STATES), len(AUX), len(PARAMETERS), len(OBSERVED))
+    make_stepper(lanes, rows)
+    make_advance(lanes, rows)
     observer, marker = make_observer(lanes, lobes)
     return Compiled(make_right_hand_side(lanes, hertz, lobes), observer, marker)
 
