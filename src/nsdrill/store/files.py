@@ -81,7 +81,7 @@ def check_room(path: Path, size: int) -> None:
     disk = os.statvfs(path.parent)
     if disk.f_bavail * disk.f_frsize < size:
         free = disk.f_bavail * disk.f_frsize / 1e6
-        raise OSError(errno.ENOSPC, f"the points need {size / 1e6:.0f} MB, the disk has {free:.0f} MB free")
+        raise OSError(errno.ENOSPC, f"the points need {size / 1e6:.3g} MB, the disk has {free:.3g} MB free")
 
 
 def write_at(fd: int, data: bytes | memoryview, position: int) -> None:
