@@ -20,7 +20,7 @@ from .helpers import SCRIPT, Call, finish, start
 # Some seconds of work, in points of some milliseconds: time to interrupt, and something to keep.
 LONG_MAP = (
     "title: Long\nsweep: {wob: {from: 20 kN, to: 100 kN, points: 20}, rotary_speed: {from: 1 rad/s, to: 8 rad/s, "
-    "points: 20}}\nsimulation: {transient: 40 s, observe: 10 s}\nrecord: {peaks: 2}\n"
+    "points: 20}}\nsimulation: {transient: 80 s, observe: 10 s}\nrecord: {peaks: 2}\n"
 )
 LONG_CHAIN = (  # some seconds: time for a slow machine to see the first points and to interrupt before the last
     "title: Long\nsweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 100}, procedure: up-down}\n"
