@@ -1,7 +1,6 @@
 """Kill a sweep at random moments, resume it, and demand the very file of an undisturbed run.
 
-``NSDRILL_KILLS`` sets how many kills each sweep takes (default 6; the figures of the documentation were made with 100
-in all), ``NSDRILL_SEED`` the moments.
+``NSDRILL_KILLS`` sets how many kills each sweep takes (default 6), ``NSDRILL_SEED`` the moments.
 """
 
 from __future__ import annotations
