@@ -121,5 +121,5 @@ def settle(figure: Figure) -> None:
     # The layout's solver orders its variables by their addresses, and its places differ in the last bits from one call
     # to the next: enough for a pixel. Rounded, they are the same every time.
     for axes in figure.axes:
-        place = axes.get_position(original=True)
-        axes.set_position([round(value, 6) for value in place.bounds])
+        left, bottom, width, height = (round(value, 6) for value in axes.get_position(original=True).bounds)
+        axes.set_position((left, bottom, width, height))
