@@ -23,13 +23,17 @@ KILLS = int(os.environ.get("NSDRILL_KILLS", "6"))
 SEED = int(os.environ.get("NSDRILL_SEED", "1"))
 COMMAND = [sys.executable, "-c", "from nsdrill.cli import main; main()"]
 
-SIMULATION = "simulation: {transient: 30 s, observe: 30 s}\nrecord: {peaks: 4}\n"
-GRID = SIMULATION + """
+# Some seconds of work each: the kills are to come in the middle.
+GRID = """
+simulation: {transient: 500 s, observe: 100 s}
+record: {peaks: 4}
 sweep:
   wob: {from: 10 kN, to: 100 kN, points: 40}
   rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 30}
 """
-CHAINS = SIMULATION + """
+CHAINS = """
+simulation: {transient: 250 s, observe: 50 s}
+record: {peaks: 4}
 sweep:
   wob: {from: 10 kN, to: 100 kN, points: 14}
   rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 35}
