@@ -19,7 +19,6 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
-NARROW_WIDTH = 3.5  # one column
 RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF and SVG
 MANY_MARKERS = 20_000  # above this a vector file is slow to open, so its markers become an image; the text stays text
 

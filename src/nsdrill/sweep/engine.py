@@ -97,12 +97,12 @@ class Engine:
         if self._carried:
             todo = starts if starts is not None else [Start(chain) for chain in range(plan.chains)]
             self._starts = deque(sorted(todo, key=lambda start: start.place))
-            self._todo = sum(plan.chain_length - start.place for start in self._starts)
+            runs = sum(plan.chain_length - start.place for start in self._starts)
         else:
             self._pending = self._longest_first(np.arange(plan.points) if pending is None else pending)
             self._next = 0
-            self._todo = len(self._pending)
-        self.progress.before = plan.points - self._todo
+            runs = len(self._pending)
+        self.progress.before = plan.points - runs
 
         count = max(1, min(self.workers, self._left()))
         crews = [_Crew(self.work.new_gang(self.lanes, self.slots)) for _ in range(count)]
