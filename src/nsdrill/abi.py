@@ -95,10 +95,11 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
             saved = numba.config.CACHE_DIR
             numba.config.CACHE_DIR = str(cache_directory())
             try:
-                return numba.njit(signature, cache=_cache_is_writable(), nogil=True, fastmath=FASTMATH,
+                made = numba.njit(signature, cache=_cache_is_writable(), nogil=True, fastmath=FASTMATH,
                                   error_model="numpy", _nrt=False)(function)
             finally:
                 numba.config.CACHE_DIR = saved
+        return lasting(made, function.__name__)
 
     return compile_function
 
@@ -115,7 +116,16 @@ def _cache_is_writable() -> bool:
 
 def inlined(function: Callable[..., Any]) -> Any:
     """A helper that disappears into its caller, so that the caller's lane loop still vectorises."""
-    return numba.njit(forceinline=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
+    made = numba.njit(forceinline=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
+    return lasting(made, f"{function.__module__}.{function.__name__}")
+
+
+def lasting(made: Any, name: str) -> Any:
+    """Give a function of numba an identity that lasts: numba draws one anew in every process, and the cache of a
+    function that calls it through a closure would never be hit."""
+    if hasattr(made, "_set_uuid"):  # not where compilation is switched off
+        made._set_uuid(f"nsdrill.{name}.{source_digest()}")
+    return made
 
 
 @dataclass(frozen=True)
@@ -126,12 +136,22 @@ class Rows:
     States are positions and velocities in turn: position' = velocity + drift, velocity' = acceleration. The model knows
     ``stage``, ``acceleration``, ``stage_time``, ``aux`` and ``parameter``; the observer also the ends of the step; the
     rest is the kernel's.
+
+    The last ``companions`` of the states, an even number, only follow the others, like the tangent vector of a Lyapunov
+    exponent: they have no say in the step size and begin anew in every run of a chain. So the others keep their bits,
+    with companions or without.
     """
 
     states: int
     aux: int
     parameters: int
     observed: int
+    companions: int = 0
+
+    @property
+    def own(self) -> int:
+        """How many states are no companions."""
+        return self.states - self.companions
 
     @property
     def pairs(self) -> int:

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import config, types
-from numba.extending import intrinsic
+from numba.extending import intrinsic as numba_intrinsic
 
-from nsdrill.abi import inlined
+from nsdrill.abi import inlined, lasting
 
 # Adding and subtracting this rounds to the nearest whole number in the default rounding mode.
 ROUNDER = 6755399441055744.0  # 1.5 * 2^52
@@ -29,6 +29,12 @@ PIO2_1 = 1.57079632673412561417e00
 PIO2_2 = 6.07710050630396597660e-11
 PIO2_3 = 2.02226624879595063154e-21
 TWO_OVER_PI = 0.63661977236758134308
+
+
+def intrinsic(function: Any) -> Any:
+    """An instruction of LLVM, with the identity that the cache needs."""
+    return lasting(numba_intrinsic(function), function.__name__)
+
 
 if config.DISABLE_JIT:
 

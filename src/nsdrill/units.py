@@ -33,6 +33,7 @@ USUAL: dict[str, tuple[str, ...]] = {
     "N s/m": ("N*s/m", "kN*s/m", "lbf*s/ft"),
     "N m s/rad": ("N*m*s/rad", "kN*m*s/rad", "ft*lbf*s/rad"),
     "N m": ("N*m", "kN*m", "ft*lbf"),
+    "1/s": ("1/s",),
     "s/m": ("s/m", "s/ft"),
     "s/rad": ("s/rad", "s/deg"),
 }

@@ -16,12 +16,14 @@ FORMAT_VERSION = 1
 PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW = range(5)
 BIT_BOUNCE, STICK_SLIP, WHIRL = 1, 2, 4
 NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR = range(5)
+UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(6)
 
 
 @dataclass(frozen=True)
 class Variable:
     """One variable. ``room`` says who makes it: ``run`` (bookkeeping), ``feature`` (measured during the run; a new
-    classification leaves it alone), ``label`` (made from features by the classification), ``peaks``, ``states``."""
+    classification leaves it alone), ``label`` (made from features by the classification), ``peaks``, ``section``,
+    ``states``. Where ``only`` names something to keep (:class:`Kept`), the variable is there only if that is kept."""
 
     name: str
     dtype: str
@@ -32,10 +34,50 @@ class Variable:
     flag_values: tuple[int, ...] | None = None
     flag_masks: tuple[int, ...] | None = None
     flag_meanings: str | None = None
+    only: str | None = None
 
 
-def _feature(name: str, units: str, long_name: str) -> Variable:
-    return Variable(name, "f8", units, long_name)
+@dataclass(frozen=True)
+class Kept:
+    """What is kept of each point beside features and labels: how many peaks and returns to the Poincare section, and
+    whether the Lyapunov exponent; and from how many states each operating point is started, 0 where from one only,
+    without a dimension for it."""
+
+    peaks: int = 0
+    returns: int = 0
+    exponent: bool = False
+    starts: int = 0
+
+    @property
+    def grid(self) -> tuple[str, ...]:
+        """The dimensions over which points are numbered, the last fastest."""
+        return (*POINT, "start") if self.starts else POINT
+
+    def dims(self, variable: Variable) -> tuple[str, ...]:
+        """The dimensions of ``variable`` in a file."""
+        return (*self.grid, *variable.dims[len(POINT):])
+
+    def has(self, variable: Variable) -> bool:
+        """Whether ``variable`` is among what is kept."""
+        return variable.only is None or bool(getattr(self, variable.only))
+
+    def length(self, dimension: str) -> int:
+        """The length of a dimension that is no axis."""
+        lengths = {"start": self.starts, "peak": self.peaks, "crossing": self.returns, "state": len(STATE_NAMES)}
+        return lengths[dimension]
+
+
+def _feature(name: str, units: str, long_name: str, only: str | None = None) -> Variable:
+    return Variable(name, "f8", units, long_name, only=only)
+
+
+def _peaks(name: str, units: str, long_name: str) -> Variable:
+    return Variable(name, "f8", units, long_name, "peaks", (*POINT, "peak"), only="peaks")
+
+
+def _section(name: str, units: str, long_name: str) -> Variable:
+    return Variable(f"section_{name}", "f8", units, f"{long_name} at the Poincare section", "section",
+                    (*POINT, "crossing"), only="returns")
 
 
 VARIABLES: tuple[Variable, ...] = (
@@ -50,6 +92,10 @@ VARIABLES: tuple[Variable, ...] = (
              flag_meanings="none torsional_oscillation medium onset_of_full_stall severe"),
     Variable("settled", "i1", "1", "both halves of the observed window agree", "label", flag_values=(0, 1),
              flag_meanings="unsettled settled"),
+    Variable("motion", "i1", "1", "kind of motion", "label", flag_values=(0, 1, 2, 3, 4, 5),
+             flag_meanings="undetermined equilibrium periodic quasi_periodic chaotic unsettled", only="returns"),
+    Variable("period", "i2", "1", "period in returns to the Poincare section, 0 where there is none", "label",
+             only="returns"),
     _feature("bit_speed_min", "rad s-1", "least bit speed"),
     _feature("bit_speed_max", "rad s-1", "greatest bit speed"),
     _feature("bit_speed_mean", "rad s-1", "mean bit speed"),
@@ -73,11 +119,22 @@ VARIABLES: tuple[Variable, ...] = (
     _feature("lateral_acceleration_rms", "m s-2", "r.m.s. lateral acceleration of the collar centre"),
     _feature("axial_acceleration_rms", "m s-2", "r.m.s. axial acceleration of the bit"),
     _feature("half_difference", "1", "largest disagreement between the halves of the observed window"),
+    _feature("zero_one", "1", "0-1 test for chaos on the returns: near 0 regular, near 1 chaotic", "returns"),
+    _feature("lyapunov_exponent", "s-1", "largest Lyapunov exponent", "exponent"),
+    _feature("lyapunov_error", "s-1", "standard error of the largest Lyapunov exponent", "exponent"),
     Variable("steps", "i8", "1", "accepted steps", "run"),
     Variable("rejected", "i8", "1", "rejected steps", "run"),
-    Variable("axial_peaks", "f8", "m", "last local maxima of the bit position", "peaks", (*POINT, "peak")),
-    Variable("bit_speed_peaks", "f8", "rad s-1", "last local maxima of the bit speed", "peaks", (*POINT, "peak")),
-    Variable("radius_peaks", "f8", "m", "last local maxima of the radial displacement", "peaks", (*POINT, "peak")),
+    _peaks("axial_peaks", "m", "last local maxima of the bit position"),
+    _peaks("bit_speed_peaks", "rad s-1", "last local maxima of the bit speed"),
+    _peaks("radius_peaks", "m", "last local maxima of the radial displacement"),
+    _section("radius", "m", "radial displacement"),
+    _section("radial_velocity", "m s-1", "radial velocity"),
+    _section("whirl_angle", "rad", "whirl angle relative to the bit angle"),
+    _section("whirl_speed", "rad s-1", "whirl speed"),
+    _section("axial", "m", "bit position"),
+    _section("axial_velocity", "m s-1", "axial velocity"),
+    _section("twist", "rad", "twist of the string"),
+    _section("bit_speed", "rad s-1", "bit speed"),
     Variable("initial_state", "f8", "SI", "state at the start of the run", "states", (*POINT, "state")),
     Variable("final_state", "f8", "SI", "state at the end of the run", "states", (*POINT, "state")),
 )
@@ -110,6 +167,7 @@ BY_NAME = {variable.name: variable for variable in VARIABLES}
 FEATURES = tuple(v.name for v in VARIABLES if v.room == "feature")
 LABELS = tuple(v.name for v in VARIABLES if v.room == "label")
 PEAKS = tuple(v.name for v in VARIABLES if v.room == "peaks")
+SECTION = tuple(v.name for v in VARIABLES if v.room == "section")
 
 COORDINATES: dict[str, tuple[str, str]] = {
     "procedure": ("1", "how the state was chosen: same at every point, carried up, carried down"),
@@ -117,6 +175,8 @@ COORDINATES: dict[str, tuple[str, str]] = {
     "wob": ("N", "weight on bit"),
     "rotary_speed": ("rad s-1", "top-drive speed"),
     "peak": ("1", "peak number, oldest first"),
+    "start": ("1", "number of the state from which the run began"),
+    "crossing": ("1", "number of the return to the Poincare section, oldest first"),
     "state": ("1", "state name"),
     "time": ("s", "time"),
 }

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from nsdrill.store import MemoryLog, pending_records, write_results
-from nsdrill.variables import PROCEDURES
+from nsdrill.variables import PROCEDURES, Kept
 
 SHAPE = (2, 5, 3, 4)
 POINTS = math.prod(SHAPE)
@@ -16,7 +16,7 @@ POINTS = math.prod(SHAPE)
 def made(count, peaks, seed=0):
     """``count`` finished records with random numbers, some NaN, and every status but pending."""
     random = np.random.default_rng(seed)
-    records = pending_records(count, peaks)
+    records = pending_records(count, Kept(peaks))
     for name in records.dtype.names:
         kind = records.dtype[name]
         shape = (count, *kind.shape)
@@ -46,7 +46,7 @@ def header(shape=SHAPE, **attrs):
 def make_results(path, shape=SHAPE, peaks=3, seed=0, **attrs):
     """Write a results file of random points and return its records."""
     records = made(math.prod(shape), peaks, seed)
-    log = MemoryLog(header(shape, **attrs), len(records), peaks)
+    log = MemoryLog(header(shape, **attrs), len(records), Kept(peaks))
     log.write(np.arange(len(records)), records)
     write_results(path, log)
     return records

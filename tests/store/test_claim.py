@@ -8,6 +8,7 @@ import pytest
 
 from nsdrill.errors import FileError, InputError
 from nsdrill.store import RunLog, claim, claim_file, part_path
+from nsdrill.variables import Kept
 
 from .samples import POINTS, header, made
 
@@ -18,7 +19,7 @@ def path(tmp_path):
 
 
 def unfinished(path):
-    with RunLog.create(part_path(path), header(), POINTS, 0) as log:
+    with RunLog.create(part_path(path), header(), POINTS, Kept(0)) as log:
         log.write([0, 1], made(2, 0))
 
 
@@ -55,7 +56,7 @@ def test_an_unfinished_run_beside_a_finished_file_is_resumed(path):
 
 
 def test_a_run_in_progress_is_left_alone(path):
-    with RunLog.create(part_path(path), header(), POINTS, 0):
+    with RunLog.create(part_path(path), header(), POINTS, Kept(0)):
         for options in ({}, {"overwrite": True}):
             with pytest.raises(FileError, match="another process is writing"):
                 claim(path, **options)

@@ -23,6 +23,7 @@ from nsdrill.store import (
     rewrite_labels,
     to_netcdf,
 )
+from nsdrill.variables import Kept
 
 from .samples import POINTS, header, make_results
 
@@ -119,7 +120,7 @@ def test_a_file_that_may_not_be_read(path, monkeypatch):
 
 
 def test_an_unfinished_run_is_pointed_at(path):
-    RunLog.create(part_path(path), header(), POINTS, 0).close()
+    RunLog.create(part_path(path), header(), POINTS, Kept(0)).close()
     with pytest.raises(FileError, match=r"unfinished run.*--resume"):
         read_results(path)
     with pytest.raises(FileError, match=r"unfinished run.*--resume"):

@@ -17,11 +17,12 @@ import pytest
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.store import RunLog, read_partial
 from nsdrill.store.records import slot_dtype
+from nsdrill.variables import Kept
 
 from .samples import POINTS, header, made
 
 PEAKS = 3
-SLOT = slot_dtype(PEAKS).itemsize
+SLOT = slot_dtype(Kept(PEAKS)).itemsize
 
 
 @pytest.fixture
@@ -32,7 +33,7 @@ def part(tmp_path):
 def filled(part):
     """A closed log in which every point is done; its records."""
     records = made(POINTS, PEAKS)
-    with RunLog.create(part, header(), POINTS, PEAKS) as log:
+    with RunLog.create(part, header(), POINTS, Kept(PEAKS)) as log:
         log.write(np.arange(POINTS), records)
         log.sync()
     return records
@@ -45,11 +46,11 @@ def slots_at(part):
 
 def test_reopening_gives_back_header_and_records(part):
     records = made(POINTS, PEAKS)
-    with RunLog.create(part, header(extra="ä€"), POINTS, PEAKS) as log:
+    with RunLog.create(part, header(extra="ä€"), POINTS, Kept(PEAKS)) as log:
         log.write([3, 5], records[[3, 5]])
         log.sync()
     with RunLog.open(part) as log:
-        assert (log.n_points, log.peaks) == (POINTS, PEAKS)
+        assert (log.n_points, log.kept) == (POINTS, Kept(PEAKS))
         assert log.header["attrs"]["extra"] == "ä€"
         for name, values in header()["coords"].items():
             np.testing.assert_array_equal(log.header["coords"][name], values)  # the very same floats
@@ -59,13 +60,13 @@ def test_reopening_gives_back_header_and_records(part):
 
 
 def test_a_partial_run_can_be_looked_at_while_it_goes_on(part):
-    with RunLog.create(part, header(), POINTS, PEAKS) as log:
+    with RunLog.create(part, header(), POINTS, Kept(PEAKS)) as log:
         log.write([2], made(1, PEAKS))
         assert np.count_nonzero(read_partial(part)["status"]) == 1
 
 
 def test_discard_removes_the_file(part):
-    log = RunLog.create(part, header(), POINTS, PEAKS)
+    log = RunLog.create(part, header(), POINTS, Kept(PEAKS))
     log.discard()
     assert not part.exists()
 
@@ -77,8 +78,9 @@ import numpy as np
 sys.path.insert(0, sys.argv[2])
 from store.samples import POINTS, header, made
 from nsdrill.store import RunLog
+from nsdrill.variables import Kept
 records = made(POINTS, 3)
-log = RunLog.create(sys.argv[1], header(), POINTS, 3)
+log = RunLog.create(sys.argv[1], header(), POINTS, Kept(3))
 order = np.random.default_rng(5).permutation(POINTS)
 print("ready", flush=True)
 sys.stdin.readline()
@@ -153,7 +155,7 @@ def test_misplaced_and_foreign_slots_are_not_believed(part, tmp_path):
     whole[begin : begin + SLOT] = whole[begin + SLOT : begin + 2 * SLOT]  # a neighbour's
     other = tmp_path / "other.part"
     records = made(POINTS, PEAKS)
-    with RunLog.create(other, header(title="Another"), POINTS, PEAKS) as log:
+    with RunLog.create(other, header(title="Another"), POINTS, Kept(PEAKS)) as log:
         log.write(np.arange(POINTS), records)
     there = slots_at(other)
     whole[begin + 2 * SLOT : begin + 3 * SLOT] = other.read_bytes()[there + 2 * SLOT : there + 3 * SLOT]
@@ -166,7 +168,7 @@ def test_misplaced_and_foreign_slots_are_not_believed(part, tmp_path):
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EIO, errno.EDQUOT])
 def test_a_full_disk_is_told_and_the_log_stays_usable(part, monkeypatch, code):
     records = made(POINTS, PEAKS)
-    log = RunLog.create(part, header(), POINTS, PEAKS)
+    log = RunLog.create(part, header(), POINTS, Kept(PEAKS))
     log.write(np.arange(10), records[:10])
     log.sync()
     real = os.pwrite
@@ -191,7 +193,7 @@ def test_a_full_disk_is_told_and_the_log_stays_usable(part, monkeypatch, code):
 
 
 def test_after_a_failed_sync_no_later_sync_claims_success(part, monkeypatch):
-    with RunLog.create(part, header(), POINTS, PEAKS) as log:
+    with RunLog.create(part, header(), POINTS, Kept(PEAKS)) as log:
         log.write([0], made(1, PEAKS))
         with monkeypatch.context() as patch:
             patch.setattr(os, "fsync", lambda fd: (_ for _ in ()).throw(OSError(errno.EIO, "Input/output error")))
@@ -206,16 +208,16 @@ def test_a_disk_too_small_for_the_points_is_told_before_the_run(part, monkeypatc
     tiny = type("Disk", (), {"f_bavail": 1, "f_frsize": real.f_frsize})
     monkeypatch.setattr(os, "statvfs", lambda path: tiny)
     with pytest.raises(NsdrillError, match=r"the points need .* MB, the disk has .* Nothing has run"):
-        RunLog.create(part, header(), POINTS, PEAKS)
+        RunLog.create(part, header(), POINTS, Kept(PEAKS))
     assert list(part.parent.iterdir()) == []
 
 
 def test_a_second_writer_is_refused(part):
-    with RunLog.create(part, header(), POINTS, PEAKS):
+    with RunLog.create(part, header(), POINTS, Kept(PEAKS)):
         with pytest.raises(FileError, match="another process is writing these results now"):
             RunLog.open(part)
         with pytest.raises(FileError, match="--resume"):
-            RunLog.create(part, header(), POINTS, PEAKS)
+            RunLog.create(part, header(), POINTS, Kept(PEAKS))
         with pytest.raises(FileError, match="another process"):
             RunLog.remove(part)
     RunLog.open(part).close()
@@ -224,7 +226,7 @@ def test_a_second_writer_is_refused(part):
 
 def test_the_lock_is_seen_by_another_process(part):
     code = "import sys; from nsdrill.store import RunLog; RunLog.open(sys.argv[1])"
-    with RunLog.create(part, header(), POINTS, PEAKS):
+    with RunLog.create(part, header(), POINTS, Kept(PEAKS)):
         child = subprocess.run([sys.executable, "-c", code, str(part)], capture_output=True, text=True, check=False)
     assert "another process is writing" in child.stderr
 
@@ -270,6 +272,6 @@ def test_a_log_with_other_variables_is_refused(part, monkeypatch):
 
 def test_an_empty_log_takes_hardly_any_space(part):
     shape = (1, 1000, 1, 100)
-    with RunLog.create(part, header(shape), 100_000, 32):
+    with RunLog.create(part, header(shape), 100_000, Kept(32)):
         assert part.stat().st_size > 100_000_000
         assert part.stat().st_blocks * 512 < 1_000_000  # st_blocks counts 512 bytes by POSIX

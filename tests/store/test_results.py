@@ -28,7 +28,7 @@ from nsdrill.store import (
     write_results,
 )
 from nsdrill.store.results import block_shape, blocks
-from nsdrill.variables import COORDINATES, POINT, STATE_NAMES, VARIABLES
+from nsdrill.variables import COORDINATES, POINT, STATE_NAMES, VARIABLES, Kept
 
 from .samples import POINTS, SHAPE, header, made, make_results
 
@@ -125,7 +125,7 @@ def test_the_file_is_hardly_larger_than_its_numbers(path):
 
 
 def test_pending_points_are_marked(path):
-    log = MemoryLog(header(), POINTS, 0)
+    log = MemoryLog(header(), POINTS, Kept(0))
     log.write([0], made(1, 0))
     write_results(path, log)
     results = read_results(path)
@@ -149,7 +149,7 @@ def test_one_point(path):
 
 
 def test_a_finished_file_becomes_a_log_again(path, tmp_path):
-    log = MemoryLog(header(), POINTS, 2)
+    log = MemoryLog(header(), POINTS, Kept(2))
     log.write(np.arange(0, POINTS, 2), made(POINTS // 2, 2))
     write_results(path, log)
     with log_from_results(path, tmp_path / "out.h5.part") as again:
@@ -273,10 +273,11 @@ import h5py, numpy as np
 sys.path.insert(0, sys.argv[2])
 from store.samples import header, made
 from nsdrill.store import RunLog, write_results
+from nsdrill.variables import Kept
 def peak():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # KiB on Linux
 records = made(10_000, 0)
-log = RunLog.create(sys.argv[1] + ".part", header((1, 1000, 10, 100)), 10**6, 0)
+log = RunLog.create(sys.argv[1] + ".part", header((1, 1000, 10, 100)), 10**6, Kept(0))
 before = peak()
 for start in range(0, 10**6, 100_000):
     log.write(np.arange(start, start + 10_000), records)
@@ -294,7 +295,7 @@ print(peak() - before)
 
 
 def test_collecting_a_log_and_reading_its_file_agree(path):
-    log = MemoryLog(header(), POINTS, 2)
+    log = MemoryLog(header(), POINTS, Kept(2))
     log.write(np.arange(POINTS), made(POINTS, 2))
     write_results(path, log)
     here, there = collect(log), read_results(path)

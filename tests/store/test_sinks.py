@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from nsdrill.store import MemoryLog, RunLog, collect, record_dtype
-from nsdrill.variables import PENDING, POINT, VARIABLES
+from nsdrill.variables import PENDING, POINT, VARIABLES, Kept
 
 from .samples import POINTS, SHAPE, header, made
 
@@ -17,8 +17,8 @@ def new_log(request, tmp_path):
 
     def make(peaks=3):
         if request.param == "memory":
-            return MemoryLog(header(), POINTS, peaks)
-        return RunLog.create(tmp_path / "out.h5.part", header(), POINTS, peaks)
+            return MemoryLog(header(), POINTS, Kept(peaks))
+        return RunLog.create(tmp_path / "out.h5.part", header(), POINTS, Kept(peaks))
 
     return make
 
@@ -109,13 +109,14 @@ def test_collect_gives_results_on_the_grid(new_log):
 
 
 def test_records_follow_the_table_of_variables():
-    assert record_dtype(5).names == tuple(variable.name for variable in VARIABLES)
-    assert not [name for name in record_dtype(0).names if name.endswith("_peaks")]
-    with pytest.raises(ValueError, match="0 or more"):
-        record_dtype(-1)
+    everything = Kept(peaks=5, returns=4, exponent=True)
+    assert record_dtype(everything).names == tuple(variable.name for variable in VARIABLES)
+    assert not [name for name in record_dtype(Kept(0)).names if name.endswith("_peaks")]
+    with pytest.raises(ValueError, match="negative"):
+        record_dtype(Kept(-1))
 
 
 def test_a_header_must_span_the_points(tmp_path):
     for make in (MemoryLog, lambda *args: RunLog.create(tmp_path / "x.part", *args)):
         with pytest.raises(ValueError, match="span"):
-            make(header(), POINTS + 1, 0)
+            make(header(), POINTS + 1, Kept())

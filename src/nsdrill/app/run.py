@@ -77,7 +77,7 @@ def run(
     FileError as the command ``nsdrill run`` reports them.
     """
     if path is None:
-        log = MemoryLog(_header(study), plan_of(study).points, study.record.peaks)
+        log = MemoryLog(_header(study), plan_of(study).points, study.record.kept())
         _compute(study, log, workers or processors(), lambda progress: None, None)
         return collect(log)
     run_study(study, path, workers=workers, overwrite=overwrite, resume=resume, retry_failed=retry_failed)
@@ -110,7 +110,7 @@ def run_study(
     part = part_path(path)
     log: RunLog
     if state == "new":
-        log = RunLog.create(part, _header(study), plan.points, study.record.peaks)
+        log = RunLog.create(part, _header(study), plan.points, study.record.kept())
     elif state == "resume":
         log = RunLog.open(part)
     else:
@@ -178,7 +178,7 @@ def _compute(
     if lanes is None:
         lanes = choose_lanes(-(-plan.chains // workers))
     compiled_parts(lanes, *work.variant)
-    kind = record_dtype(study.record.peaks)
+    kind = record_dtype(study.record.kept())
     synced = time.monotonic()
 
     def deliver(points: np.ndarray, columns: dict[str, np.ndarray]) -> None:

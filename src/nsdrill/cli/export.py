@@ -16,22 +16,23 @@ from nsdrill.errors import InputError
 @options.file_argument("results")
 @options.output("File to write: .csv or .nc (netCDF-4).")
 @click.option("--peaks", is_flag=True, help="CSV: a column for every recorded peak.")
+@click.option("--section", is_flag=True, help="CSV: a column for every recorded return to the Poincare section.")
 @click.option("--states", is_flag=True, help="CSV: a column for every initial and final state.")
 @options.overwrite
-def command(results: str, output: str, peaks: bool, states: bool, overwrite: bool) -> int:
+def command(results: str, output: str, peaks: bool, section: bool, states: bool, overwrite: bool) -> int:
     """Write RESULTS as a table (CSV, one row a point, units in the headings) or as netCDF (everything)."""
     suffix = Path(output).suffix.lower()
     if suffix not in (".csv", ".nc"):
         raise InputError(f"{output}: found the ending {suffix or '(none)'}; allowed: .csv or .nc.")
-    if suffix == ".nc" and (peaks or states):
-        raise InputError(
-            f"{'--peaks' if peaks else '--states'}: found with netCDF, which holds everything; allowed: with .csv.")
+    given = [option for option, on in (("--peaks", peaks), ("--section", section), ("--states", states)) if on]
+    if suffix == ".nc" and given:
+        raise InputError(f"{given[0]}: found with netCDF, which holds everything; allowed: with .csv.")
     from nsdrill.store import claim_file, read_results, to_csv, to_netcdf
 
     options.keep_apart(results, output)
     claim_file(output, overwrite)
     if suffix == ".csv":
-        to_csv(read_results(results), output, peaks=peaks, states=states)
+        to_csv(read_results(results), output, peaks=peaks, section=section, states=states)
     else:
         to_netcdf(results, output)
     click.echo(f"{output}: written.", err=True)

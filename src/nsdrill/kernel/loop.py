@@ -68,7 +68,7 @@ def make_advance(lanes: int, rows: Rows) -> Any:
     are idle, or, unless ``drain``, when one more than at first is. A run that fails does not end its chain: the next
     one then starts from the state laid down in its own slot.
     """
-    W, N, M, P = lanes, rows.states, rows.pairs, rows.parameters
+    W, N, M, P, own = lanes, rows.states, rows.pairs, rows.parameters, rows.own
     stage_, acceleration_, t_stage_ = W * rows.stage, W * rows.acceleration, W * rows.stage_time
     parameter_, y_, a1_, t_, h_, moves_, window_ = (W * r for r in (
         rows.parameter, rows.start, rows.start_acceleration, rows.time, rows.step, rows.moves, rows.window))
@@ -200,7 +200,7 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                 following = successor[slot]
                 if following >= 0:
                     if status == OK:  # else the next one starts from the state that waits in its slot
-                        for j in range(N):
+                        for j in range(own):
                             state[following, j] = b[y_ + j * W + i]
                         state[following, N] = angle
                     lane[i] = following

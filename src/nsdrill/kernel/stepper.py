@@ -26,7 +26,8 @@ from nsdrill.kernel.tableau import DORMAND_PRINCE
 @lru_cache
 def make_stepper(lanes: int, rows: Rows) -> Any:
     """The compiled Dormand-Prince stepper for a number of lanes and a row layout."""
-    W, N, M = lanes, rows.states, rows.pairs
+    W, N, M = lanes, rows.own, rows.pairs
+    judged = N // 2  # pairs that have a say in the step size
     stage_, a7_, t_stage_ = W * rows.stage, W * rows.acceleration, W * rows.stage_time
     y_, a1_, drift_, lead_, size_ = (
         W * rows.start, W * rows.start_acceleration, W * rows.drift, W * rows.lead, W * rows.size)
@@ -142,7 +143,7 @@ def make_stepper(lanes: int, rows: Rows) -> Any:
         for i in range(W):
             h, proposal = b[h_ + i], b[proposed_ + i]
             total = 0.0
-            for p in range(M):
+            for p in range(judged):
                 x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
                 a1, a3, a4, a5, a6 = b[a1_ + j], b[a3_ + j], b[a4_ + j], b[a5_ + j], b[a6_ + j]
                 error_x = h * fma(d1, a1, fma(d3, a3, fma(d4, a4, fma(d5, a5, d6 * a6))))

@@ -59,9 +59,10 @@ def model_for(parameters: Parameters) -> Model:
 
 
 @lru_cache
-def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
-    """The compiled right-hand side for a number of lanes, a wall law and a number of lobes."""
-    rows = Rows(len(STATES), len(AUX), len(PARAMETERS), 0)
+def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, companions: int = 0) -> Any:
+    """The compiled right-hand side for a number of lanes, a wall law and a number of lobes; in a buffer that has
+    ``companions`` more states, which it does not touch."""
+    rows = Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), 0, companions)
     W = lanes
     x_, vx_, y_, vy_, z_, vz_, twist_, speed_ = (W * (rows.stage + i) for i in range(8))
     ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
@@ -79,7 +80,7 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3) -> Any
     k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
     eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
 
-    @compiled(types.void(BUFFER), W, hertz, lobes)
+    @compiled(types.void(BUFFER), W, hertz, lobes, companions)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
         # Bit: interference with the lobed surface, force, torque. Cutting and friction share their direction.
         touching = 0

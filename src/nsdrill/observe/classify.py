@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.observe.motion import classify_motion, in_the_bit_frame, period
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.variables import (
     BACKWARD,
@@ -16,6 +17,7 @@ from nsdrill.variables import (
     IRREGULAR,
     NO_WHIRL,
     OK,
+    PERIODIC,
     STICK_SLIP,
     WHIRL,
 )  # fmt: skip
@@ -23,8 +25,12 @@ from nsdrill.variables import (
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
-def classify(features: Mapping[str, Array], status: Array, thresholds: Thresholds) -> dict[str, Array]:
-    """The labels ``response``, ``whirl_kind``, ``stick_slip_severity`` and ``settled`` of runs with these features.
+def classify(
+    features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array | None = None
+) -> dict[str, Array]:
+    """The labels ``response``, ``whirl_kind``, ``stick_slip_severity`` and ``settled`` of runs with these features;
+    and, where the features include returns to the Poincare section, ``motion`` and ``period``, for which the natural
+    sizes of the states ``sizes`` (..., 8) are needed.
 
     All arrays have one shape; runs that did not end well (``status`` not ok) get zeros. A bit that does not turn at all
     (mean speed zero, an infinite or undefined index) sticks.
@@ -52,4 +58,11 @@ def classify(features: Mapping[str, Array], status: Array, thresholds: Threshold
     response = BIT_BOUNCE * bounce + STICK_SLIP * stick_slip + WHIRL * whirl
     settled = features["half_difference"] <= t.settled.tolerance
     labels = {"response": response, "whirl_kind": kind, "stick_slip_severity": severity, "settled": settled}
-    return {name: np.where(ok, value, 0).astype(np.int8) for name, value in labels.items()}
+    labels = {name: np.where(ok, value, 0).astype(np.int8) for name, value in labels.items()}
+    if "section_radius" in features and sizes is not None:
+        returns = in_the_bit_frame(features)
+        flat = returns.reshape(-1, *returns.shape[-2:])
+        found = np.where(ok, period(flat, sizes.reshape(-1, 8), t.motion).reshape(ok.shape), 0).astype(np.int16)
+        labels["motion"] = classify_motion(features, status, labels["settled"], found, sizes, t.motion)
+        labels["period"] = np.where(labels["motion"] == PERIODIC, found, 0).astype(np.int16)
+    return labels

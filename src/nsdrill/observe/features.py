@@ -23,6 +23,7 @@ from nsdrill.model.friction import TWO_OVER_PI
 from nsdrill.model.lobes import multiple_cosine, multiple_sine
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES
 from nsdrill.observe.interpolant import cubic, derivative, extreme, quintic, share_above, value
+from nsdrill.observe.section import ENTRY, REVOLUTION, bit_angle_crossing, position_and_velocity, section_width
 
 # Quantities at an end of a step that are not states: interference u of bit and rock with its rates, bit torque and its
 # rate, radius and its rate.
@@ -33,19 +34,30 @@ SUMS = ("on_rock", "unstuck", "on_wall", "radius_sum", "twist_sum", "lateral_squ
         "rolled", "turned")  # fmt: skip
 ANCHORS = ("twist_start", "angle_start")
 HALF = EXTREMES + SUMS + ANCHORS
-OBSERVED = (*(f"{name}_before" for name in ENDS), *(f"{name}_now" for name in ENDS), *HALF, "found")
+OBSERVED = (*(f"{name}_before" for name in ENDS), *(f"{name}_now" for name in ENDS), *HALF, "found", "level")
 # What a half leaves in the outbox: the sums so far, its length and the state of the slow angles at its end.
 HALF_REPORT = (*HALF, "twist_end", "angle_end")
 
 
-def report_width(peaks: int) -> int:
-    """Columns that the observer fills in the outbox: two halves, then count and ring of the peaks of z, speed, r."""
-    return 2 * len(HALF_REPORT) + 3 * (peaks + 1)
+# The store begins with the numbers of peaks and of returns to the section that are kept, the angle between returns, and
+# room for what measures the growth of a deviation.
+PEAKS, RETURNS, SPACING, GROWTH_HEADER = range(4)
+HEADER = GROWTH_HEADER + 2
+NEVER = 1e300  # a bit angle that is not reached
 
 
-def store_size(lanes: int, peaks: int) -> int:
-    """Floats in the observer's store: the number of peaks, then a count and a ring for each lane and quantity."""
-    return 1 + lanes * 3 * (peaks + 1)
+def report_width(peaks: int, returns: int = 0) -> int:
+    """Columns that the observer fills in the outbox: two halves, count and ring of the peaks of z, speed and r, and
+    those of the section."""
+    return 2 * len(HALF_REPORT) + 3 * (peaks + 1) + section_width(returns)
+
+
+def new_store(lanes: int, peaks: int, returns: int = 0, spacing: float = REVOLUTION) -> np.ndarray:
+    """The observer's store: its header, then for each lane the rings of the peaks, then for each that of the
+    section."""
+    store = np.zeros(HEADER + lanes * (3 * (peaks + 1) + section_width(returns)))
+    store[PEAKS], store[RETURNS], store[SPACING] = peaks, returns, spacing
+    return store
 
 
 @inlined
@@ -73,20 +85,20 @@ def squared_radius(b, i, x_, vx_, ax_, y_, vy_, ay_):  # type: ignore[no-untyped
 @inlined
 def keep_peaks(b, store, maxima, found_, which):  # type: ignore[no-untyped-def]
     """Put this step's maxima into the rings of the lanes whose bit is set."""
-    peaks = int(store[0])
+    peaks = int(store[PEAKS])
     while peaks > 0 and maxima != 0:
         i = lowest_bit(maxima)
         maxima &= maxima - 1
-        ring = 1 + (3 * i + which) * (peaks + 1)
+        ring = HEADER + (3 * i + which) * (peaks + 1)
         count = int(store[ring])
         store[ring + 1 + count % peaks] = b[found_ + i]
         store[ring] = count + 1
 
 
 @lru_cache
-def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
-    """The compiled (observer, marker) for a number of lanes and of lobes."""
-    rows = Rows(len(STATES), len(AUX), len(PARAMETERS), len(OBSERVED))
+def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any, Any]:
+    """The compiled (observer, marker) for a number of lanes, of lobes and of companions of the states."""
+    rows = Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), len(OBSERVED), companions)
     W = lanes
     x0_, vx0_, y0_, vy0_, z0_, vz0_, twist0_, speed0_ = (W * (rows.start + i) for i in range(8))
     ax0_, ay0_, az0_, alpha0_ = (W * (rows.start_acceleration + i) for i in range(4))
@@ -99,7 +111,8 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
     gap_, k_c_, s0_, stuck_, drive_ = (
         parameter[n] for n in ("gap", "rock_stiffness", "surface_amplitude", "stuck_below", "drive_speed"))
     eps_, tau_, rise_, mu_ = (parameter[n] for n in ("bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"))
-    before_, now_, found_ = own["u_before"], own["u_now"], own["found"]
+    before_, now_, found_, level_ = own["u_before"], own["u_now"], own["found"], own["level"]
+    time_, phase_ = W * rows.time, parameter["drive_phase"]
     u0_, du0_, ddu0_, T0_, dT0_, r0_, dr0_ = (before_ + W * i for i in range(len(ENDS)))
     u1_, du1_, ddu1_, T1_, dT1_, r1_, dr1_ = (now_ + W * i for i in range(len(ENDS)))
     z_min_, z_max_, speed_min_, speed_max_, twist_min_, twist_max_, u_max_, torque_max_, rho_max_ = (
@@ -110,12 +123,12 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
     half_, half_count, ends_count = own[HALF[0]], len(HALF), len(ENDS)
     half_report = len(HALF_REPORT)
 
-    @compiled(types.void(BUFFER, BUFFER), W, lobes)
+    @compiled(types.void(BUFFER, BUFFER), W, lobes, companions)
     def observer(b, store):  # type: ignore[no-untyped-def]
         # One bit a lane: which quantities turn inside the step, which levels are crossed, whether the collar is on the
         # wall or passes from one half plane to the other.
         z_turns = speed_turns = twist_turns = u_turns = torque_tops = rho_turns = 0
-        rock = stuck = wall = touching = passing = 0
+        rock = stuck = wall = touching = passing = returning = 0
         for i in range(W):
             # The quantities at the end of the step.
             omega, alpha, drive = b[speed1_ + i], b[alpha1_ + i], b[drive_ + i]
@@ -171,6 +184,10 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
             stuck |= bit if free0 != free1 else 0
             wall |= bit if (rho0 > level) != (rho1 > level) else 0
             touching |= bit if (rho0 > level) or (rho1 > level) else 0
+
+            end = b[time_ + i] + b[h_ + i]
+            angle = b[twist1_ + i] + fma(drive, end, b[phase_ + i])
+            returning |= bit if angle >= b[level_ + i] else 0
 
             # Time on each side of a level: whole steps here, steps with a crossing lane by lane below.
             h = b[h_ + i]
@@ -319,21 +336,63 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
                 whole = 1.0 if (rho0 > level and rho1 > level) else 0.0
                 b[on_wall_ + i] += h * (part - whole)
 
+        # Returns to the section: a lobe or a revolution, hence once in many steps.
+        while returning != 0:
+            i = lowest_bit(returning)
+            returning &= returning - 1
+            h, drive = b[h_ + i], b[drive_ + i]
+            turned = fma(drive, b[time_ + i], b[phase_ + i])
+            end = b[twist1_ + i] + fma(drive, b[time_ + i] + h, b[phase_ + i])
+            peaks, returns = int(store[PEAKS]), int(store[RETURNS])
+            ring = HEADER + W * 3 * (peaks + 1) + i * (1 + ENTRY * returns)
+            while end >= b[level_ + i]:
+                level = b[level_ + i]
+                theta = bit_angle_crossing(
+                    b[twist0_ + i], b[speed0_ + i], b[alpha0_ + i], b[twist1_ + i], b[speed1_ + i], b[alpha1_ + i],
+                    h, drive, turned, level)
+                x, vx = position_and_velocity(b, i, theta, h, 0.0, x0_, vx0_, ax0_, x1_, vx1_, ax1_)
+                y, vy = position_and_velocity(b, i, theta, h, 0.0, y0_, vy0_, ay0_, y1_, vy1_, ay1_)
+                z, vz = position_and_velocity(b, i, theta, h, 0.0, z0_, vz0_, az0_, z1_, vz1_, az1_)
+                twist, omega = position_and_velocity(
+                    b, i, theta, h, -drive, twist0_, speed0_, alpha0_, twist1_, speed1_, alpha1_)
+                count = int(store[ring])
+                entry = ring + 1 + ENTRY * (count % returns)
+                store[entry] = x
+                store[entry + 1] = vx
+                store[entry + 2] = y
+                store[entry + 3] = vy
+                store[entry + 4] = z
+                store[entry + 5] = vz
+                store[entry + 6] = twist
+                store[entry + 7] = omega
+                store[entry + 8] = level
+                store[ring] = count + 1
+                # By number, not by adding up: the levels of a long run are multiples of the spacing.
+                b[level_ + i] = (np.rint(level / store[SPACING]) + 1.0) * store[SPACING]
+
         for i in range(W):
             if b[moves_ + i] != 0.0:
                 for k in range(0, ends_count * W, W):
                     b[before_ + k + i] = b[now_ + k + i]
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), W, lobes)
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+              W, lobes, companions)
     def marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         # The lane stands at the mark: its state is in the stage rows, and the quantities at the end of the step are
         # its.
         angle = half_plane_angle(b[x1_ + i], b[y1_ + i])
         rho = fma(b[x1_ + i], b[x1_ + i], b[y1_ + i] * b[y1_ + i])
-        width = 3 * (int(store[0]) + 1)
+        returns = int(store[RETURNS])
+        width, width_of_section = 3 * (int(store[PEAKS]) + 1), 1 + ENTRY * returns if returns > 0 else 0
+        rings = HEADER + i * width
+        section = HEADER + W * width + i * width_of_section
         if mark == OPENS:
             for k in range(width):
-                store[1 + i * width + k] = 0.0
+                store[rings + k] = 0.0
+            for k in range(width_of_section):
+                store[section + k] = 0.0
+            turned = b[twist1_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i])
+            b[level_ + i] = (np.floor(turned / store[SPACING]) + 1.0) * store[SPACING] if returns > 0 else NEVER
         else:
             b[z_min_ + i] = min(b[z_min_ + i], b[z1_ + i])
             b[z_max_ + i] = max(b[z_max_ + i], b[z1_ + i])
@@ -351,7 +410,9 @@ def make_observer(lanes: int, lobes: int = 3) -> tuple[Any, Any]:
             report[first + half_count + 1] = angle
             if mark == CLOSES:
                 for k in range(width):
-                    report[column + 2 * half_report + k] = store[1 + i * width + k]
+                    report[column + 2 * half_report + k] = store[rings + k]
+                for k in range(width_of_section):
+                    report[column + 2 * half_report + width + k] = store[section + k]
         for k in range(half_count):
             b[half_ + k * W + i] = 0.0
         b[z_min_ + i] = b[z1_ + i]

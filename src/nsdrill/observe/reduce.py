@@ -9,6 +9,7 @@ import numpy as np
 
 from nsdrill.model.rhs import INDEX
 from nsdrill.observe.features import ANCHORS, EXTREMES, HALF_REPORT, SUMS
+from nsdrill.observe.section import returns_of, section_width
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -74,12 +75,19 @@ def peaks(report: Array, count: int) -> Array:
     """
     if count == 0:
         return np.empty((len(report), 3, 0))
-    rings = report[:, 2 * len(HALF_REPORT) :].reshape(len(report), 3, count + 1)
+    first = 2 * len(HALF_REPORT)
+    rings = report[:, first : first + 3 * (count + 1)].reshape(len(report), 3, count + 1)
     found = rings[:, :, :1].astype(np.int64)
     place = np.arange(count)
     oldest = np.where(found > count, found % count, 0)
     ordered = np.take_along_axis(rings[:, :, 1:], (oldest + place) % count, axis=2)
     return np.where(place < found, ordered, np.nan)
+
+
+def section(report: Array, peaks: int, returns: int) -> Array:
+    """The last ``returns`` crossings of the Poincare section, oldest first: shape (runs, returns, ENTRY)."""
+    first = 2 * len(HALF_REPORT) + 3 * (peaks + 1)
+    return returns_of(report[:, first : first + section_width(returns)], returns)
 
 
 def _join(first: dict[str, Array], second: dict[str, Array]) -> dict[str, Array]:

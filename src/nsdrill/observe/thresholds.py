@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Literal
 
 from nsdrill.model.parameters import parameter
+from nsdrill.variables import Kept
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,24 @@ class Settled:
 
 
 @dataclass(frozen=True)
+class Motion:
+    """The kind of motion, from the returns to the Poincare section.
+
+    Two returns are the same where each state differs by less than ``absolute`` times its natural size plus ``relative``
+    times its range; a period is at most ``longest_period`` returns. Without a period the motion is chaotic where the
+    Lyapunov exponent, less twice its error, exceeds ``exponent`` [1/s]; where it was not measured, where the 0-1 test
+    gives more than ``chaotic_above``, and quasi-periodic below ``regular_below``.
+    """
+
+    absolute: float = parameter(0.01, "", "R", "convention")
+    relative: float = parameter(0.01, "", "R", "convention", strict=False)
+    longest_period: int = 24
+    exponent: float = parameter(0.005, "1/s", "R", "convention", strict=False)
+    chaotic_above: float = parameter(0.8, "", "Gottwald & Melbourne 2009", "convention", high=1.0)
+    regular_below: float = parameter(0.3, "", "Gottwald & Melbourne 2009", "convention", high=1.0)
+
+
+@dataclass(frozen=True)
 class Thresholds:
     """All thresholds; ``stuck_below`` [rad/s] is the bit speed under which the bit counts as stuck."""
 
@@ -62,12 +82,21 @@ class Thresholds:
     stick_slip: StickSlip = field(default_factory=StickSlip)
     whirl: Whirl = field(default_factory=Whirl)
     settled: Settled = field(default_factory=Settled)
+    motion: Motion = field(default_factory=Motion)
     stuck_below: float = parameter(5 * math.pi / 30, "rad/s", "field practice: bit-stuck time below 5 rpm", "high")
 
 
 @dataclass(frozen=True)
 class Record:
-    """``peaks``: how many of the last local maxima are kept for each of bit position, bit speed and radius."""
+    """``peaks``: how many of the last local maxima are kept for each of bit position, bit speed and radius;
+    ``poincare``: how many of the last returns to the Poincare ``section``, a whole revolution of the bit or a lobe;
+    ``exponent``: whether the largest Lyapunov exponent is measured."""
 
     peaks: int = 32
     poincare: int = 0
+    section: Literal["revolution", "lobe"] = "revolution"
+    exponent: bool = False
+
+    def kept(self, starts: int = 0) -> Kept:
+        """What a results file keeps of each point; ``starts`` where each operating point is started from several."""
+        return Kept(self.peaks, self.poincare, self.exponent, starts)

@@ -17,13 +17,16 @@ from nsdrill.variables import BY_NAME, COORDINATES, POINT, Variable
 _ROOMS = ("run", "label", "feature")
 
 
-def to_csv(results: Results, path: str | os.PathLike[str], *, peaks: bool = False, states: bool = False) -> None:
+def to_csv(
+    results: Results, path: str | os.PathLike[str], *, peaks: bool = False, section: bool = False, states: bool = False
+) -> None:
     """One row per point: the four coordinates, every variable, and the flags once more in words.
 
-    Peaks and states take a column per entry, ``axial_peaks_0 [m]``, if asked for. Numbers have as many digits as give
-    back the same bits; a missing one is ``nan``. Written row by row.
+    Peaks, returns to the section and states take a column per entry, ``axial_peaks_0 [m]``, if asked for.
+    Numbers have as many digits as give back the same bits; a missing one is ``nan``. Written row by row.
     """
-    rooms = (*_ROOMS, *(("peaks",) if peaks else ()), *(("states",) if states else ()))
+    asked = {"peaks": peaks, "section": section, "states": states}
+    rooms = (*_ROOMS, *(room for room, wanted in asked.items() if wanted))
     chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].room in rooms]
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

@@ -87,9 +87,10 @@ def add_coordinate(file: Any, name: str, values: Any) -> None:
     scale.make_scale(name)
 
 
-def add_variable(file: Any, variable: Variable, chunk: tuple[int, ...]) -> Any:
-    """An empty dataset for ``variable`` on coordinates already written, in chunks of shape ``chunk`` if it is large."""
-    shape = tuple(len(file[name]) for name in variable.dims)
+def add_variable(file: Any, variable: Variable, dims: tuple[str, ...], chunk: tuple[int, ...]) -> Any:
+    """An empty dataset for ``variable`` on the coordinates ``dims``, already written, in chunks of shape
+    ``chunk`` if it is large."""
+    shape = tuple(len(file[name]) for name in dims)
     kind = np.dtype(f"<{variable.dtype}")
     dataset = file.create_dataset(variable.name, shape, kind, **_storage(shape, kind, chunk))
     dataset.attrs["units"] = variable.units
@@ -102,7 +103,7 @@ def add_variable(file: Any, variable: Variable, chunk: tuple[int, ...]) -> Any:
             dataset.attrs[name] = np.array(flags, kind)  # CF: of the type of the variable
     if variable.flag_meanings is not None:
         dataset.attrs["flag_meanings"] = variable.flag_meanings
-    for axis, name in enumerate(variable.dims):
+    for axis, name in enumerate(dims):
         dataset.dims[axis].attach_scale(file[name])
     return dataset
 

@@ -23,7 +23,7 @@ from nsdrill.store.files import check_room, publish, reason, sync_folder, tempor
 from nsdrill.store.log_header import first_slot, pack_header, read_header
 from nsdrill.store.records import check_write, pending_records, raw, seal, slot_dtype, sound
 from nsdrill.store.sink import check_header
-from nsdrill.variables import PENDING
+from nsdrill.variables import PENDING, Kept
 
 _BLOCK_BYTES = 4 << 20  # read and write in pieces of this size, so that memory does not grow with the sweep
 
@@ -43,12 +43,12 @@ class RunLog:
         self.path = path
         self.header: dict[str, Any] = fields["header"]
         self.n_points: int = fields["n_points"]
-        self.peaks: int = fields["peaks"]
+        self.kept = Kept(**fields["kept"])
         self._fd = fd
         self._offset = offset
         self._salt = salt
         self._writable = writable
-        self._slot = slot_dtype(self.peaks)
+        self._slot = slot_dtype(self.kept)
         self._block = max(1, _BLOCK_BYTES // self._slot.itemsize)
         self._lost = False
         self._status: Array = np.zeros(self.n_points, np.int8)
@@ -58,7 +58,7 @@ class RunLog:
         self._safe = int(np.count_nonzero(self._status))
 
     @classmethod
-    def create(cls, path: str | os.PathLike[str], header: dict[str, Any], n_points: int, peaks: int) -> RunLog:
+    def create(cls, path: str | os.PathLike[str], header: dict[str, Any], n_points: int, kept: Kept) -> RunLog:
         """A new, empty log at ``path``, which must not exist.
 
         ``header`` is plain data: ``coords`` (the four axes) and ``attrs`` (the root attributes of the results), and
@@ -67,8 +67,8 @@ class RunLog:
         """
         path = Path(path)
         check_header(header, n_points)
-        head = pack_header(header, n_points, peaks)
-        size = first_slot(len(head)) + n_points * slot_dtype(peaks).itemsize
+        head = pack_header(header, n_points, kept)
+        size = first_slot(len(head)) + n_points * slot_dtype(kept).itemsize
         # Under a name of its own until the header is whole; the link then fails if another process was quicker.
         temporary = temporary_name(path)
         try:
@@ -116,7 +116,7 @@ class RunLog:
             fields, offset, salt = read_header(fd, path)
             if writable:
                 # A log cut short has lost slots, no more; as long as its header is whole they run again.
-                size = offset + fields["n_points"] * slot_dtype(fields["peaks"]).itemsize
+                size = offset + fields["n_points"] * slot_dtype(Kept(**fields["kept"])).itemsize
                 os.ftruncate(fd, max(size, os.fstat(fd).st_size))
             return cls(path, fd, fields, offset, salt, writable=writable)
         except OSError as error:
@@ -141,7 +141,7 @@ class RunLog:
 
         NsdrillError if the disk refuses. The other points are not touched by that, and the call may be repeated.
         """
-        places = check_write(indices, records, self.n_points, self.peaks)
+        places = check_write(indices, records, self.n_points, self.kept)
         order = np.argsort(places, kind="stable")
         for run in _runs(places[order], self._block):
             chosen = order[run]
@@ -190,7 +190,7 @@ class RunLog:
         except OSError as error:
             raise FileError(f"{self.path}: the run log cannot be read: {reason(error)}.") from error
         good = sound(slots, start, self._salt)
-        records = pending_records(stop - start, self.peaks)
+        records = pending_records(stop - start, self.kept)
         records[good] = slots["record"][good]
         return records
 

@@ -11,6 +11,7 @@ import os
 import stat
 import struct
 import zlib
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -18,16 +19,17 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.store.records import record_dtype
+from nsdrill.variables import Kept
 
 MAGIC = b"nsdrill run log\n"
-LOG_VERSION = 1
+LOG_VERSION = 2
 _PREFIX = struct.Struct("<16sIIQ")
 _PAGE = 4096
 
 
-def pack_header(header: dict[str, Any], n_points: int, peaks: int) -> bytes:
+def pack_header(header: dict[str, Any], n_points: int, kept: Kept) -> bytes:
     """The header of a log as bytes; ``header`` is plain data and numpy values."""
-    fields = {"header": header, "n_points": n_points, "peaks": peaks, "fields": _fields(peaks)}
+    fields = {"header": header, "n_points": n_points, "kept": asdict(kept), "fields": _fields(kept)}
     text = json.dumps(fields, ensure_ascii=False, default=_plain).encode()
     return _PREFIX.pack(MAGIC, LOG_VERSION, zlib.crc32(text), len(text)) + text
 
@@ -57,7 +59,7 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
     if len(text) != length or zlib.crc32(text) != salt:
         raise FileError(f"{path}: the header of the run log is damaged, its points are lost. Start anew: --overwrite.")
     fields = json.loads(text)
-    if fields["fields"] != _fields(fields["peaks"]):
+    if not _known(fields):
         raise FileError(
             f"{path}: the run log holds other variables than this nsdrill writes. Go on with the version of nsdrill "
             "that began the run, or start anew by --overwrite."
@@ -65,9 +67,17 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
     return fields, first_slot(_PREFIX.size + length), salt
 
 
-def _fields(peaks: int) -> list[list[str]]:
+def _known(fields: dict[str, Any]) -> bool:
+    """Whether records of this log are such as this version writes."""
+    try:
+        return bool(fields["fields"] == _fields(Kept(**fields["kept"])))
+    except (KeyError, TypeError, ValueError):
+        return False
+
+
+def _fields(kept: Kept) -> list[list[str]]:
     """Names and types of a record, as text: two versions with the same list can read each other's logs."""
-    kind = record_dtype(peaks)
+    kind = record_dtype(kept)
     return [[name, str(kind[name])] for name in kind.names or ()]
 
 

@@ -9,23 +9,23 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.store.records import check_write, pending_records, record_dtype
 from nsdrill.store.sink import check_header
-from nsdrill.variables import PENDING
+from nsdrill.variables import PENDING, Kept
 
 
 class MemoryLog:
     """Points kept in one array [n_points]; memory that no point has touched yet costs nothing."""
 
-    def __init__(self, header: dict[str, Any], n_points: int, peaks: int) -> None:
+    def __init__(self, header: dict[str, Any], n_points: int, kept: Kept) -> None:
         check_header(header, n_points)
         self.header = header
         self.n_points = n_points
-        self.peaks = peaks
-        self._records: Array = np.zeros(n_points, record_dtype(peaks))
+        self.kept = kept
+        self._records: Array = np.zeros(n_points, record_dtype(kept))
         self._status: Array = np.zeros(n_points, np.int8)
 
     def write(self, indices: Any, records: Array) -> None:
         """Put ``records`` [n] at the points ``indices`` [n]."""
-        places = check_write(indices, records, self.n_points, self.peaks)
+        places = check_write(indices, records, self.n_points, self.kept)
         self._records[places] = records
         self._status[places] = records["status"]
 
@@ -46,7 +46,7 @@ class MemoryLog:
 
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start]; pending points have status 0 and NaN features."""
-        records = pending_records(stop - start, self.peaks)
+        records = pending_records(stop - start, self.kept)
         good = self._status[start:stop] != PENDING
         records[good] = self._records[start:stop][good]
         return records

@@ -17,9 +17,9 @@ from nsdrill.store.files import replacing
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, record_dtype, recorded
-from nsdrill.store.results import block_shape, blocks, points_in_block
+from nsdrill.store.results import block_shape, blocks, coordinates, points_in_block
 from nsdrill.store.sink import Source, grid_shape
-from nsdrill.variables import BY_NAME, FORMAT_VERSION, LABELS, PENDING, POINT, PROCEDURES, STATE_NAMES, Variable
+from nsdrill.variables import BY_NAME, FORMAT_VERSION, LABELS, PENDING, POINT, PROCEDURES, STATE_NAMES, Kept, Variable
 
 PathLike = str | os.PathLike[str]
 
@@ -30,10 +30,10 @@ def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
     if wanted is not None and not wanted <= set(BY_NAME):
         raise FileError(f"{path}: no variable is called {', '.join(sorted(wanted - set(BY_NAME)))}.")
     with hdf5.opened(path) as file:
-        coords, peaks = _coordinates(path, file)
+        coords, kept = _coordinates(path, file)
         variables = {
-            variable.name: _dataset(path, file, variable, coords)[()]
-            for variable in recorded(peaks)
+            variable.name: _dataset(path, file, variable, kept)[()]
+            for variable in recorded(kept)
             if wanted is None or variable.name in wanted
         }
         return Results(coords, variables, hdf5.get_attributes(file))
@@ -49,22 +49,18 @@ def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
 def collect(log: Source, names: Iterable[str] | None = None) -> Results:
     """Everything in a log, or only the variables ``names``, in memory; the same arrays as in its results file."""
     shape = grid_shape(log.header)
-    kind = record_dtype(log.peaks)
+    kind = record_dtype(log.kept)
     wanted = set(kind.names or ()) if names is None else set(names)
-    chosen = [v.name for v in recorded(log.peaks) if v.name in wanted]
+    chosen = [v.name for v in recorded(log.kept) if v.name in wanted]
     flat = {name: np.empty((log.n_points, *kind[name].shape), kind[name].base) for name in chosen}
-    step = points_in_block(log.peaks)
+    step = points_in_block(log.kept)
     for start in range(0, log.n_points if flat else 0, step):
         stop = min(start + step, log.n_points)
         records = log.read(start, stop)
         for name, values in flat.items():
             values[start:stop] = records[name]
-    coords = {name: np.asarray(log.header["coords"][name]) for name in POINT}
-    if log.peaks:
-        coords["peak"] = np.arange(log.peaks, dtype=np.int32)
-    coords["state"] = np.array(STATE_NAMES)
     variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
-    return Results(coords, variables, {**log.header["attrs"], "format_version": FORMAT_VERSION})
+    return Results(coordinates(log), variables, {**log.header["attrs"], "format_version": FORMAT_VERSION})
 
 
 def read_attributes(path: PathLike) -> dict[str, Any]:
@@ -73,37 +69,37 @@ def read_attributes(path: PathLike) -> dict[str, Any]:
         return hdf5.get_attributes(file)
 
 
-def read_point(path: PathLike, ip: int, id: int, iw: int, is_: int) -> dict[str, Any]:
-    """One point of a results file: its four coordinates and every variable, as numpy scalars and 1-D arrays.
+def read_point(path: PathLike, *index: int) -> dict[str, Any]:
+    """One point of a results file: its coordinates and every variable, as numpy scalars and 1-D arrays.
 
-    The indices count procedures, depths, WOBs and rotary speeds from 0; FileError if they lie outside.
+    The indices count procedures, depths, WOBs, rotary speeds, and starts where there are several, from 0; FileError if
+    they lie outside.
     """
-    index = (ip, id, iw, is_)
     with hdf5.opened(path) as file:
-        coords, peaks = _coordinates(path, file)
-        shape = tuple(len(coords[name]) for name in POINT)
-        if not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
+        coords, kept = _coordinates(path, file)
+        shape = tuple(len(coords[name]) for name in kept.grid)
+        if len(index) != len(shape) or not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
             raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
-        point: dict[str, Any] = {name: coords[name][i] for name, i in zip(POINT, index, strict=True)}
-        for variable in recorded(peaks):
-            point[variable.name] = _dataset(path, file, variable, coords)[index]
+        point: dict[str, Any] = {name: coords[name][i] for name, i in zip(kept.grid, index, strict=True)}
+        for variable in recorded(kept):
+            point[variable.name] = _dataset(path, file, variable, kept)[index]
         return point
 
 
 def log_from_results(path: PathLike, part: PathLike) -> RunLog:
     """Make the run log ``part`` again from the finished file ``path``, to run its failed points once more."""
     with hdf5.opened(path) as file:
-        coords, peaks = _coordinates(path, file)
-        shape = tuple(len(coords[name]) for name in POINT)
-        datasets = {v.name: _dataset(path, file, v, coords) for v in recorded(peaks)}
-        header = {"coords": {name: coords[name] for name in POINT}, "attrs": hdf5.get_attributes(file)}
-        log = RunLog.create(part, header, int(np.prod(shape)), peaks)
+        coords, kept = _coordinates(path, file)
+        shape = tuple(len(coords[name]) for name in kept.grid)
+        datasets = {v.name: _dataset(path, file, v, kept) for v in recorded(kept)}
+        header = {"coords": {name: coords[name] for name in kept.grid}, "attrs": hdf5.get_attributes(file)}
+        log = RunLog.create(part, header, int(np.prod(shape)), kept)
         try:
-            for place, start, stop in blocks(shape, block_shape(shape, points_in_block(peaks))):
-                records = pending_records(stop - start, peaks)
+            for place, start, stop in blocks(shape, block_shape(shape, points_in_block(kept))):
+                records = pending_records(stop - start, kept)
                 for name, dataset in datasets.items():
                     values = dataset[place]
-                    records[name] = values.reshape(stop - start, *values.shape[4:])
+                    records[name] = values.reshape(stop - start, *values.shape[len(shape):])
                 ran = np.flatnonzero(records["status"] != PENDING)
                 log.write(start + ran, records[ran])
             log.sync()
@@ -124,8 +120,8 @@ def rewrite_labels(
     if unknown:
         raise ValueError(f"not labels: {', '.join(sorted(unknown))}; labels are {', '.join(LABELS)}")
     with hdf5.opened(path) as file:
-        coords, _ = _coordinates(path, file)
-        shapes = {name: _dataset(path, file, BY_NAME[name], coords).shape for name in labels}
+        _, kept = _coordinates(path, file)
+        shapes = {name: _dataset(path, file, BY_NAME[name], kept).shape for name in labels}
         known = hdf5.get_attributes(file)
         old = str(known.get("history", ""))
     for name, values in labels.items():
@@ -174,8 +170,8 @@ def _same(old: Any, new: Any) -> bool:
     return isinstance(new, str | int | float) and type(old) is type(new) and bool(old == new)
 
 
-def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], int]:
-    """Coordinates of an open results file and its number of peaks."""
+def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], Kept]:
+    """Coordinates of an open results file, and what it keeps of each point."""
     if file.attrs["nsdrill_kind"] != "results":
         raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed here.")
     coords = {name: hdf5.read_coordinate(path, file, name) for name in (*POINT, "state")}
@@ -185,13 +181,15 @@ def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], int]:
     if tuple(coords["state"]) != STATE_NAMES:
         found = ", ".join(map(str, coords["state"]))
         raise FileError(f"{path}: the states are {found}; they should be {', '.join(STATE_NAMES)}.")
-    if "peak" in file:
-        coords["peak"] = hdf5.read_coordinate(path, file, "peak")
-    ordered = {name: coords[name] for name in (*POINT, "peak", "state") if name in coords}
-    return ordered, len(coords.get("peak", ()))
+    for name in ("start", "peak", "crossing"):
+        if name in file:
+            coords[name] = hdf5.read_coordinate(path, file, name)
+    ordered = {name: coords[name] for name in (*POINT, "start", "peak", "crossing", "state") if name in coords}
+    starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
+    return ordered, Kept(peaks, returns, exponent="lyapunov_exponent" in file, starts=starts)
 
 
-def _dataset(path: PathLike, file: Any, variable: Variable, coords: Mapping[str, Array]) -> Any:
+def _dataset(path: PathLike, file: Any, variable: Variable, kept: Kept) -> Any:
     """The dataset of ``variable`` if its shape and type are right."""
-    shape = tuple(len(coords[name]) for name in variable.dims)
+    shape = tuple(len(file[name]) for name in kept.dims(variable))
     return hdf5.check_shape(path, file, variable.name, shape, "f" if variable.dtype.startswith("f") else "iu")

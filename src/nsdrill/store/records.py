@@ -12,38 +12,38 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.variables import PENDING, STATE_NAMES, VARIABLES, Variable
+from nsdrill.variables import PENDING, POINT, VARIABLES, Kept, Variable
 
 
-def recorded(peaks: int) -> tuple[Variable, ...]:
-    """The variables that a record with ``peaks`` peaks holds: all of them, without the peaks where none are kept."""
-    return tuple(variable for variable in VARIABLES if peaks > 0 or variable.room != "peaks")
+def recorded(kept: Kept) -> tuple[Variable, ...]:
+    """The variables that a record holds."""
+    return tuple(variable for variable in VARIABLES if kept.has(variable))
 
 
-def record_dtype(peaks: int) -> np.dtype[Any]:
-    """Type of the record of one point, little-endian, with one field per variable.
+def record_dtype(kept: Kept) -> np.dtype[Any]:
+    """Type of the record of one point, little-endian, with one field per variable that is kept.
 
-    Peak fields have shape (peaks,) and are absent if ``peaks`` is 0; state fields have shape (9,) in the order of
+    Fields with a dimension of their own have its length: peak fields (peaks,), state fields (9,) in the order of
     :data:`nsdrill.variables.STATE_NAMES`. Units are those of :data:`nsdrill.variables.VARIABLES`.
     """
-    if peaks < 0:
-        raise ValueError(f"the number of peaks is {peaks}; it must be 0 or more")
-    lengths = {"peaks": (peaks,), "states": (len(STATE_NAMES),)}
-    return np.dtype([(v.name, f"<{v.dtype}", lengths.get(v.room, ())) for v in recorded(peaks)])
+    if kept.peaks < 0 or kept.returns < 0:
+        raise ValueError(f"the numbers of peaks and returns are {kept.peaks} and {kept.returns}; neither is negative")
+    fields = [(v.name, f"<{v.dtype}", tuple(kept.length(name) for name in v.dims[len(POINT):])) for v in recorded(kept)]
+    return np.dtype(fields)
 
 
-def pending_records(count: int, peaks: int) -> Array:
+def pending_records(count: int, kept: Kept) -> Array:
     """``count`` records of points that have not run: status 0, labels and counts 0, every real number NaN."""
-    records = np.zeros(count, record_dtype(peaks))
-    for variable in recorded(peaks):
+    records = np.zeros(count, record_dtype(kept))
+    for variable in recorded(kept):
         if variable.dtype.startswith("f"):
             records[variable.name] = np.nan
     return records
 
 
-def slot_dtype(peaks: int) -> np.dtype[Any]:
+def slot_dtype(kept: Kept) -> np.dtype[Any]:
     """Type of a slot of the run log: checksum, index of the point, record."""
-    return np.dtype([("crc", "<u4"), ("index", "<u8"), ("record", record_dtype(peaks))])
+    return np.dtype([("crc", "<u4"), ("index", "<u8"), ("record", record_dtype(kept))])
 
 
 def seal(indices: Array, records: Array, salt: int) -> Array:
@@ -67,14 +67,14 @@ def sound(slots: Array, start: int, salt: int) -> Array:
     return np.asarray(good)
 
 
-def check_write(indices: Any, records: Array, n_points: int, peaks: int) -> Array:
+def check_write(indices: Any, records: Array, n_points: int, kept: Kept) -> Array:
     """``indices`` as an int64 array, if they and ``records`` may be written; ValueError where the caller is wrong."""
     places = np.atleast_1d(np.asarray(indices))
     if places.ndim != 1 or (places.size and not np.issubdtype(places.dtype, np.integer)):
         raise ValueError("indices must be a 1-D array of integers")
-    if records.dtype != record_dtype(peaks) or records.shape != places.shape:
+    if records.dtype != record_dtype(kept) or records.shape != places.shape:
         raise ValueError(
-            f"records must have shape {places.shape} and the type record_dtype({peaks}); found shape {records.shape}"
+            f"records must have shape {places.shape} and the type record_dtype({kept}); found shape {records.shape}"
         )
     if places.size and (places.min() < 0 or places.max() >= n_points):
         raise ValueError(f"indices must lie in 0 .. {n_points - 1}; found {places.min()} .. {places.max()}")

@@ -22,9 +22,9 @@ def renew(log: RunLog, attrs: Mapping[str, Any], again: Array) -> RunLog:
     refuses. A kill leaves the old log or the new one."""
     sweep_away(log.path)
     temporary = temporary_name(log.path)
-    new = RunLog.create(temporary, {**log.header, "attrs": dict(attrs)}, log.n_points, log.peaks)
+    new = RunLog.create(temporary, {**log.header, "attrs": dict(attrs)}, log.n_points, log.kept)
     try:
-        step = points_in_block(log.peaks)
+        step = points_in_block(log.kept)
         for start in range(0, log.n_points, step):
             records = log.read(start, min(start + step, log.n_points))
             kept = np.flatnonzero((records["status"] != PENDING) & ~again[start : start + step])

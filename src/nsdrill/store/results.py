@@ -13,7 +13,7 @@ from nsdrill.store import hdf5
 from nsdrill.store.files import replacing
 from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
-from nsdrill.variables import FORMAT_VERSION, POINT, STATE_NAMES
+from nsdrill.variables import FORMAT_VERSION, POINT, STATE_NAMES, Kept
 
 _BLOCK_BYTES = 4 << 20
 _BLOCK_POINTS = 4096
@@ -26,20 +26,17 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
     NsdrillError if that fails, with ``path`` and ``log`` as they were.
     """
     shape = grid_shape(log.header)
-    block = block_shape(shape, points_in_block(log.peaks))
-    variables = recorded(log.peaks)
+    block = block_shape(shape, points_in_block(log.kept))
+    variables = recorded(log.kept)
     part = getattr(log, "path", None)
     where = f"safe in {part}: give the same command with --resume" if part else "still in memory"
     with replacing(path, f"Make room first. The points are {where}.") as temporary:
         with hdf5.writing(temporary) as file:
             hdf5.put_attributes(file, root_attributes("results", {**log.header["attrs"], **(attrs or {})}))
-            for name in POINT:
-                hdf5.add_coordinate(file, name, log.header["coords"][name])
-            if log.peaks:
-                hdf5.add_coordinate(file, "peak", np.arange(log.peaks, dtype="<i4"))
-            hdf5.add_coordinate(file, "state", np.array(STATE_NAMES))
-            kind = record_dtype(log.peaks)
-            datasets = [hdf5.add_variable(file, v, block + kind[v.name].shape) for v in variables]
+            for name, values in coordinates(log).items():
+                hdf5.add_coordinate(file, name, values)
+            kind = record_dtype(log.kept)
+            datasets = [hdf5.add_variable(file, v, log.kept.dims(v), block + kind[v.name].shape) for v in variables]
             for place, start, stop in blocks(shape, block):
                 records = log.read(start, stop)
                 for variable, dataset in zip(variables, datasets, strict=True):
@@ -48,14 +45,23 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
         hdf5.seal(temporary)
 
 
+def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
+    """The coordinates of a file of these results, in file order."""
+    coords = {name: np.asarray(log.header["coords"][name]) for name in POINT}
+    for name in ("start", "peak", "crossing"):
+        if log.kept.length(name):
+            coords[name] = np.arange(log.kept.length(name), dtype="<i4")
+    return {**coords, "state": np.array(STATE_NAMES)}
+
+
 def root_attributes(kind: str, attrs: Mapping[str, Any]) -> dict[str, Any]:
     """``attrs`` with what every file of nsdrill carries."""
     return {"Conventions": "CF-1.11", "history": "", **attrs, "nsdrill_kind": kind, "format_version": FORMAT_VERSION}
 
 
-def points_in_block(peaks: int) -> int:
+def points_in_block(kept: Kept) -> int:
     """How many points to hold in memory at once."""
-    return max(1, min(_BLOCK_POINTS, _BLOCK_BYTES // record_dtype(peaks).itemsize))
+    return max(1, min(_BLOCK_POINTS, _BLOCK_BYTES // record_dtype(kept).itemsize))
 
 
 def block_shape(shape: tuple[int, ...], points: int) -> tuple[int, ...]:

@@ -1,6 +1,7 @@
 """What a sweep needs of the place where its points go, whether a file or memory.
 
-Points are numbered in C order over (procedure, depth, wob, rotary_speed).
+Points are numbered in C order over (procedure, depth, wob, rotary_speed), and over the starts of each where there are
+several.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import math
 from typing import Any, Protocol, Self
 
 from nsdrill.data import Array
-from nsdrill.variables import POINT
+from nsdrill.variables import POINT, Kept
 
 
 class Source(Protocol):
@@ -17,15 +18,15 @@ class Source(Protocol):
 
     @property
     def header(self) -> dict[str, Any]:
-        """``coords``: the four axes as lists, SI; ``attrs``: the root attributes of the results file."""
+        """``coords``: the axes as lists, SI; ``attrs``: the root attributes of the results file."""
 
     @property
     def n_points(self) -> int:
         """Number of points, written or not."""
 
     @property
-    def peaks(self) -> int:
-        """Peaks kept per point and quantity; 0 for none."""
+    def kept(self) -> Kept:
+        """What is kept of each point."""
 
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start]; pending points have status 0 and NaN features."""
@@ -60,10 +61,9 @@ class Sink(Source, Protocol):
     def __exit__(self, *exc: object) -> None: ...
 
 
-def grid_shape(header: dict[str, Any]) -> tuple[int, int, int, int]:
-    """(procedures, depths, WOBs, speeds) of a header."""
-    p, d, w, s = (len(header["coords"][name]) for name in POINT)
-    return p, d, w, s
+def grid_shape(header: dict[str, Any]) -> tuple[int, ...]:
+    """(procedures, depths, WOBs, speeds) of a header, and the number of starts where there are several."""
+    return tuple(len(header["coords"][name]) for name in (*POINT, "start") if name in header["coords"])
 
 
 def check_header(header: dict[str, Any], n_points: int) -> None:

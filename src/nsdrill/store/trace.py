@@ -28,7 +28,7 @@ def write_trace(path: str | os.PathLike[str], trace: Trace) -> None:
             hdf5.put_attributes(file, root_attributes("trace", trace.attrs))
             hdf5.add_coordinate(file, "time", np.asarray(trace.time, "<f8"))
             for variable in TRACE_VARIABLES:
-                hdf5.add_variable(file, variable, chunk)[...] = trace.variables[variable.name]
+                hdf5.add_variable(file, variable, variable.dims, chunk)[...] = trace.variables[variable.name]
         hdf5.seal(temporary)
 
 

@@ -40,20 +40,22 @@ _LIMITS: dict[str, dict[str, Any]] = {
     "simulation.rtol": {"low": 1e-13, "strict": False, "high": 1e-2},
     "simulation.max_steps": {"low": 1000, "strict": False, "high": 10**15},
     "record.peaks": {"low": 0, "strict": False, "high": 1000},
-    "record.poincare": {"low": 0, "strict": False, "high": 0},
+    "record.poincare": {"low": 0, "strict": False, "high": 10_000},
+    "classify.motion.longest_period": {"low": 1, "strict": False, "high": 1000},
 }
 """Units and ranges of the keys whose dataclasses do not carry them."""
 
 
 @dataclass(frozen=True)
 class Leaf:
-    """One key that takes a value. ``kind`` is quantity (with ``units``), number, whole or choice (of ``choices``).
+    """One key that takes a value. ``kind`` is quantity (with ``units``), number, whole, choice (of ``choices``) or
+    switch (true or false).
 
     The range runs from ``low`` (excluded where ``strict``) to ``high``, in SI.
     """
 
     key: str
-    kind: Literal["quantity", "number", "whole", "choice"]
+    kind: Literal["quantity", "number", "whole", "choice", "switch"]
     default: Any
     units: str = ""
     choices: tuple[str, ...] = ()
@@ -77,6 +79,8 @@ class Leaf:
         """A value of this key as YAML text that :meth:`read` turns into the very same value."""
         if value is None:
             return "null"
+        if self.kind == "switch":
+            return str(value).lower()
         if self.kind == "quantity":
             return si.exact_text(value, self.units)
         return f"{value:g}" if isinstance(value, float) and float(f"{value:g}") == value else str(value)
@@ -85,6 +89,8 @@ class Leaf:
         """What may stand here, in words."""
         if self.kind == "choice":
             return _either(self.choices)
+        if self.kind == "switch":
+            return "true or false"
         what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]
         if self.kind == "number" and self.units:
             what = f"a number in {self.units}"
@@ -96,10 +102,13 @@ class Leaf:
             return None
         if self.kind == "choice":
             return self._choice(raw)
+        if self.kind == "switch":
+            if not isinstance(raw, bool):
+                raise QuantityError(shown(raw), self.allowed())
+            return raw
         value = self._quantity(raw) if self.kind == "quantity" else self._number(raw)
         if value < self.low or (self.strict and value == self.low) or value > self.high:
-            hint = "Poincare points are not available in this version." if self.key == "record.poincare" else None
-            raise QuantityError(shown(raw), self.allowed(), hint)
+            raise QuantityError(shown(raw), self.allowed())
         return value
 
     def _choice(self, raw: Any) -> str:
@@ -156,6 +165,8 @@ def leaf(key: str, item: Field[Any], hint: Any) -> Leaf:
     limits = {name: meta[name] for name in ("units", "low", "strict", "high", "source", "confidence") if name in meta}
     if typing.get_origin(hint) is Literal:
         return Leaf(key, "choice", item.default, choices=typing.get_args(hint), **limits)
+    if hint is bool:
+        return Leaf(key, "switch", item.default)
     nullable = type(None) in typing.get_args(hint)
     if hint is int:
         return Leaf(key, "whole", item.default, **limits)

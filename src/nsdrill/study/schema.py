@@ -56,6 +56,8 @@ def json_of(found: Leaf) -> dict[str, Any]:
     """The JSON Schema of one value."""
     if found.kind == "choice":
         return {"enum": list(found.choices)}
+    if found.kind == "switch":
+        return {"type": "boolean"}
     if found.kind == "quantity":
         usual = USUAL.get(found.units, USUAL["N/m"])
         example = found.text(found.default if found.default is not None else 1.0)

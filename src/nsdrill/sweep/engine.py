@@ -188,7 +188,7 @@ class Engine:
         points = plan.points_of(start.chain, np.arange(start.place, end))
         table, sizes, drifts, first_step, initial = self.work.prepare(points)
         if start.state is not None:
-            initial[0] = start.state
+            self.work.begin(initial[0], start.state)
         if end < plan.chain_length:
             crew.ends[int(points[-1])] = (start.chain, end)
         crew.gang.add(points, table, sizes, drifts, first_step, initial)
@@ -204,7 +204,7 @@ class Engine:
             crew.appetite = min(2 * crew.appetite, self.slots)
         for i, point in enumerate(done.job.tolist()):
             if (following := crew.ends.pop(point, None)) is not None:
-                state = done.final[i] if done.status[i] == OK else None
+                state = self.work.own_state(done.final[i]) if done.status[i] == OK else None
                 self._add_segment(crew, Start(*following, state))
         self.progress.done += n
         self.progress.failed += int(np.count_nonzero(done.status != OK))

@@ -7,8 +7,9 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numba import types
 
-from nsdrill.abi import Rows
+from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.kernel.gang import Compiled, Finished, Gang
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
@@ -22,18 +23,24 @@ from nsdrill.model.rhs import (
     first_step,
     initial_states,
     make_right_hand_side,
-    model_for,
     pack,
     sizes,
 )
+from nsdrill.model.tangent import COMPANIONS, make_tangent
 from nsdrill.observe.classify import classify
-from nsdrill.observe.features import OBSERVED, make_observer, report_width, store_size
-from nsdrill.observe.reduce import features, peaks
+from nsdrill.observe.exponent import GROWTH, exponent_of, growth_header, make_growth, seed_deviation
+from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
+from nsdrill.observe.features import GROWTH_HEADER, OBSERVED, make_observer, new_store, report_width
+from nsdrill.observe.motion import in_the_bit_frame, period, zero_one
+from nsdrill.observe.reduce import features, peaks, section
+from nsdrill.observe.section import REVOLUTION, coordinates
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.plan import Plan
 from nsdrill.variables import OK, PEAKS
 
 Array = np.ndarray[Any, np.dtype[Any]]
+OUTBOX_FLOATS = 1 << 23  # 64 MB: with many returns to the section fewer runs wait in a gang
+FEWEST_SLOTS = 256
 
 
 @dataclass(frozen=True)
@@ -48,55 +55,118 @@ class Work:
     record: Record
 
     @property
-    def variant(self) -> tuple[bool, int]:
-        """What of the model is fixed when it is compiled: Hertz wall or not, number of lobes."""
-        return self.parameters.well.law == "hertz", self.parameters.bit.lobes
+    def variant(self) -> tuple[bool, int, bool]:
+        """What is fixed when it is compiled: Hertz wall or not, number of lobes, with the Lyapunov exponent or not."""
+        return self.parameters.well.law == "hertz", self.parameters.bit.lobes, self.record.exponent
 
     def new_gang(self, lanes: int, slots: int) -> Gang:
-        store = np.zeros(store_size(lanes, self.record.peaks))
-        store[0] = self.record.peaks
-        rows = model_for(self.parameters).rows(len(OBSERVED))
-        return Gang(lanes, slots, rows, store, report_width(self.record.peaks), self.simulation)
+        record = self.record
+        spacing = REVOLUTION / (self.parameters.bit.lobes if record.section == "lobe" else 1)
+        store = new_store(lanes, record.peaks, record.poincare, spacing)
+        width = report_width(record.peaks, record.poincare)
+        if record.exponent:
+            store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
+            width += len(GROWTH_REPORT)
+        slots = max(2 * lanes, FEWEST_SLOTS, min(slots, OUTBOX_FLOATS // width))
+        return Gang(lanes, slots, rows_for(record.exponent), store, width, self.simulation)
 
     def prepare(self, points: Array) -> tuple[Array, Array, Array, Array, Array]:
         """Lane parameters, state sizes, drifts, first steps and initial states of these points."""
         depth, wob, speed = self.plan.values(points)
         table = pack(self.parameters, depth, wob, speed, self.thresholds.stuck_below)
         initial = initial_states(self.parameters, self.initial, depth, wob, speed)
-        return table, sizes(table), drifts(table), first_step(table), initial
+        size, drift = sizes(table), drifts(table)
+        if self.record.exponent:  # the deviation stands between the states and the drive angle, and has no drift
+            initial = np.concatenate([initial[:, :-1], seed_deviation(size), initial[:, -1:]], axis=1)
+            size, drift = np.tile(size, 2), np.concatenate([drift, np.zeros_like(drift)], axis=1)
+        return table, size, drift, first_step(table), initial
+
+    @staticmethod
+    def own_state(state: Array) -> Array:
+        """States (..., 9) with the drive angle last, without the deviation that may stand before it."""
+        return np.concatenate([state[..., : len(STATES)], state[..., -1:]], axis=-1)
+
+    @staticmethod
+    def begin(initial: Array, state: Array) -> None:
+        """Let the run of the row ``initial`` begin in ``state`` (9), whatever deviation it has."""
+        initial[: len(STATES)], initial[-1] = state[:-1], state[-1]
 
     def columns(self, done: Finished) -> dict[str, Array]:
         """The results of finished runs, one array per variable of the results file."""
-        n = len(done.job)
+        record, ok = self.record, done.status == OK
         measured = features(done.report, done.parameters, self.simulation.observe, self.variant[0])
-        ok = done.status == OK
+        if record.exponent:
+            measured |= exponent_of(done.report[:, -len(GROWTH_REPORT) :], self.simulation.observe)
         measured = {name: np.where(ok, value, np.nan) for name, value in measured.items()}
-        heights = peaks(done.report, self.record.peaks)
+        heights = peaks(done.report, record.peaks)
         heights[~ok] = np.nan
+        size = sizes(done.parameters)
+        if record.poincare:
+            crossings = section(done.report, record.peaks, record.poincare)
+            crossings[~ok] = np.nan
+            measured |= coordinates(crossings)
+            measured["zero_one"] = self._zero_one(in_the_bit_frame(measured), size)
+        labels = classify(measured, done.status, self.thresholds, size)
         return {
             "status": done.status,
             "steps": done.accepted,
             "rejected": done.rejected,
             **measured,
-            **classify(measured, done.status, self.thresholds),
+            **labels,
             **{name: heights[:, i] for i, name in enumerate(PEAKS)},
-            "initial_state": done.initial.reshape(n, len(STATES) + 1),
-            "final_state": done.final.reshape(n, len(STATES) + 1),
+            "initial_state": self.own_state(done.initial),
+            "final_state": self.own_state(done.final),
         }
+
+    def _zero_one(self, returns: Array, size: Array) -> Array:
+        """The 0-1 test where it says something: on motions without a period."""
+        index = np.full(len(size), np.nan)
+        open_ = np.flatnonzero(period(returns, size, self.thresholds.motion) == 0)
+        index[open_] = zero_one(returns[open_], size[open_])
+        return index
+
+
+def rows_for(exponent: bool) -> Rows:
+    """The lane buffer of a sweep, with the companions and the rows for the Lyapunov exponent or without."""
+    companions, more = (COMPANIONS, len(GROWTH)) if exponent else (0, 0)
+    return Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), len(OBSERVED) + more, companions)
 
 
 @lru_cache
-def compiled_parts(lanes: int, hertz: bool, lobes: int = 3) -> Compiled:
+def compiled_parts(lanes: int, hertz: bool, lobes: int = 3, exponent: bool = False) -> Compiled:
     """The model and the observer, compiled for a number of lanes; from the disk cache where it has them. The kernel is
     compiled along, before several threads ask for it at once."""
-    rows = Rows(len(STATES), len(AUX), len(PARAMETERS), len(OBSERVED))
+    rows = rows_for(exponent)
     make_stepper(lanes, rows)
     make_advance(lanes, rows)
+    if exponent:
+        observer, marker = make_watch(lanes, lobes)
+        return Compiled(make_tangent(lanes, hertz, lobes), observer, marker)
     observer, marker = make_observer(lanes, lobes)
     return Compiled(make_right_hand_side(lanes, hertz, lobes), observer, marker)
 
 
-def advance(gang: Gang, variant: tuple[bool, int], seconds: float, drain: bool) -> tuple[Gang, Finished]:
+@lru_cache
+def make_watch(lanes: int, lobes: int) -> tuple[Any, Any]:
+    """The compiled (observer, marker) that do both: features of the motion, growth of its deviation."""
+    observer, marker = make_observer(lanes, lobes, COMPANIONS)
+    growth, growth_marker = make_growth(lanes, rows_for(True), len(OBSERVED), GROWTH_HEADER)
+    columns = len(GROWTH_REPORT)
+
+    @compiled(types.void(BUFFER, BUFFER), lanes, lobes)
+    def watch(b, store):  # type: ignore[no-untyped-def]
+        observer(b, store)
+        growth(b, store)
+
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes, lobes)
+    def watch_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+        marker(b, store, i, mark, report, column)
+        growth_marker(b, store, i, mark, report, len(report) - columns)
+
+    return watch, watch_marker
+
+
+def advance(gang: Gang, variant: tuple[bool, int, bool], seconds: float, drain: bool) -> tuple[Gang, Finished]:
     """One slice of work: a task for any executor, in this process or in another."""
     done = gang.advance(compiled_parts(gang.lanes, *variant), seconds, drain)
     return gang, done

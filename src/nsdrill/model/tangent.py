@@ -1,0 +1,142 @@
+"""The tangent dynamics: how a small deviation from a trajectory grows, for Lyapunov exponents.
+
+The deviation has a component for each state and follows the linearised equations of motion along the trajectory. They
+are integrated with it as companions (:class:`nsdrill.abi.Rows`): the same steps, the same stages, so that what comes
+out is the exact derivative of the numerical map. Contact makes the Jacobian jump where the bit or the collar touches,
+not the vector field; a deviation therefore passes through a contact without a jump (the saltation matrix is the
+identity: di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008, chapter 2).
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.elementary import fma
+from nsdrill.model.friction import TWO_OVER_PI, slip_factors
+from nsdrill.model.lobes import multiple_cosine
+from nsdrill.model.rhs import AUX, PARAMETERS, STATES, make_right_hand_side
+
+COMPANIONS = len(STATES)
+
+
+@lru_cache
+def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
+    """The compiled right-hand side of the motion and of one deviation from it.
+
+    The deviation stands after the states, in their order; its accelerations after theirs.
+    """
+    rows = Rows(len(STATES) + COMPANIONS, len(AUX), len(PARAMETERS), 0, COMPANIONS)
+    W = lanes
+    x_, vx_, y_, vy_, _, _, _, speed_, dx_, dvx_, dy_, dvy_, dz_, dvz_, dtwist_, dspeed_ = (
+        W * (rows.stage + i) for i in range(16))
+    alpha_, dax_, day_, daz_, dalpha_ = (W * (rows.acceleration + i) for i in range(3, 8))
+    # Of the right-hand side's notes those that no observer reads are overwritten by their deviations.
+    cosine_, sine_, direction_, decay_, force_, torque_, radial_, tangential_, friction_ = (
+        W * (rows.aux_now + i) for i in range(len(AUX)))
+    P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
+    iml_, iJ_, ima_, q_ = P["per_lateral_mass"], P["per_inertia"], P["per_axial_mass"], P["unbalance_arm"]
+    bend_, soft_F_, soft_T_, drag_ = P["bending"], P["softening_force"], P["softening_torque"], P["drag"]
+    c_a_, k_a_, c_t_, k_t_ = (
+        P["axial_damping"], P["axial_stiffness"], P["torsional_damping"], P["torsional_stiffness"])
+    gap_, k_w_, R_c_ = P["gap"], P["wall_stiffness"], P["collar_radius"]
+    eps_w_, tau_w_, rise_w_, mu_w_ = P["wall_smoothing"], P["wall_decay"], P["wall_rise"], P["wall_dynamic"]
+    k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
+    eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
+    motion = make_right_hand_side(lanes, hertz, lobes, COMPANIONS)
+
+    @compiled(types.void(BUFFER), W, hertz, lobes)
+    def tangent(b):  # type: ignore[no-untyped-def]
+        motion(b)
+
+        # Deviations of the loads of the bit, and of the lateral forces but for what changes at the wall. They are left
+        # in the rows of the accelerations that they enter. The row of the bit force takes the lateral force along the
+        # eccentricity, whose moment changes as the bit turns.
+        touching = 0
+        for i in range(W):
+            x, vx, y, vy, omega = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i]
+            dx, dvx, dy, dvy, domega = b[dx_ + i], b[dvx_ + i], b[dy_ + i], b[dvy_ + i], b[dspeed_ + i]
+            force, torque = b[force_ + i], b[torque_ + i]
+            surface = b[s0_ + i] * lobes * multiple_cosine(b[cosine_ + i], lobes)
+            dforce = b[k_c_ + i] * fma(surface, b[dtwist_ + i], -b[dz_ + i]) if force > 0.0 else 0.0
+            g, decayed = b[direction_ + i], b[decay_ + i]
+            m = fma(b[rise_b_ + i], decayed, b[mu_b_ + i])
+            dm = b[rise_b_ + i] * b[tau_b_ + i] * decayed * decayed
+            dm = dm if omega < 0.0 else -dm
+            steep = b[eps_b_ + i] * omega
+            dg = TWO_OVER_PI * b[eps_b_ + i] / fma(steep, steep, 1.0)
+            dtorque = fma(dforce, g * m, force * fma(dg, m, g * dm) * domega)
+
+            speed = np.sqrt(fma(vx, vx, vy * vy))
+            along = fma(vx, dvx, vy * dvy) / max(speed, 1e-30)
+            drag = b[drag_ + i]
+            stiffness = fma(-b[soft_F_ + i], force, fma(-b[soft_T_ + i], torque, b[bend_ + i])) + b[radial_ + i]
+            dstiffness = -fma(b[soft_F_ + i], dforce, b[soft_T_ + i] * dtorque)
+            tangential = b[tangential_ + i]
+            b[dax_ + i] = fma(tangential, dy, -fma(stiffness, dx, fma(
+                dstiffness, x, drag * fma(speed, dvx, along * vx))))
+            b[day_ + i] = -fma(tangential, dx, fma(stiffness, dy, fma(
+                dstiffness, y, drag * fma(speed, dvy, along * vy))))
+            b[daz_ + i] = dforce
+            b[dalpha_ + i] = dtorque
+            F_x = fma(tangential, y, -fma(stiffness, x, drag * speed * vx))
+            F_y = -fma(tangential, x, fma(stiffness, y, drag * speed * vy))
+            b[force_ + i] = fma(F_x, b[cosine_ + i], F_y * b[sine_ + i])
+            gap = b[gap_ + i]
+            touching |= 1 if fma(x, x, y * y) > gap * gap else 0
+
+        # The wall: deviations of normal force over radius, of friction over radius, and of friction.
+        if touching != 0:
+            for i in range(W):
+                x, vx, y, vy, omega = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i]
+                dx, dvx, dy, dvy, domega = b[dx_ + i], b[dvx_ + i], b[dy_ + i], b[dvy_ + i], b[dspeed_ + i]
+                r = np.sqrt(fma(x, x, y * y))
+                per_r = 1.0 / max(r, 1e-30)
+                penetration = max(r - b[gap_ + i], 0.0)
+                root = np.sqrt(penetration) if hertz else 1.0
+                normal = b[k_w_ + i] * penetration * root
+                dr = fma(x, dx, y * dy) * per_r
+                dnormal = (1.5 if hertz else 1.0) * b[k_w_ + i] * root * dr if penetration > 0.0 else 0.0
+                around = fma(x, vy, -(y * vx)) * per_r
+                daround = (fma(dx, vy, x * dvy) - fma(dy, vx, y * dvx) - around * dr) * per_r
+                slip = fma(omega, b[R_c_ + i], around)
+                dslip = fma(domega, b[R_c_ + i], daround)
+                g, decayed = slip_factors(slip, b[eps_w_ + i], b[tau_w_ + i])
+                m = fma(b[rise_w_ + i], decayed, b[mu_w_ + i])
+                dm = b[rise_w_ + i] * b[tau_w_ + i] * decayed * decayed
+                dm = dm if slip < 0.0 else -dm
+                steep = b[eps_w_ + i] * slip
+                dg = TWO_OVER_PI * b[eps_w_ + i] / fma(steep, steep, 1.0)
+                dfriction = fma(dnormal, g * m, normal * fma(dg, m, g * dm) * dslip)
+                b[radial_ + i] = (dnormal - normal * per_r * dr) * per_r
+                b[tangential_ + i] = (dfriction - b[friction_ + i] * per_r * dr) * per_r
+                b[friction_ + i] = dfriction
+        else:
+            for i in range(W):
+                b[radial_ + i] = 0.0
+                b[tangential_ + i] = 0.0
+                b[friction_ + i] = 0.0
+
+        # The accelerations, as in the last loop of the right-hand side.
+        for i in range(W):
+            x, y, omega, alpha = b[x_ + i], b[y_ + i], b[speed_ + i], b[alpha_ + i]
+            c, s, q, domega, dphi = b[cosine_ + i], b[sine_ + i], b[q_ + i], b[dspeed_ + i], b[dtwist_ + i]
+            dradial, dtangential = b[radial_ + i], b[tangential_ + i]
+            dF_x = fma(dtangential, y, fma(-dradial, x, b[dax_ + i]))
+            dF_y = fma(-dtangential, x, fma(-dradial, y, b[day_ + i]))
+            dmoment = fma(b[c_t_ + i], domega, fma(b[k_t_ + i], dphi, fma(
+                b[friction_ + i], b[R_c_ + i], b[dalpha_ + i])))
+            dangular = -fma(q, fma(dF_y, c, -fma(dF_x, s, b[force_ + i] * dphi)), dmoment) * b[iJ_ + i]
+            twice, centripetal = 2.0 * omega * domega, omega * omega
+            b[dax_ + i] = fma(
+                q, fma(twice, c, fma(dangular, s, dphi * fma(alpha, c, -(centripetal * s)))), dF_x * b[iml_ + i])
+            b[day_ + i] = fma(
+                q, fma(twice, s, fma(-dangular, c, dphi * fma(alpha, s, centripetal * c))), dF_y * b[iml_ + i])
+            b[daz_ + i] = (b[daz_ + i] - fma(b[c_a_ + i], b[dvz_ + i], b[k_a_ + i] * b[dz_ + i])) * b[ima_ + i]
+            b[dalpha_ + i] = dangular
+
+    return tangent
