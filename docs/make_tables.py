@@ -158,16 +158,19 @@ def flags(variable: Variable) -> str:
     return f" ({kind}{listed})" if words else ""
 
 
-ROOMS = {"run": "bookkeeping", "feature": "feature", "label": "label", "peaks": "peaks", "states": "states"}
+ROOMS = {"run": "bookkeeping", "feature": "feature", "label": "label", "peaks": "peaks", "section": "section",
+         "states": "states"}
+ONLY = {"peaks": "record.peaks", "returns": "record.poincare", "exponent": "record.exponent"}
 
 
 def results_variables() -> str:
     def rows() -> Iterable[list[str]]:
         for v in VARIABLES:
             extra = ", ".join(code(name) for name in v.dims[4:])
-            yield [code(v.name), v.dtype, v.units, ROOMS[v.room], extra, v.long_name + flags(v)]
+            yield [code(v.name), v.dtype, v.units, ROOMS[v.room], extra, v.long_name + flags(v),
+                   code(ONLY[v.only]) if v.only else ""]
 
-    return table(["variable", "type", "units", "kind", "further dimension", "meaning"], rows())
+    return table(["variable", "type", "units", "kind", "further dimension", "meaning", "only with"], rows())
 
 
 def trace_variables() -> str:

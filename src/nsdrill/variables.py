@@ -164,8 +164,9 @@ TRACE_VARIABLES: tuple[Variable, ...] = tuple(
 )
 
 BY_NAME = {variable.name: variable for variable in VARIABLES}
-FEATURES = tuple(v.name for v in VARIABLES if v.room == "feature")
-LABELS = tuple(v.name for v in VARIABLES if v.room == "label")
+# Those that every results file has.
+FEATURES = tuple(v.name for v in VARIABLES if v.room == "feature" and v.only is None)
+LABELS = tuple(v.name for v in VARIABLES if v.room == "label" and v.only is None)
 PEAKS = tuple(v.name for v in VARIABLES if v.room == "peaks")
 SECTION = tuple(v.name for v in VARIABLES if v.room == "section")
 

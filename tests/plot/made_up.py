@@ -62,7 +62,7 @@ def make_results(
     variables = {
         v.name: np.zeros([sizes[d] for d in v.dims], dtype=v.dtype) if v.dtype[0] == "i"
         else np.full([sizes[d] for d in v.dims], 0.5)
-        for v in VARIABLES
+        for v in VARIABLES if v.only in (None, "peaks")
     }
     for place in np.ndindex(*variables["status"].shape):
         speed = coords["rotary_speed"][place[3]]
@@ -97,7 +97,7 @@ def spoil(results: Results, diverged: int = 2, step_limit: int = 1, pending: int
         index = np.unravel_index(place, results["status"].shape)
         bad = number < diverged + step_limit
         results["status"][index] = (DIVERGED if number < diverged else STEP_LIMIT) if bad else PENDING
-        for v in VARIABLES:
+        for v in (v for v in VARIABLES if v.name in results.variables):
             if v.dtype == "f8":
                 results[v.name][index] = np.nan
             elif v.name != "status":

@@ -240,7 +240,7 @@ def test_the_lock_is_seen_by_another_process(part):
         (lambda data: data[:100], "header of the run log is damaged"),
         (lambda data: data[:60] + b"\0" + data[61:], "header of the run log is damaged"),
         (lambda data: data[:24] + b"\xff" * 8 + data[32:], "header of the run log is damaged"),
-        (lambda data: data[:16] + b"\x63\0\0\0" + data[20:], "run log of format 99.*knows format 1"),
+        (lambda data: data[:16] + b"\x63\0\0\0" + data[20:], "run log of format 99.*knows format 2"),
     ],
 )
 def test_what_is_no_log_of_ours_is_refused_in_words(part, damage, words):

@@ -24,11 +24,12 @@ from nsdrill.store import (
     read_attributes,
     read_point,
     read_results,
+    recorded,
     rewrite_labels,
     write_results,
 )
 from nsdrill.store.results import block_shape, blocks
-from nsdrill.variables import COORDINATES, POINT, STATE_NAMES, VARIABLES, Kept
+from nsdrill.variables import COORDINATES, POINT, STATE_NAMES, Kept
 
 from .samples import POINTS, SHAPE, header, made, make_results
 
@@ -61,8 +62,8 @@ def test_xarray_opens_it_as_it_is(path):
     with xr.open_dataset(path, engine="h5netcdf") as data:
         assert dict(data.sizes) == dict(zip((*POINT, "peak", "state"), (*SHAPE, 3, 9), strict=True))
         assert list(data.coords) == [*POINT, "peak", "state"]
-        assert list(data.data_vars) == [variable.name for variable in VARIABLES]
-        for variable in VARIABLES:
+        assert list(data.data_vars) == [variable.name for variable in recorded(Kept(3))]
+        for variable in recorded(Kept(3)):
             seen = data[variable.name]
             assert seen.dims == variable.dims
             assert seen.dtype == np.dtype(variable.dtype)
@@ -200,7 +201,7 @@ def test_a_failure_leaves_the_old_file_and_no_rubbish(path):
             raise OSError(28, "No space left on device")
 
     with pytest.raises(NsdrillError, match=r"no space left on device. Nothing was changed") as caught:
-        write_results(path, Broken(header(), POINTS, 0))
+        write_results(path, Broken(header(), POINTS, Kept()))
     assert caught.value.exit_code == 1
     assert path.read_bytes() == before
     assert os.listdir(path.parent) == ["out.h5"]

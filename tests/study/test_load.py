@@ -116,7 +116,7 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file() -> None:
         ("simulation: {rtol: 1}", 2, "simulation.rtol", "at most 0.01"),
         ("simulation: {observe: 0 s}", 2, "simulation.observe", "above 0"),
         ("simulation: {max_steps: 10}", 2, "simulation.max_steps", "at least 1000"),
-        ("record: {poincare: 3}", 2, "record.poincare", "not available in this version"),
+        ("record: {poincare: 10001}", 2, "record.poincare", "at most 10 000"),
         ("record: {peaks: 1001}", 2, "record.peaks", "at most 1000"),
         ("operation: {depth: .inf}", 2, "operation.depth", "inf"),
         ("operation: {depth: 150 m}", 2, "operation.depth", "above drillstring.collar.length"),

@@ -12,10 +12,12 @@ import numpy as np
 from nsdrill import __version__
 from nsdrill.data import Results, Trace
 from nsdrill.errors import FileError
+from nsdrill.model.rhs import pack, sizes
 from nsdrill.observe.classify import classify
 from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
 from nsdrill.study.resolved import study_from_resolved
-from nsdrill.variables import BY_NAME, FEATURES, OK, PENDING, TRACE_VARIABLES
+from nsdrill.study.study import Study
+from nsdrill.variables import BY_NAME, OK, PENDING, TRACE_VARIABLES, VARIABLES
 
 TRACE_UNITS = {variable.name: variable.units for variable in TRACE_VARIABLES}
 TRACE_MEANINGS = {variable.name: variable.long_name for variable in TRACE_VARIABLES}
@@ -52,6 +54,10 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         summary["responses"][procedure] = _counts("response", results["response"][i][chosen])
         kinds = results["whirl_kind"][i][chosen]
         summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
+    if "motion" in results.variables:
+        summary["motions"] = {
+            procedure: _counts("motion", results["motion"][i][ok[i]])
+            for i, procedure in enumerate(summary["procedures"])}
     summary["settled"] = int(np.count_nonzero(results["settled"][ok]))
     for name in SUMMARY:
         values = results[name][ok]
@@ -128,6 +134,16 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
     }
 
 
+def _sizes(study: Study, results: Results) -> np.ndarray:
+    """The natural sizes of the states at every point, shape (*grid, 8)."""
+    axes = np.meshgrid(*(results.coords[name] for name in ("depth", "wob", "rotary_speed")), indexing="ij")
+    depth, wob, speed = (axis.ravel() for axis in axes)
+    size = sizes(pack(study.parameters, depth, wob, speed)).reshape(*axes[0].shape, -1)
+    grid = results["status"].shape
+    size = size.reshape(1, *size.shape[:3], *(1,) * (len(grid) - 4), size.shape[-1])
+    return np.broadcast_to(size, (*grid, size.shape[-1]))
+
+
 def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, tuple[int, int]]:
     """Give the results file ``path`` new labels with changed thresholds (``classify.key=value``); nothing runs again.
 
@@ -140,8 +156,8 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
         raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
     study = study_from_resolved(json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path))
     thresholds = change_thresholds(study.thresholds, overrides)
-    results = read_results(path, ["status", "response", "whirl_kind", "stick_slip_severity", "settled", *FEATURES])
-    labels = classify(results.variables, results["status"], thresholds)
+    results = read_results(path, [v.name for v in VARIABLES if v.room in ("feature", "label", "section")] + ["status"])
+    labels = classify(results.variables, results["status"], thresholds, _sizes(study, results))
     changed = {
         name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     now = datetime.now(UTC).isoformat(timespec="seconds")

@@ -30,10 +30,10 @@ def outline(path: str) -> Results | Trace:
     import numpy as np
 
     from nsdrill.data import Results, Trace
-    from nsdrill.store import recorded
+    from nsdrill.store import variables_in
 
     data = read(path, ())
     if isinstance(data, Trace):
         return data
     zeros = np.broadcast_to(np.int8(0), data.shape)
-    return Results(data.coords, {v.name: zeros for v in recorded(len(data.coords.get("peak", ())))}, data.attrs)
+    return Results(data.coords, {v.name: zeros for v in variables_in(path)}, data.attrs)

@@ -66,6 +66,8 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
             click.echo(f"  {_words(word):32s} {count:8d}  {100 * count / total:5.1f} %")
         if kinds := s["whirl_kinds"][procedure]:
             click.echo("  whirl: " + ", ".join(f"{count} {_words(word)}" for word, count in kinds.items()))
+        if motions := s.get("motions", {}).get(procedure):
+            click.echo("  motion: " + ", ".join(f"{count} {_words(word)}" for word, count in motions.items()))
     if intervals := s.get("intervals"):
         _show_intervals(intervals)
     if s["ranges"]:
@@ -82,8 +84,9 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
 
 def _words(flag: str) -> str:
     """``bit_bounce+stick_slip`` as people write it."""
-    return flag.replace("bit_bounce", "bit-bounce").replace("stick_slip", "stick-slip").replace("_", " ").replace(
-        "+", " + ")
+    for name, word in (("bit_bounce", "bit-bounce"), ("stick_slip", "stick-slip"), ("quasi_", "quasi-"), ("_", " ")):
+        flag = flag.replace(name, word)
+    return flag.replace("+", " + ")
 
 
 def _show_intervals(intervals: list[dict[str, Any]]) -> None:

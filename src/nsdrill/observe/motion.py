@@ -17,6 +17,7 @@ from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC
 
 Array = np.ndarray[Any, np.dtype[Any]]
 REPEATS = 3  # so often must a period be seen
+STANDS_OUT = 0.2  # scatter of what is the same, in parts of that of all returns, below which a longer period is one
 LEAST_RETURNS = 100  # for the 0-1 test
 FREQUENCIES = 60  # of the 0-1 test
 
@@ -39,7 +40,8 @@ def period(returns: Array, sizes: Array, t: Motion) -> Array:
 
     ``returns`` has shape (points, returns, 8), oldest first and NaN where there are none, ``sizes`` (points, 8) is the
     natural size of each state. Two returns are the same where every state differs by less than ``absolute`` times its
-    size plus ``relative`` times its range over all returns.
+    size plus ``relative`` times its range over all returns. A period of two or more must stand out besides: a
+    motion that spirals towards its goal comes near some of its returns again and again.
     """
     points, count, _ = returns.shape
     found = np.zeros(points, dtype=np.int16)
@@ -55,7 +57,11 @@ def period(returns: Array, sizes: Array, t: Motion) -> Array:
         cycles = padded.reshape(len(open_), -1, n, 8)
         spread = _largest(cycles, 1) + _largest(-cycles, 1)
         # A place in the cycle that lies in the part without returns has none: it says nothing.
-        same = np.all((spread <= allowed[open_, None, :]) | ~np.isfinite(spread), axis=(1, 2))
+        if n > 1:
+            limit = np.minimum(allowed, STANDS_OUT * np.max((high - low) / sizes, axis=1, keepdims=True) * sizes)
+        else:
+            limit = allowed
+        same = np.all((spread <= limit[open_, None, :]) | ~np.isfinite(spread), axis=(1, 2))
         found[open_[same]] = n
     return found
 

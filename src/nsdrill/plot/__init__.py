@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.kinds import DESCRIPTIONS, SWEEP_KINDS, choose_kind, kinds_for, variables_for
+from nsdrill.plot.kinds import DESCRIPTIONS, SWEEP_KINDS, choose_kind, fits_columns, kinds_for, variables_for
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
 from nsdrill.plot.saving import FORMATS, check_suffix, save
 
@@ -51,18 +51,26 @@ def _cut(data: Results, at: Mapping[str, float] | None) -> Results:
 
 
 def _draw_trace(trace: Trace, kind: str | None, units: str) -> Figure:
-    from nsdrill.plot import traces
+    from nsdrill.plot import poincare, traces
 
+    if kind == "section":
+        return poincare.draw_trace(trace, units, traces.title_of(trace, units))
     return traces.draw(trace, choose_kind(trace, kind), units)
 
 
 def _draw_sweep(data: Results, kind: str | None, units: str, at: Mapping[str, float] | None) -> Figure:
-    from nsdrill.plot import bifurcation, maps, summary
+    from nsdrill.plot import bifurcation, maps, motion, poincare, summary
 
     data = _cut(data, at)
     kind = choose_kind(data, kind)
     if kind == "bifurcation":
         return bifurcation.draw(data, units)
+    if kind == "poincare":
+        return poincare.draw(data, units)
+    if kind == "section":
+        return poincare.draw_point(data, units)
+    if kind == "motion" and fits_columns(data):
+        return motion.draw(data, units)
     if kind in SWEEP_KINDS or len(data.swept) < 2:
         return summary.draw(data, kind, units)
     return maps.draw(data, kind, units)

@@ -6,7 +6,7 @@ import difflib
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.variables import BY_NAME, PEAKS, POINT
+from nsdrill.variables import BY_NAME, PEAKS, POINT, SECTION
 
 FEW = 3  # so many values of a second axis stand side by side as columns of one figure
 MAX_PANELS = 12
@@ -15,9 +15,15 @@ SWEEP_KINDS = {
     "bifurcation": "peaks of the three motions along one axis, coloured by response, hysteresis shaded",
     "summary": "stick-slip index, lift-off, wall contact and whirl ratio along one axis",
 }
+SECTION_KINDS = {
+    "poincare": "every return to the Poincare section along one axis, coloured by the kind of motion",
+    "motion": "the kind of motion: along one axis with Lyapunov exponent, 0-1 test and period, or over two axes",
+}
+POINT_KINDS = {"section": "the Poincare section of one operating point: orbit, axial and torsional plane"}
 MAP_KINDS = {
     "map": "the responses over two axes",
     "whirl_kind": "the kind of whirl over two axes",
+    "motion": SECTION_KINDS["motion"],
 }
 ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
 SUMMARY = ("stick_slip_index", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio")
@@ -26,11 +32,13 @@ TRACE_KINDS = {
     "histories": "the three motions and the contact forces against time",
     "orbit": "path of the collar centre in the hole",
     "phase": "phase planes of the axial, torsional and lateral motion",
+    "section": "the Poincare section: the motion once in every revolution of the bit",
 }
 _VALUES = {name: v.long_name for name, v in BY_NAME.items() if v.dtype == "f8" and v.dims == POINT}
 _VALUES |= {alias: _VALUES[name] for alias, name in ALIASES.items()}
 
-DESCRIPTIONS = {**SWEEP_KINDS, **MAP_KINDS, **TRACE_KINDS, **{k: f"{words}: one value" for k, words in _VALUES.items()}}
+DESCRIPTIONS = {**SWEEP_KINDS, **SECTION_KINDS, **POINT_KINDS, **MAP_KINDS, **TRACE_KINDS,
+                **{k: f"{words}: one value" for k, words in _VALUES.items()}}
 
 
 def value_name(kind: str) -> str | None:
@@ -45,6 +53,9 @@ def variables_for(kind: str) -> tuple[str, ...]:
         "bifurcation": (*PEAKS, "axial_max", "bit_speed_max", "radius_max"),
         "summary": SUMMARY,
         "whirl_kind": ("whirl_kind",),
+        "poincare": ("motion", *SECTION),
+        "motion": ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),
+        "section": ("motion", "period", *SECTION),
     }.get(kind, (name,) if (name := value_name(kind)) else ())
     return ("status", "response", *shown)
 
@@ -57,14 +68,23 @@ def kinds_for(data: Results | Trace) -> tuple[str, ...]:
     values = tuple(dict.fromkeys((*first, *(name for name in _VALUES if name in data.variables))))
     values = tuple(kind for kind in values if ALIASES.get(kind, kind) in data.variables)
     lengths = sorted(len(data.coords[axis]) for axis in data.swept)
-    if len(lengths) <= 1:
-        return (*SWEEP_KINDS, *values)
+    returns = tuple(SECTION_KINDS) if "motion" in data.variables else ()
+    if not lengths:
+        return (*(POINT_KINDS if returns else ()), *SWEEP_KINDS, *returns, *values)
+    if len(lengths) == 1:
+        return (*SWEEP_KINDS, *returns, *values)
     maps = tuple(kind for kind in MAP_KINDS if kind == "map" or kind in data.variables)
     if len(lengths) == 3:
         return (*maps, *values)
     if lengths[0] <= FEW:  # a handful of values is a comparison, not a plane
-        return (*SWEEP_KINDS, *maps, *values)
+        return (*SWEEP_KINDS, *dict.fromkeys((*returns, *maps)), *values)
     return (*maps, *values)
+
+
+def fits_columns(data: Results) -> bool:
+    """Whether a sweep is drawn over one axis, with a column for each of the few values of a second one."""
+    lengths = sorted(len(data.coords[axis]) for axis in data.swept)
+    return len(lengths) < 2 or (len(lengths) == 2 and lengths[0] <= FEW)
 
 
 def choose_kind(data: Results | Trace, kind: str | None) -> str:
@@ -91,6 +111,10 @@ def _what(data: Results | Trace) -> str:
 
 
 def _advice(data: Results | Trace, kind: str) -> str:
+    if kind in POINT_KINDS and isinstance(data, Results) and "motion" in data.variables:
+        return " (it shows one operating point: select a value of every axis)"
+    if kind in (*SECTION_KINDS, *POINT_KINDS) and isinstance(data, Results) and "motion" not in data.variables:
+        return " (no returns to the Poincare section were recorded: run with record.poincare)"
     if kind in SWEEP_KINDS and isinstance(data, Results):
         return f" (it shows one axis, or two of which one has at most {FEW} values: select one value of the others)"
     return ""

@@ -26,6 +26,7 @@ from nsdrill.plot.slices import AXES, FAILED_POINT, PENDING_POINT, disagreement,
 from nsdrill.plot.style import (
     FULL_WIDTH,
     GREY,
+    MOTIONS,
     ORANGE,
     RESPONSES,
     SEAMLESS,
@@ -44,6 +45,7 @@ CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "response": tuple((style.name, style.colour) for style in RESPONSES),
     "whirl_kind": (("no whirl", GREY), ("forward", SKY), ("backward", ORANGE), ("backward rolling", VERMILLION),
                    ("irregular", WINE)),
+    "motion": tuple((style.name, style.colour) for style in MOTIONS),
 }
 
 

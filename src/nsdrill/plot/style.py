@@ -67,7 +67,7 @@ RC: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class ResponseStyle:
-    """How one combination of critical responses is drawn."""
+    """How one combination of critical responses, or one kind of motion, is drawn."""
 
     name: str
     colour: str
@@ -86,6 +86,15 @@ RESPONSES: tuple[ResponseStyle, ...] = (
     ResponseStyle("bit-bounce + whirl", BLUE, "P"),
     ResponseStyle("stick-slip + whirl", VERMILLION, "X"),
     ResponseStyle("bit-bounce + stick-slip + whirl", BLACK, "*"),
+)
+# Indexed by the kind of motion. Paul Tol's muted colours: none of them stands for a response.
+MOTIONS: tuple[ResponseStyle, ...] = (
+    ResponseStyle("undetermined", GREY, "."),
+    ResponseStyle("equilibrium", BLACK, "_"),
+    ResponseStyle("periodic", "#332288", "o"),
+    ResponseStyle("quasi-periodic", "#44AA99", "D"),
+    ResponseStyle("chaotic", "#CC6677", "^"),
+    ResponseStyle("unsettled", "#DDCC77", "s"),
 )
 assert RESPONSES[BIT_BOUNCE | STICK_SLIP | WHIRL].name.count("+") == 2
 

@@ -26,7 +26,7 @@ LAST_TURNS = 20  # of the drive: more lie over each other and hide the shape
 def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
     if len(trace.time) < 2:
         raise InputError(f"trace: found {len(trace.time)} samples; allowed: two or more.")
-    title = heading(trace.attrs, _point(trace, units))
+    title = title_of(trace, units)
     if kind == "histories":
         figure = new_figure(FULL_WIDTH, 7.2)
         draw_histories(figure, trace, units)
@@ -44,9 +44,13 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
         draw_orbit(panels[0], trace, units)
         draw_planes(panels[1:], trace, units)
         right.align_ylabels(panels[1:])
-    figure.suptitle(title if kind != "orbit" else heading(trace.attrs, _point(trace, units), width=50),
-                    parse_math=False)
+    figure.suptitle(title if kind != "orbit" else title_of(trace, units, width=50), parse_math=False)
     return figure
+
+
+def title_of(trace: Trace, units: str, width: int = 100) -> str:
+    """The title of the study and the operating point."""
+    return heading(trace.attrs, _point(trace, units), width=width)
 
 
 def _point(trace: Trace, units: str) -> str:

@@ -15,6 +15,7 @@ from nsdrill.store.read import (
     read_point,
     read_results,
     rewrite_labels,
+    variables_in,
 )
 from nsdrill.store.records import pending_records, record_dtype, recorded
 from nsdrill.store.renew import renew
@@ -48,6 +49,7 @@ __all__ = [
     "rewrite_labels",
     "to_csv",
     "to_netcdf",
+    "variables_in",
     "write_results",
     "write_text",
     "write_trace",

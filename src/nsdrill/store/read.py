@@ -19,7 +19,17 @@ from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, record_dtype, recorded
 from nsdrill.store.results import block_shape, blocks, coordinates, points_in_block
 from nsdrill.store.sink import Source, grid_shape
-from nsdrill.variables import BY_NAME, FORMAT_VERSION, LABELS, PENDING, POINT, PROCEDURES, STATE_NAMES, Kept, Variable
+from nsdrill.variables import (
+    BY_NAME,
+    FORMAT_VERSION,
+    PENDING,
+    POINT,
+    PROCEDURES,
+    STATE_NAMES,
+    VARIABLES,
+    Kept,
+    Variable,
+)  # fmt: skip
 
 PathLike = str | os.PathLike[str]
 
@@ -61,6 +71,15 @@ def collect(log: Source, names: Iterable[str] | None = None) -> Results:
             values[start:stop] = records[name]
     variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
     return Results(coordinates(log), variables, {**log.header["attrs"], "format_version": FORMAT_VERSION})
+
+
+def variables_in(path: PathLike) -> tuple[Variable, ...]:
+    """The variables of the results file or run log ``path``."""
+    if kind_of(path) == "partial":
+        with RunLog.open(path, writable=False) as log:
+            return recorded(log.kept)
+    with hdf5.opened(path) as file:
+        return recorded(_coordinates(path, file)[1])
 
 
 def read_attributes(path: PathLike) -> dict[str, Any]:
@@ -116,9 +135,10 @@ def rewrite_labels(
 
     ``attrs`` replaces root attributes. A copy is edited and takes the name at the end, so a kill damages nothing.
     """
-    unknown = set(labels) - set(LABELS)
+    known_labels = [variable.name for variable in VARIABLES if variable.room == "label"]
+    unknown = set(labels) - set(known_labels)
     if unknown:
-        raise ValueError(f"not labels: {', '.join(sorted(unknown))}; labels are {', '.join(LABELS)}")
+        raise ValueError(f"not labels: {', '.join(sorted(unknown))}; labels are {', '.join(known_labels)}")
     with hdf5.opened(path) as file:
         _, kept = _coordinates(path, file)
         shapes = {name: _dataset(path, file, BY_NAME[name], kept).shape for name in labels}

@@ -40,14 +40,14 @@ def study_from_resolved(
                 build(Bit, resolved["bit"]),
             ),
             operation=operation,
-            initial=build(Initial, resolved["initial"]),
+            initial=build(Initial, resolved["initial"], lenient=True),
             axes=axes,
             swept=swept,
             procedure=sweep["procedure"],
             along=sweep["along"],
-            simulation=build(Simulation, resolved["simulation"]),
-            thresholds=build(Thresholds, resolved["classify"]),
-            record=build(Record, resolved["record"]),
+            simulation=build(Simulation, resolved["simulation"], lenient=True),
+            thresholds=build(Thresholds, resolved["classify"], lenient=True),
+            record=build(Record, resolved["record"], lenient=True),
             text=text,
             source=source,
             overrides=tuple(overrides),
@@ -61,16 +61,18 @@ def study_from_resolved(
         ) from error
 
 
-def build(cls: type, data: dict[str, Any]) -> Any:
-    """A tree of dataclasses from nested data with exactly their keys."""
+def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
+    """A tree of dataclasses from nested data with exactly their keys. Where ``lenient``, keys that an older version did
+    not know may be missing and have their defaults: never those of the physics."""
     names = {item.name for item in fields(cls)}
-    if set(data) != names:
+    if not set(data) <= names or (set(data) != names and not lenient):
         raise ValueError(f"{cls.__name__}: found the keys {sorted(data)}, allowed: {sorted(names)}")
     values = {}
     for item in fields(cls):
-        made = item.default_factory() if callable(item.default_factory) else None
-        value = data[item.name]
-        values[item.name] = build(type(made), value) if is_dataclass(made) else value
+        if item.name in data:
+            made = item.default_factory() if callable(item.default_factory) else None
+            value = data[item.name]
+            values[item.name] = build(type(made), value, lenient) if is_dataclass(made) else value
     return cls(**values)
 
 

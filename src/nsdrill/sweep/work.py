@@ -67,7 +67,7 @@ class Work:
         if record.exponent:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
             width += len(GROWTH_REPORT)
-        slots = max(2 * lanes, FEWEST_SLOTS, min(slots, OUTBOX_FLOATS // width))
+        slots = min(slots, max(FEWEST_SLOTS, OUTBOX_FLOATS // width))
         return Gang(lanes, slots, rows_for(record.exponent), store, width, self.simulation)
 
     def prepare(self, points: Array) -> tuple[Array, Array, Array, Array, Array]:

@@ -1,0 +1,74 @@
+"""What kind of motion there is along one axis: a strip of kinds, the Lyapunov exponent, the 0-1 test, the period."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from nsdrill.data import Results
+from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
+from nsdrill.plot.labels import Quantity, quantity
+from nsdrill.plot.slices import Line, edges, robust_limits
+from nsdrill.plot.style import DIRECTION_COLOURS, MOTIONS, REFERENCE, SEAMLESS
+from nsdrill.variables import OK, PERIODIC
+
+COLOURS = ListedColormap([style.colour for style in MOTIONS], name="motions")
+LABELS = {"lyapunov_exponent": "Lyapunov\nexponent [1/s]", "zero_one": "0-1 test $K$", "period": "Period\n[returns]"}
+NORM = BoundaryNorm(np.arange(-0.5, len(MOTIONS)), len(MOTIONS))
+
+
+def draw(results: Results, units: str = "si") -> Figure:
+    names = [name for name in ("lyapunov_exponent", "zero_one", "period") if name in results.variables]
+    figure, lines, columns = frame(results, units, 1 + len(names), 2.0 + 1.3 * len(names))
+    present: set[int] = set()
+    for one, column in zip(lines, columns, strict=True):
+        x = quantity(one.axis, units)
+        present |= _draw_kinds(column[1], one, x, named=column is columns[0])
+        for axes, name in zip(column[2:], names, strict=True):
+            _draw_values(axes, one, name, x)
+    for axes, name in zip(columns[0][2:], names, strict=True):
+        axes.set_ylabel(LABELS[name])
+    if "lyapunov_exponent" in names:
+        values = np.concatenate([np.where(one["status"] == OK, one["lyapunov_exponent"], np.nan).ravel()
+                                 for one in lines])
+        low, high = robust_limits(values)
+        room = 0.08 * (high - low)
+        columns[0][2].set_ylim(min(low, 0.0) - room, max(high, 0.0) + room)
+    kinds = [Patch(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present]
+    legend_below(figure, [*kinds, *outcome_handles(lines, markers=False)], 4)
+    return figure
+
+
+def _draw_kinds(axes: Axes, one: Line, x: Quantity, *, named: bool) -> set[int]:
+    """The kinds as coloured cells, a row for each procedure."""
+    kinds = np.ma.masked_where(one["status"] != OK, one["motion"].astype(int))
+    rows = np.arange(len(one.procedures))
+    axes.pcolormesh(edges(one.x) / x.scale, np.arange(len(rows) + 1) - 0.5, kinds, cmap=COLOURS, norm=NORM,
+                    gid="motions", **SEAMLESS)
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_yticks(rows, one.procedures if named else [""] * len(rows))
+    if named:
+        axes.set_ylabel("Motion")
+    return set(kinds.compressed().tolist())
+
+
+def _draw_values(axes: Axes, one: Line, name: str, x: Quantity) -> None:
+    for row, procedure in enumerate(one.procedures):
+        good = one["status"][row] == OK
+        values = np.where(good, one[name][row], np.nan).astype(float)
+        if name == "period":
+            values = np.where(one["motion"][row] == PERIODIC, values, np.nan)
+        opened = is_open(procedure, one.procedures)
+        colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
+        errors = 2 * one["lyapunov_error"][row] if name == "lyapunov_exponent" else None
+        axes.errorbar(one.x / x.scale, values, yerr=errors, linestyle="none", marker="o", color=colour, markersize=2.4,
+                      markerfacecolor="white" if opened else colour, markeredgewidth=0.5, elinewidth=0.4)
+    if name == "lyapunov_exponent":
+        axes.axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
+    elif name == "zero_one":
+        axes.set_ylim(-0.15, 1.1)
+    else:
+        axes.set_ylim(0, None)

@@ -1,0 +1,206 @@
+"""The returns to the Poincare section: all of them along one axis, or those of one point in planes of the motion.
+
+One dot is period one, n dots a period of n returns, a closed curve quasi-periodic motion, a cloud chaos.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import pi
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
+from matplotlib.ticker import MaxNLocator
+
+from nsdrill.data import Array, Results, Trace
+from nsdrill.errors import InputError
+from nsdrill.plot.bifurcation import HEIGHT, draw_drive_speed, draw_wall, marker_size
+from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
+from nsdrill.plot.labels import Quantity, fixed_values, heading, operating_point, quantity
+from nsdrill.plot.slices import Line, text
+from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, MOTIONS, REFERENCE, new_figure
+from nsdrill.variables import OK
+
+PANELS = ("section_radius", "section_whirl_angle", "section_axial", "section_bit_speed")
+PLANES = (("section_axial", "section_axial_velocity"), ("section_twist", "section_bit_speed"),
+          ("section_radius", "section_radial_velocity"))  # fmt: skip
+
+
+def draw(results: Results, units: str = "si") -> Figure:
+    """Every recorded return along one axis."""
+    figure, lines, columns = frame(results, units, len(PANELS), HEIGHT + 1.2)
+    markers = len(PANELS) * int(np.isfinite(results["section_radius"]).sum())
+    present: set[int] = set()
+    for one, column in zip(lines, columns, strict=True):
+        x = quantity(one.axis, units)
+        for axes, name in zip(column[1:], PANELS, strict=True):
+            present |= draw_returns(axes, one, name, x, quantity(name, units), markers > MANY_MARKERS)
+    for axes, name in zip(columns[0][1:], PANELS, strict=True):
+        axes.set_ylabel(quantity(name, units).label)
+    for column in columns:
+        _whole_turn(column[2], quantity("section_whirl_angle", units))
+    handles = motion_handles(present)
+    if {"up", "down"} <= set(lines[0].procedures):
+        handles += [_marker("up: filled", REFERENCE), _marker("down: open", "none")]
+    wall = draw_wall(results, [column[1] for column in columns], units)
+    speed = draw_drive_speed(lines, [column[4] for column in columns], units)
+    legend_below(figure, [*handles, *speed, *wall, *outcome_handles(lines, markers=False)], 4)
+    return figure
+
+
+def draw_returns(axes: Axes, one: Line, name: str, x: Quantity, y: Quantity, rasterise: bool) -> set[int]:
+    """One panel, an artist for each kind of motion and procedure; gives the kinds that occur."""
+    motion, values, at = one["motion"], one[name] / y.scale, one.x / x.scale
+    size = 0.75 * marker_size(len(at), axes)
+    present = set()
+    for code, style in enumerate(MOTIONS):
+        for row, procedure in enumerate(one.procedures):
+            points = (motion[row] == code) & (one["status"][row] == OK)
+            heights = values[row, points]
+            finite = np.isfinite(heights)
+            if not finite.any():
+                continue
+            present.add(code)
+            opened = is_open(procedure, one.procedures)
+            where = np.broadcast_to(at[points][:, None], heights.shape)[finite]
+            axes.plot(where, heights[finite], linestyle="none", marker="o", color=style.colour, markersize=size,
+                      markerfacecolor="none" if opened else style.colour, markeredgewidth=0.3 if opened else 0.0,
+                      rasterized=rasterise, zorder=2 + 0.01 * code, gid=f"{name}:{procedure}:{code}")
+    return present
+
+
+def motion_handles(present: set[int]) -> list[Artist]:
+    """Legend entries of the kinds of motion that occur."""
+    return [_marker(style.name, style.colour, style.colour)
+            for code, style in enumerate(MOTIONS) if code in present]
+
+
+def _marker(label: str, face: str, edge: str = REFERENCE) -> Line2D:
+    return Line2D([], [], color=edge, marker="o", markerfacecolor=face, linestyle="none", markersize=4,
+                  markeredgewidth=0.7, label=label)
+
+
+def _whole_turn(axes: Axes, y: Quantity) -> None:
+    """An angle from minus to plus half a turn, with ticks at the quarters."""
+    axes.set_ylim(-1.04 * pi / y.scale, 1.04 * pi / y.scale)
+    ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / y.scale
+    axes.set_yticks(ticks, ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks])
+
+
+def draw_point(results: Results, units: str = "si") -> Figure:
+    """The section of one operating point, a row of planes for each procedure."""
+    names = [text(name) for name in results.coords["procedure"]]
+    figure = new_figure(FULL_WIDTH, 0.4 + 2.2 * len(names))
+    rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
+    gap = results.attrs.get("gap")
+    for row, name in enumerate(names):
+        here = {key: results[key][row].ravel() for key in results.variables if key.startswith("section_")}
+        code = int(results["motion"][row].ravel()[0])
+        words = MOTIONS[code].name
+        if period := int(results["period"][row].ravel()[0]):
+            words = f"{words}, period {period}"
+        count = int(np.isfinite(here["section_radius"]).sum())
+        label = {"up": "carried up: ", "down": "carried down: "}.get(name, "")
+        rows[row].suptitle(f"{label}{words}, {count} returns", fontsize="medium")
+        _draw_planes(list(rows[row].subplots(1, 4)), here, units, gap, MOTIONS[code].colour)
+    figure.suptitle(heading(results.attrs, operating_point(fixed_values(results), units)), parse_math=False)
+    return figure
+
+
+def draw_trace(trace: Trace, units: str, title: str) -> Figure:
+    """The section of a trace: its returns after the transient, if there is time for three."""
+    section = section_of(trace)
+    figure = new_figure(FULL_WIDTH, 2.7)
+    begin = _observed_from(trace)
+    words = f"{len(section['section_radius'])} returns" + (f" after {begin:g} s" if begin else "")
+    _draw_planes(list(figure.subplots(1, 4)), section, units, trace.attrs.get("gap"), BLUE)
+    figure.suptitle(f"{title}; {words}", parse_math=False)
+    return figure
+
+
+def _draw_planes(
+    panels: list[Axes], section: Mapping[str, Array], units: str, gap: float | None, colour: str
+) -> None:
+    x = quantity("x", units)
+    r, angle = section["section_radius"] / x.scale, section["section_whirl_angle"]
+    style: dict[str, Any] = {
+        "linestyle": "none", "marker": "o", "markersize": 2.0, "markeredgewidth": 0.0, "color": colour}
+    panels[0].plot(r * np.cos(angle), r * np.sin(angle), gid="section:orbit", **style)
+    panels[0].plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none")
+    reach = float(np.nanmax(r, initial=0.0)) or 1.0
+    if gap is not None and reach > 0.4 * gap / x.scale:
+        panels[0].add_patch(Circle((0, 0), gap / x.scale, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5))
+        reach = max(reach, gap / x.scale)
+    panels[0].set(xlim=(-1.1 * reach, 1.1 * reach), ylim=(-1.1 * reach, 1.1 * reach),
+                  xlabel=f"along the bit [{x.unit}]", ylabel=f"across [{x.unit}]")
+    panels[0].set_aspect("equal")
+    for axes, (across, up) in zip(panels[1:], PLANES, strict=True):
+        a, b = quantity(across, units), quantity(up, units)
+        axes.plot(section[across] / a.scale, section[up] / b.scale, gid=f"section:{across}", **style)
+        axes.set(xlabel=a.label, ylabel=b.label)
+        _open(axes)
+    for axes in panels:
+        axes.xaxis.set_major_locator(MaxNLocator(3))
+        axes.yaxis.set_major_locator(MaxNLocator(5))
+
+
+def _open(axes: Axes) -> None:
+    """Limits that do not blow up rounding: a section of one point looks like one point."""
+    for get, put in ((axes.get_xlim, axes.set_xlim), (axes.get_ylim, axes.set_ylim)):
+        low, high = get()
+        middle, least = 0.5 * (low + high), 0.02 * max(abs(low), abs(high))
+        if high - low < least:
+            put(middle - least, middle + least)
+
+
+def _observed_from(trace: Trace) -> float:
+    """Where the section of a trace begins: after its transient, or at its start if hardly anything follows."""
+    transient, speed = float(trace.attrs.get("transient", 0.0)), float(trace.attrs.get("rotary_speed", 0.0))
+    turns = (trace.time[-1] - transient) * speed / (2 * pi)
+    return transient if turns >= 3 else 0.0
+
+
+def section_of(trace: Trace) -> dict[str, Array]:
+    """The section of a trace at whole revolutions of the bit, by the cubic through samples and their rates."""
+    chosen = trace.time >= _observed_from(trace)
+    time = trace.time[chosen]
+    angle = (trace["twist"] + trace["drive_angle"])[chosen]
+    reached = np.maximum.accumulate(angle)  # a bit that turns back is not counted twice
+    levels = np.arange(np.floor(angle[0] / (2 * pi)) + 1, np.floor(reached[-1] / (2 * pi)) + 1) * 2 * pi
+    if not len(levels):
+        raise InputError("trace: found less than one revolution of the bit; the section needs one. Simulate longer.")
+    after = np.searchsorted(reached, levels, side="left")
+    after = np.clip(after, 1, len(time) - 1)
+    h = time[after] - time[after - 1]
+
+    def cubic(values: Array, rates: Array, theta: Array) -> Array:
+        v0, v1, d0, d1 = values[after - 1], values[after], h * rates[after - 1], h * rates[after]
+        rise = v1 - v0
+        return v0 + theta * (d0 + theta * (3 * rise - 2 * d0 - d1 + theta * (d0 + d1 - 2 * rise)))
+
+    speed = trace["bit_speed"][chosen]
+    theta = (levels - angle[after - 1]) / np.maximum(angle[after] - angle[after - 1], 1e-300)
+    for _ in range(3):  # the angle is nearly straight between samples
+        theta = np.clip(theta - (cubic(angle, speed, theta) - levels) / np.maximum(h * speed[after], 1e-300), 0.0, 1.0)
+
+    def of(name: str, rate: str | None = None) -> Array:
+        values = trace[name][chosen]
+        if rate is None:
+            return values[after - 1] + theta * (values[after] - values[after - 1])
+        return cubic(values, trace[rate][chosen], theta)
+
+    x, y = of("x", "vx"), of("y", "vy")
+    vx, vy = of("vx"), of("vy")
+    r = np.sqrt(x * x + y * y)
+    safe = np.where(r > 0, r, 1.0)
+    return {
+        "section_radius": r, "section_whirl_angle": np.arctan2(y, x),
+        "section_radial_velocity": (x * vx + y * vy) / safe,
+        "section_axial": of("z", "vz"), "section_axial_velocity": of("vz"),
+        "section_twist": of("twist"), "section_bit_speed": of("bit_speed"),
+    }  # fmt: skip
