@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from made_up import GAP, make_results
@@ -156,6 +158,20 @@ def test_severity_bands(speeds: Results) -> None:
     axes = panel(plot.draw(speeds, "summary"), "Stick-slip index [%]")
     starts = [patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")]
     assert starts == [0, 40, 60, 80, 100]  # the severity table of the directional-drilling paper
+
+
+def test_severity_bands_are_those_in_force_in_the_file(speeds: Results) -> None:
+    """The study's; after a new classification, that one's. A fraction is drawn in percent."""
+    def starts(label: str) -> list[float]:
+        axes = panel(plot.draw(speeds, "summary"), label)
+        return [patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")]
+
+    thresholds = {"stick_slip": {"oscillation_index": 30.0, "severe_index": 120.0}}
+    speeds.attrs["study_resolved"] = json.dumps({"classify": thresholds})
+    assert starts("Stick-slip index [%]") == [0, 30, 60, 80, 120]
+    assert starts("Time off the rock [%]") == [0, 1, 10, 30, 60]
+    speeds.attrs["classification_resolved"] = json.dumps({"stick_slip": {"medium_index": 55.0}})
+    assert starts("Stick-slip index [%]") == [0, 40, 55, 80, 100]
 
 
 def test_edges_and_intervals() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
 
@@ -15,7 +16,7 @@ from nsdrill.errors import FileError
 from nsdrill.observe.classify import classify
 from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
 from nsdrill.study.resolved import study_from_resolved
-from nsdrill.variables import BY_NAME, FEATURES, OK, PENDING, TRACE_VARIABLES
+from nsdrill.variables import BY_NAME, FEATURES, LABELS, OK, PENDING, TRACE_VARIABLES
 
 TRACE_UNITS = {variable.name: variable.units for variable in TRACE_VARIABLES}
 TRACE_MEANINGS = {variable.name: variable.long_name for variable in TRACE_VARIABLES}
@@ -23,6 +24,7 @@ SUMMARY = (
     "stick_slip_index", "stuck_fraction", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio", "bit_force_max",
     "bit_torque_max", "wall_force_max", "surface_torque_max", "lateral_acceleration_rms",
 )  # fmt: skip
+SEVERITIES = ("bounce_severity", "stick_slip_severity", "whirl_severity")
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
@@ -45,6 +47,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         "status": _counts("status", status),
         "responses": {},
         "whirl_kinds": {},
+        "severities": {},
         "ranges": {},
     }
     for i, procedure in enumerate(summary["procedures"]):
@@ -52,6 +55,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         summary["responses"][procedure] = _counts("response", results["response"][i][chosen])
         kinds = results["whirl_kind"][i][chosen]
         summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
+        summary["severities"][procedure] = {name: _counts(name, results[name][i][chosen]) for name in SEVERITIES}
     summary["settled"] = int(np.count_nonzero(results["settled"][ok]))
     for name in SUMMARY:
         values = results[name][ok]
@@ -140,11 +144,12 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
         raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
     study = study_from_resolved(json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path))
     thresholds = change_thresholds(study.thresholds, overrides)
-    results = read_results(path, ["status", "response", "whirl_kind", "stick_slip_severity", "settled", *FEATURES])
+    results = read_results(path, ["status", *LABELS, *FEATURES])
     labels = classify(results.variables, results["status"], thresholds)
     changed = {
         name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     now = datetime.now(UTC).isoformat(timespec="seconds")
     line = f"{now} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
-    rewrite_labels(path, labels, line, {"classification": json.dumps(overrides)})
+    rewrite_labels(path, labels, line, {
+        "classification": json.dumps(overrides), "classification_resolved": json.dumps(asdict(thresholds))})
     return changed

@@ -66,6 +66,11 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
             click.echo(f"  {_words(word):32s} {count:8d}  {100 * count / total:5.1f} %")
         if kinds := s["whirl_kinds"][procedure]:
             click.echo("  whirl: " + ", ".join(f"{count} {_words(word)}" for word, count in kinds.items()))
+        for name, grades in s["severities"][procedure].items():
+            if set(grades) - {"none"}:
+                what = _words(name).removesuffix(" severity")
+                counted = ", ".join(f"{count} {_words(word)}" for word, count in grades.items())
+                click.echo(f"  severity, {what}: {counted}")
     if intervals := s.get("intervals"):
         _show_intervals(intervals)
     if s["ranges"]:
