@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from nsdrill.app.check import check
+    from nsdrill.app.hysteresis import hysteresis
     from nsdrill.app.run import run
     from nsdrill.app.trajectory import replay, simulate
     from nsdrill.errors import FileError, InputError, NsdrillError, StudyError
@@ -28,6 +29,7 @@ _HOME = {
     "Study": "study",
     "StudyError": "errors",
     "check": "app.check",
+    "hysteresis": "app.hysteresis",
     "load_study": "study",
     "open_results": "store",
     "parse_study": "study",
@@ -44,6 +46,7 @@ __all__ = [
     "Study",
     "StudyError",
     "check",
+    "hysteresis",
     "load_study",
     "open_results",
     "parse_study",

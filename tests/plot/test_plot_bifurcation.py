@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from nsdrill import plot
 from nsdrill.data import Results
-from nsdrill.plot.slices import edges, intervals, robust_limits
+from nsdrill.plot.slices import edges, robust_limits
 from nsdrill.plot.style import MANY_MARKERS, RESPONSES
 from nsdrill.variables import DIVERGED, OK
 
@@ -58,7 +58,10 @@ def test_colour_shape_and_filling(speeds: Results, name: str) -> None:
 def test_shading_is_where_up_and_down_differ(speeds: Results) -> None:
     figure = plot.draw(speeds)
     response, good = speeds["response"][:, 0, 0], (speeds["status"][:, 0, 0] == OK).all(axis=0)
-    expected = intervals((response[0] != response[1]) & good, edges(speeds.coords["rotary_speed"]))
+    differ, borders = (response[0] != response[1]) & good, edges(speeds.coords["rotary_speed"])
+    starts = [i for i in range(len(differ)) if differ[i] and (i == 0 or not differ[i - 1])]
+    ends = [i for i in range(len(differ)) if differ[i] and (i == len(differ) - 1 or not differ[i + 1])]
+    expected = [(borders[a], borders[b + 1]) for a, b in zip(starts, ends, strict=True)]
     assert len(expected) >= 3
     for axes in figure.axes[1:]:
         spans = [patch for patch in axes.patches if patch.get_gid() == "hysteresis"]
@@ -174,11 +177,9 @@ def test_severity_bands_are_those_in_force_in_the_file(speeds: Results) -> None:
     assert starts("Stick-slip index [%]") == [0, 40, 55, 80, 100]
 
 
-def test_edges_and_intervals() -> None:
+def test_edges() -> None:
     np.testing.assert_allclose(edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
     np.testing.assert_allclose(edges(np.array([3.0])), [2.85, 3.15])
-    assert intervals(np.array([1, 1, 0, 1], bool), np.arange(5.0)) == [(0.0, 2.0), (3.0, 4.0)]
-    assert intervals(np.zeros(3, bool), np.arange(4.0)) == []
 
 
 def test_robust_limits_keep_all_but_the_wild() -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill import __version__
+from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.data import Results, Trace
 from nsdrill.errors import FileError
 from nsdrill.observe.classify import classify
@@ -76,6 +77,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         }
         for p, d, w, s in failed
     ]
+    summary["hysteresis"] = hysteresis(results)
     if len(results.swept) == 1:
         summary["intervals"] = intervals(results)
     return summary

@@ -17,13 +17,15 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from nsdrill.analysis.hysteresis import disagreement
+from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT, outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.plot.bands import bounds
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.kinds import MAX_PANELS, value_name
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.slices import AXES, FAILED_POINT, PENDING_POINT, disagreement, edges, outcome, robust_limits, text
+from nsdrill.plot.slices import AXES, edges, robust_limits
 from nsdrill.plot.style import (
     FULL_WIDTH,
     GREY,
