@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from nsdrill.app.hysteresis import hysteresis
     from nsdrill.app.run import run
     from nsdrill.app.trajectory import replay, simulate
+    from nsdrill.app.window import window
     from nsdrill.errors import FileError, InputError, NsdrillError, StudyError
     from nsdrill.store import open_results, read_trace
     from nsdrill.study import Study, load_study, parse_study
@@ -37,6 +38,7 @@ _HOME = {
     "replay": "app.trajectory",
     "run": "app.run",
     "simulate": "app.trajectory",
+    "window": "app.window",
 }
 
 __all__ = [
@@ -54,6 +56,7 @@ __all__ = [
     "replay",
     "run",
     "simulate",
+    "window",
 ]
 
 

@@ -18,6 +18,7 @@ SWEEP_KINDS = {
 MAP_KINDS = {
     "map": "the responses over two axes",
     "whirl_kind": "the kind of whirl over two axes",
+    "window": "where all procedures are safe, where only some, and the recommended operating point",
 }
 ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
 SUMMARY = ("stick_slip_index", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio")
@@ -45,6 +46,7 @@ def variables_for(kind: str) -> tuple[str, ...]:
         "bifurcation": (*PEAKS, "axial_max", "bit_speed_max", "radius_max"),
         "summary": SUMMARY,
         "whirl_kind": ("whirl_kind",),
+        "window": ("trusted",) if "trusted" in BY_NAME else (),
     }.get(kind, (name,) if (name := value_name(kind)) else ())
     return ("status", "response", *shown)
 
@@ -58,8 +60,8 @@ def kinds_for(data: Results | Trace) -> tuple[str, ...]:
     values = tuple(kind for kind in values if ALIASES.get(kind, kind) in data.variables)
     lengths = sorted(len(data.coords[axis]) for axis in data.swept)
     if len(lengths) <= 1:
-        return (*SWEEP_KINDS, *values)
-    maps = tuple(kind for kind in MAP_KINDS if kind == "map" or kind in data.variables)
+        return (*SWEEP_KINDS, *(("window",) if lengths else ()), *values)
+    maps = tuple(kind for kind in MAP_KINDS if kind in ("map", "window") or kind in data.variables)
     if len(lengths) == 3:
         return (*maps, *values)
     if lengths[0] <= FEW:  # a handful of values is a comparison, not a plane
