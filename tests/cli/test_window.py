@@ -60,6 +60,11 @@ def test_one_procedure_is_said_plainly() -> None:
     assert "rim" not in text
 
 
+def test_no_room_is_said() -> None:
+    assert "a hint, not a setting" in note(up=["wwwwwww", "ww.wwww", "www.www", "wwwwwww", "wwwwwww"])
+    assert "a hint" not in note()
+
+
 def test_failed_runs_are_counted() -> None:
     assert "2 of 70 runs failed" in note(up=["xx" + LINES[0][2:], *LINES[1:]], down=LINES)
 

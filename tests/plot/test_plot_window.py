@@ -75,7 +75,7 @@ def test_one_axis_is_a_strip() -> None:
 
 def test_failed_points_and_one_procedure_are_told(both: Results) -> None:
     figure = plot.draw(spoil(both, diverged=3, step_limit=0), "window")
-    assert "a run failed (3 points)" in words(figure)
+    assert "failed or not run (3 points)" in words(figure)
     alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
     assert any("history not examined" in word for word in words(plot.draw(alone, "window")))
     assert not any("rim" in word for word in words(plot.draw(alone, "window")))

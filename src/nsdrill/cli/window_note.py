@@ -161,6 +161,9 @@ def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
         yield f"  {NAMES[axis]}{other}:"
         for side, word in (SIDES_OF_DEPTH if axis == "depth" else SIDES).items():
             yield f"    {word} {_limit(axis, best['margins'][axis][side], w)}"
+    sides = [side for axis in axes for side in best["margins"][axis].values()]
+    if any(side["margin"] == 0.0 for side in sides):
+        yield "It has no room to one side or more: a hint, not a setting. A finer map around it would tell."
     yield "Limits lie between the last safe point and the next one; finer axes bring them closer together."
 
 

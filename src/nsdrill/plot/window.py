@@ -125,7 +125,7 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
                              label=f"{words[value]} ({100 * note['share'][name]:.1f} %)"))
     if found.failed.any():
         handles.append(Patch(facecolor=CRITICAL_COLOUR, edgecolor="white", linewidth=0.4, hatch="xxxxxx",
-                             label=f"a run failed ({note['failed_points']} points)"))
+                             label=f"failed or not run ({note['failed_points']} points)"))
     if any(one["recommended"] for one in note["maps"]):
         handles.append(Line2D([], [], color=BLACK, marker="o", markersize=5, linewidth=1.0,
                               label="recommended, bars to the last safe point"))
