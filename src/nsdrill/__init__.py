@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from nsdrill.app.check import check
+    from nsdrill.app.hysteresis import hysteresis
     from nsdrill.app.run import run
     from nsdrill.app.trajectory import replay, simulate
+    from nsdrill.app.window import window
     from nsdrill.errors import FileError, InputError, NsdrillError, StudyError
     from nsdrill.store import open_results, read_trace
     from nsdrill.study import Study, load_study, parse_study
@@ -28,6 +30,7 @@ _HOME = {
     "Study": "study",
     "StudyError": "errors",
     "check": "app.check",
+    "hysteresis": "app.hysteresis",
     "load_study": "study",
     "open_results": "store",
     "parse_study": "study",
@@ -35,6 +38,7 @@ _HOME = {
     "replay": "app.trajectory",
     "run": "app.run",
     "simulate": "app.trajectory",
+    "window": "app.window",
 }
 
 __all__ = [
@@ -44,6 +48,7 @@ __all__ = [
     "Study",
     "StudyError",
     "check",
+    "hysteresis",
     "load_study",
     "open_results",
     "parse_study",
@@ -51,6 +56,7 @@ __all__ = [
     "replay",
     "run",
     "simulate",
+    "window",
 ]
 
 

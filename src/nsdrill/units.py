@@ -26,6 +26,7 @@ USUAL: dict[str, tuple[str, ...]] = {
     "rad": ("rad", "deg"),
     "s": ("s", "min", "h"),
     "m/s": ("m/s", "mm/s", "ft/s"),
+    "m/s^2": ("m/s^2", "gravity", "ft/s^2"),
     "kg/m^3": ("kg/m^3", "g/cm^3", "ppg"),
     "Pa": ("Pa", "MPa", "GPa", "psi"),
     "N/m": ("N/m", "kN/m", "MN/m", "lbf/in"),
@@ -165,6 +166,9 @@ def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -
             f"{quoted(text)}, an ambiguous speed of rotation", allowed_units(units),
             f"'{unit}' does not say whether it counts revolutions or radians: write rpm or rad/s.",
         )
+    if units == "m/s^2" and dimensions == {"[mass]": 1}:
+        return QuantityError(
+            f"{quoted(text)}, a mass", allowed_units(units), "g is the gram here: write gravity, as in 0.25 gravity.")
     return QuantityError(f"{quoted(text)}, in units of {_in_words(dimensions)}", allowed_units(units))
 
 

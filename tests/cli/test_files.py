@@ -18,7 +18,7 @@ from nsdrill.store import read_results, read_trace
 
 from .helpers import SCRIPT, Call
 
-LABELS = ("response", "whirl_kind", "stick_slip_severity", "settled")
+LABELS = ("response", "whirl_kind", "stick_slip_severity", "bounce_severity", "whirl_severity", "settled")
 
 
 @pytest.fixture

@@ -35,7 +35,8 @@ def label(thresholds: Thresholds = Thresholds(), status: int = OK, **features: f
 
 
 def test_calm_drilling_has_no_response() -> None:
-    assert label() == {"response": 0, "whirl_kind": NO_WHIRL, "stick_slip_severity": 0, "settled": 1}
+    assert label() == {"response": 0, "whirl_kind": NO_WHIRL, "stick_slip_severity": 0, "bounce_severity": 0,
+                       "whirl_severity": 0, "settled": 1}
 
 
 @pytest.mark.parametrize(
@@ -64,6 +65,42 @@ def test_a_response_begins_above_its_bound(name: str, bound: float) -> None:
     (0, 0), (39.9, 0), (40, 0), (40.1, 1), (60, 1), (60.1, 2), (80, 2), (80.1, 3), (100, 3), (100.1, 4), (5000, 4)])
 def test_severity_bands(index: float, band: int) -> None:
     assert label(stick_slip_index=index)["stick_slip_severity"] == band
+
+
+@pytest.mark.parametrize(("fraction", "band"), [
+    (0, 0), (0.01, 0), (0.0101, 1), (0.1, 1), (0.101, 2), (0.3, 2), (0.301, 3), (0.6, 3), (0.601, 4), (1, 4)])
+def test_bands_of_bit_bounce(fraction: float, band: int) -> None:
+    """As in the table of thresholds; with the defaults there is a grade exactly where there is the response."""
+    found = label(lift_off_fraction=fraction)
+    assert found["bounce_severity"] == band
+    assert (band > 0) == bool(found["response"] & BIT_BOUNCE)
+
+
+@pytest.mark.parametrize(("acceleration", "band"), [
+    (0, 0), (2.5, 0), (2.51, 1), (5, 1), (5.01, 2), (7.5, 2), (7.51, 3), (10, 3), (10.1, 4), (np.inf, 4)])
+def test_bands_of_whirl(acceleration: float, band: int) -> None:
+    """On the wall or not: a tool feels the acceleration either way."""
+    assert label(lateral_acceleration_rms=acceleration)["whirl_severity"] == band
+    on_wall = label(lateral_acceleration_rms=acceleration, wall_contact_fraction=1.0)
+    assert on_wall["whirl_severity"] == max(band, 1)
+
+
+def test_no_critical_response_is_graded_none() -> None:
+    """Also with a response threshold below the first bound of severity; a bound above it stays as it is."""
+    low = replace(Thresholds(), bit_bounce=BitBounce(lift_off_fraction=0.001))
+    assert label(low, lift_off_fraction=0.005) | {"response": BIT_BOUNCE, "bounce_severity": 1} == label(
+        low, lift_off_fraction=0.005)
+    high = replace(Thresholds(), bit_bounce=BitBounce(lift_off_fraction=0.5))
+    found = label(high, lift_off_fraction=0.4)
+    assert (found["response"], found["bounce_severity"]) == (0, 3)
+
+
+def test_the_bounds_of_severity_can_be_moved() -> None:
+    strict = replace(
+        Thresholds(), bit_bounce=BitBounce(0.0, 0.2, 0.4, 0.6, 0.8),
+        whirl=Whirl(0.01, 0.1, 0.5, 0.1, 1.0, 2.0, 3.0, 4.0))
+    assert label(strict, lift_off_fraction=0.5)["bounce_severity"] == 2
+    assert label(strict, lateral_acceleration_rms=3.5)["whirl_severity"] == 3
 
 
 @pytest.mark.parametrize("index", [np.inf, np.nan])
@@ -127,6 +164,9 @@ def test_any_features_give_labels_in_range(features: dict[str, float], status: i
     assert 0 <= found["response"] <= 7
     assert 0 <= found["whirl_kind"] <= 4
     assert 0 <= found["stick_slip_severity"] <= 4
+    for bit, name in ((BIT_BOUNCE, "bounce_severity"), (WHIRL, "whirl_severity")):
+        assert 0 <= found[name] <= 4
+        assert found[name] > 0 or not found["response"] & bit
     assert found["settled"] in (0, 1)
     assert (found["whirl_kind"] != NO_WHIRL) == bool(found["response"] & WHIRL)
 

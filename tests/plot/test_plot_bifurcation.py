@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 from made_up import GAP, make_results
@@ -11,7 +13,7 @@ from matplotlib.figure import Figure
 
 from nsdrill import plot
 from nsdrill.data import Results
-from nsdrill.plot.slices import edges, intervals, robust_limits
+from nsdrill.plot.slices import edges, robust_limits
 from nsdrill.plot.style import MANY_MARKERS, RESPONSES
 from nsdrill.variables import DIVERGED, OK
 
@@ -56,7 +58,10 @@ def test_colour_shape_and_filling(speeds: Results, name: str) -> None:
 def test_shading_is_where_up_and_down_differ(speeds: Results) -> None:
     figure = plot.draw(speeds)
     response, good = speeds["response"][:, 0, 0], (speeds["status"][:, 0, 0] == OK).all(axis=0)
-    expected = intervals((response[0] != response[1]) & good, edges(speeds.coords["rotary_speed"]))
+    differ, borders = (response[0] != response[1]) & good, edges(speeds.coords["rotary_speed"])
+    starts = [i for i in range(len(differ)) if differ[i] and (i == 0 or not differ[i - 1])]
+    ends = [i for i in range(len(differ)) if differ[i] and (i == len(differ) - 1 or not differ[i + 1])]
+    expected = [(borders[a], borders[b + 1]) for a, b in zip(starts, ends, strict=True)]
     assert len(expected) >= 3
     for axes in figure.axes[1:]:
         spans = [patch for patch in axes.patches if patch.get_gid() == "hysteresis"]
@@ -158,11 +163,23 @@ def test_severity_bands(speeds: Results) -> None:
     assert starts == [0, 40, 60, 80, 100]  # the severity table of the directional-drilling paper
 
 
-def test_edges_and_intervals() -> None:
+def test_severity_bands_are_those_in_force_in_the_file(speeds: Results) -> None:
+    """The study's; after a new classification, that one's. A fraction is drawn in percent."""
+    def starts(label: str) -> list[float]:
+        axes = panel(plot.draw(speeds, "summary"), label)
+        return [patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")]
+
+    thresholds = {"stick_slip": {"oscillation_index": 30.0, "severe_index": 120.0}}
+    speeds.attrs["study_resolved"] = json.dumps({"classify": thresholds})
+    assert starts("Stick-slip index [%]") == [0, 30, 60, 80, 120]
+    assert starts("Time off the rock [%]") == [0, 1, 10, 30, 60]
+    speeds.attrs["classification_resolved"] = json.dumps({"stick_slip": {"medium_index": 55.0}})
+    assert starts("Stick-slip index [%]") == [0, 40, 55, 80, 100]
+
+
+def test_edges() -> None:
     np.testing.assert_allclose(edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
     np.testing.assert_allclose(edges(np.array([3.0])), [2.85, 3.15])
-    assert intervals(np.array([1, 1, 0, 1], bool), np.arange(5.0)) == [(0.0, 2.0), (3.0, 4.0)]
-    assert intervals(np.zeros(3, bool), np.arange(4.0)) == []
 
 
 def test_robust_limits_keep_all_but_the_wild() -> None:

@@ -110,6 +110,8 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file() -> None:
         ("bit:\n  friction:\n    static: 0.3\n    dynamic: 0.4\n", 5, "bit.friction.dynamic", "at most"),
         ("initial: {x: 60 mm, y: 60 mm}", 2, "initial.x", "76.2 mm"),
         ("classify: {stick_slip: {medium_index: 30}}", 2, "classify.stick_slip.medium_index", "above"),
+        ("classify: {bit_bounce: {strong_fraction: 0.05}}", 2, "classify.bit_bounce.strong_fraction", "above"),
+        ("classify: {whirl: {severe_acceleration: 0.5 gravity}}", 2, "classify.whirl.severe_acceleration", "above"),
         ("well: {stiffness: 25 MN/m^1.5}", 2, "well.stiffness", "law: hertz takes N/m^1.5"),
         ("well: {law: hertz, stiffness: 25 MN/m}", 2, "well.stiffness", "law: linear takes N/m"),
         ("well: {law: herz, stiffness: 25 MN/m^1.5}", 2, "well.law", "Did you mean hertz?"),
@@ -227,7 +229,8 @@ def test_thresholds_of_a_finished_file() -> None:
     changed = change_thresholds(Thresholds(), ["classify.whirl.direction=0.2"])
     assert changed.whirl.direction == 0.2
     assert changed.stick_slip == Thresholds().stick_slip
-    refused = ("classify.stuck_below=3 rpm", "operation.wob=3 kN", "classify.stick_slip.severe_index=3", "classify=3")
+    refused = ("classify.stuck_below=3 rpm", "operation.wob=3 kN", "classify.stick_slip.severe_index=3",
+               "classify.whirl.light_acceleration=6 m/s^2", "classify.bit_bounce.severe_fraction=0.2", "classify=3")
     for override in refused:
         with pytest.raises(StudyError):
             change_thresholds(Thresholds(), [override])

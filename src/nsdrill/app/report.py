@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
 
 from nsdrill import __version__
+from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.data import Results, Trace
 from nsdrill.errors import FileError
 from nsdrill.model.rhs import pack, sizes
@@ -25,6 +27,7 @@ SUMMARY = (
     "stick_slip_index", "stuck_fraction", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio", "bit_force_max",
     "bit_torque_max", "wall_force_max", "surface_torque_max", "lateral_acceleration_rms",
 )  # fmt: skip
+SEVERITIES = ("bounce_severity", "stick_slip_severity", "whirl_severity")
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
@@ -47,6 +50,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         "status": _counts("status", status),
         "responses": {},
         "whirl_kinds": {},
+        "severities": {},
         "ranges": {},
     }
     for i, procedure in enumerate(summary["procedures"]):
@@ -54,6 +58,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         summary["responses"][procedure] = _counts("response", results["response"][i][chosen])
         kinds = results["whirl_kind"][i][chosen]
         summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
+        summary["severities"][procedure] = {name: _counts(name, results[name][i][chosen]) for name in SEVERITIES}
     if "motion" in results.variables:
         summary["motions"] = {
             procedure: _counts("motion", results["motion"][i][ok[i]])
@@ -78,6 +83,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         }
         for p, d, w, s in failed
     ]
+    summary["hysteresis"] = hysteresis(results)
     if len(results.swept) == 1:
         summary["intervals"] = intervals(results)
     return summary
@@ -162,5 +168,6 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
         name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     now = datetime.now(UTC).isoformat(timespec="seconds")
     line = f"{now} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
-    rewrite_labels(path, labels, line, {"classification": json.dumps(overrides)})
+    rewrite_labels(path, labels, line, {
+        "classification": json.dumps(overrides), "classification_resolved": json.dumps(asdict(thresholds))})
     return changed

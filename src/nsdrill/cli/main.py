@@ -19,6 +19,7 @@ COMMANDS = {
     "simulate": "Simulate one operating point and write its trajectory.",
     "replay": "Run one point of a results file again, bit for bit, with its trajectory.",
     "plot": "Draw a results or trace file.",
+    "window": "Say where one may run whatever the history.",
     "show": "Say what is in a results or trace file, in words and numbers.",
     "check": "Validate a study and print its derived coefficients.",
     "new": "Write a commented study to start from.",

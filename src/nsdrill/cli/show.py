@@ -68,8 +68,15 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
             click.echo("  whirl: " + ", ".join(f"{count} {_words(word)}" for word, count in kinds.items()))
         if motions := s.get("motions", {}).get(procedure):
             click.echo("  motion: " + ", ".join(f"{count} {_words(word)}" for word, count in motions.items()))
+        for name, grades in s["severities"][procedure].items():
+            if set(grades) - {"none"}:
+                what = _words(name).removesuffix(" severity")
+                counted = ", ".join(f"{count} {_words(word)}" for word, count in grades.items())
+                click.echo(f"  severity, {what}: {counted}")
     if intervals := s.get("intervals"):
         _show_intervals(intervals)
+    if hysteresis := s["hysteresis"]:
+        _show_hysteresis(hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1])
     if s["ranges"]:
         click.echo("\nLeast and greatest over all points:")
         _show_ranges(s["ranges"])
@@ -100,6 +107,31 @@ def _show_intervals(intervals: list[dict[str, Any]]) -> None:
         click.echo(f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {_words(row['response'])}")
     if len(intervals) > MOST_INTERVALS:
         click.echo(f"  and {len(intervals) - MOST_INTERVALS} more (all with --json)")
+
+
+def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str]) -> None:
+    axis = rows[0]["axis"]
+    held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
+    click.echo(f"\nWhere up and down differ, along the {AXES[axis][0]}:")
+    before = None
+    for row in rows[:MOST_INTERVALS]:
+        here = ", ".join(_value(name, row[name]) if name in AXES else f"{name} {row[name]}" for name in held)
+        if here and here != before:
+            click.echo(f"  at {here}")
+        before = here
+        ends = _value(axis, row["from"])
+        if row["points"] > 1:
+            ends += f" to {_value(axis, row['to'])}"
+        points = "1 point" if row["points"] == 1 else f"{row['points']} points"
+        click.echo(f"  {ends:32s} {points:>12s}  {_words('+'.join(row['differs'])):22s}  up {_words(row['up'])}; "
+                   f"down {_words(row['down'])}{'; open end' if row['open'] else ''}")
+    if len(rows) > MOST_INTERVALS:
+        click.echo(f"  and {len(rows) - MOST_INTERVALS} more (all with --json)")
+    steps = [row["step"] for row in rows if row["step"] is not None]
+    if steps:
+        click.echo(f"  The true ends lie outside, within one step of the axis: up to {_value(axis, max(steps))}.")
+    if any(row["open"] for row in rows):
+        click.echo("  An end is open where the sweep ended or a point failed: nothing bounds it there.")
 
 
 def _show_ranges(ranges: dict[str, Any]) -> None:

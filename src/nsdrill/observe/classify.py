@@ -28,7 +28,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 def classify(
     features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array | None = None
 ) -> dict[str, Array]:
-    """The labels ``response``, ``whirl_kind``, ``stick_slip_severity`` and ``settled`` of runs with these features;
+    """The labels ``response``, ``whirl_kind``, the three severities and ``settled`` of runs with these features;
     and, where the features include returns to the Poincare section, ``motion`` and ``period``, for which the natural
     sizes of the states ``sizes`` (..., 8) are needed.
 
@@ -55,9 +55,15 @@ def classify(
     bands = (
         t.stick_slip.oscillation_index, t.stick_slip.medium_index, t.stick_slip.stall_index, t.stick_slip.severe_index)
     severity = np.digitize(index, bands, right=True)
+    off = (t.bit_bounce.light_fraction, t.bit_bounce.moderate_fraction, t.bit_bounce.strong_fraction,
+           t.bit_bounce.severe_fraction)
+    shaken = (t.whirl.light_acceleration, t.whirl.moderate_acceleration, t.whirl.strong_acceleration,
+              t.whirl.severe_acceleration)
     response = BIT_BOUNCE * bounce + STICK_SLIP * stick_slip + WHIRL * whirl
     settled = features["half_difference"] <= t.settled.tolerance
-    labels = {"response": response, "whirl_kind": kind, "stick_slip_severity": severity, "settled": settled}
+    labels = {"response": response, "whirl_kind": kind, "stick_slip_severity": severity,
+              "bounce_severity": _grade(features["lift_off_fraction"], off, bounce),
+              "whirl_severity": _grade(features["lateral_acceleration_rms"], shaken, whirl), "settled": settled}
     labels = {name: np.where(ok, value, 0).astype(np.int8) for name, value in labels.items()}
     if "section_radius" in features and sizes is not None:
         returns = in_the_bit_frame(features)
@@ -66,3 +72,9 @@ def classify(
         labels["motion"] = classify_motion(features, status, labels["settled"], found, sizes, t.motion)
         labels["period"] = np.where(labels["motion"] == PERIODIC, found, 0).astype(np.int16)
     return labels
+
+
+def _grade(values: Array, bounds: tuple[float, ...], present: Array) -> Array:
+    """The band of each value, 0 to 4, a bound itself in the lower one; at least 1 where the response is present, so
+    that no grade says "none" of a critical response, wherever the user has put its threshold."""
+    return np.maximum(np.digitize(np.nan_to_num(values, nan=0.0), bounds, right=True), present)

@@ -12,9 +12,17 @@ from nsdrill.variables import Kept
 
 @dataclass(frozen=True)
 class BitBounce:
-    """Bit-bounce: the bit is off the rock for more than this fraction of the time."""
+    """Bit-bounce: the bit is off the rock for more than ``lift_off_fraction`` of the time.
+
+    The other bounds grade it by the same fraction f. While it touches, the bit bears on average 1/(1 - f) times the
+    weight on bit, for over a long time the two balance: 1.1 times at the second bound, 1.4 and 2.5 at the last two.
+    """
 
     lift_off_fraction: float = parameter(0.01, "", "R: one percent of the time", "convention", strict=False, high=1.0)
+    light_fraction: float = parameter(0.01, "", "R: as the response", "convention", strict=False, high=1.0)
+    moderate_fraction: float = parameter(0.1, "", "R", "convention", strict=False, high=1.0)
+    strong_fraction: float = parameter(0.3, "", "R", "convention", strict=False, high=1.0)
+    severe_fraction: float = parameter(0.6, "", "R", "convention", strict=False, high=1.0)
 
 
 @dataclass(frozen=True)
@@ -39,6 +47,10 @@ class Whirl:
     Its kind: backward rolling where the rolling ratio is within ``rolling_tolerance`` of one and the contact lasts
     at least ``rolling_contact`` of the time; else forward or backward by the sign of the whirl ratio, and irregular
     where that is below ``direction`` in size.
+
+    The accelerations [m/s^2] grade it by the r.m.s. lateral acceleration of the collar, on the wall or not, which is
+    what a downhole tool reports: about a quarter, a half, three quarters and one standard gravity. Every maker of tools
+    has a table of its own; these four are a convention to be adapted.
     """
 
     wall_contact_fraction: float = parameter(
@@ -47,6 +59,10 @@ class Whirl:
     rolling_tolerance: float = parameter(0.1, "", "R", "convention", strict=False)
     rolling_contact: float = parameter(0.5, "", "R", "convention", strict=False, high=1.0)
     direction: float = parameter(0.1, "", "R", "convention", strict=False)
+    light_acceleration: float = parameter(2.5, "m/s^2", "R: a quarter of g", "convention", strict=False)
+    moderate_acceleration: float = parameter(5.0, "m/s^2", "R: half of g", "convention", strict=False)
+    strong_acceleration: float = parameter(7.5, "m/s^2", "R: three quarters of g", "convention", strict=False)
+    severe_acceleration: float = parameter(10.0, "m/s^2", "R: g", "convention", strict=False)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,9 @@ from nsdrill.plot.saving import FORMATS, check_suffix, save
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["DESCRIPTIONS", "FORMATS", "UNIT_SYSTEMS", "check_suffix", "draw", "kinds_for", "needed", "save"]
+__all__ = [
+    "DESCRIPTIONS", "FORMATS", "UNIT_SYSTEMS", "check_suffix", "draw", "draw_window", "kinds_for", "needed", "save",
+]  # fmt: skip
 
 
 def draw(
@@ -33,6 +35,18 @@ def draw(
 
     with house_style():
         figure = _draw_trace(data, kind, units) if isinstance(data, Trace) else _draw_sweep(data, kind, units, at)
+        settle(figure)
+    return figure
+
+
+def draw_window(data: Results, severity: int | None = None, *, units: str = "si") -> Figure:
+    """The kind ``window``, by severity where that is given: see :func:`nsdrill.analysis.window.find_window`."""
+    check_units(units)
+    from nsdrill.plot import window
+    from nsdrill.plot.style import house_style, settle
+
+    with house_style():
+        figure = window.draw(_cut(data, None), units, severity)
         settle(figure)
     return figure
 
@@ -59,10 +73,12 @@ def _draw_trace(trace: Trace, kind: str | None, units: str) -> Figure:
 
 
 def _draw_sweep(data: Results, kind: str | None, units: str, at: Mapping[str, float] | None) -> Figure:
-    from nsdrill.plot import bifurcation, maps, motion, poincare, summary
+    from nsdrill.plot import bifurcation, maps, motion, poincare, summary, window
 
     data = _cut(data, at)
     kind = choose_kind(data, kind)
+    if kind == "window":
+        return window.draw(data, units)
     if kind == "bifurcation":
         return bifurcation.draw(data, units)
     if kind == "poincare":

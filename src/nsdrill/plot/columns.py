@@ -14,9 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from nsdrill.analysis.hysteresis import differences, spans
+from nsdrill.analysis.outcome import FAILED_POINT
 from nsdrill.data import Results
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.slices import FAILED_POINT, Line, disagreement, edges, intervals, line
+from nsdrill.plot.slices import Line, edges, line
 from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, SHADE, new_figure
 
 ROW_OF_STRIP = 0.13  # inches for each procedure
@@ -88,14 +90,12 @@ def draw_strip(axes: Axes, one: Line, scale: float, *, name_rows: bool) -> None:
 
 
 def shade_hysteresis(axes: Axes, one: Line, scale: float) -> int:
-    """Shade where up and down differ in response; the number of intervals."""
-    differs = disagreement(one.procedures, one.outcome)
-    if differs is None:
-        return 0
-    spans = intervals(differs == 1, edges(one.x) / scale)
-    for start, end in spans:
-        axes.axvspan(start, end, facecolor=SHADE, edgecolor="none", linewidth=0, zorder=0, gid="hysteresis")
-    return len(spans)
+    """Shade where up and down differ in response, cell by cell; the number of stretches."""
+    shaded, borders = spans(differences(one.procedures, one.outcome)), edges(one.x) / scale
+    for first, last in shaded:
+        axes.axvspan(borders[first], borders[last + 1], facecolor=SHADE, edgecolor="none", linewidth=0, zorder=0,
+                     gid="hysteresis")
+    return len(shaded)
 
 
 def is_open(procedure: str, procedures: Sequence[str]) -> bool:

@@ -24,6 +24,7 @@ MAP_KINDS = {
     "map": "the responses over two axes",
     "whirl_kind": "the kind of whirl over two axes",
     "motion": SECTION_KINDS["motion"],
+    "window": "where all procedures are safe, where only some, and the recommended operating point",
 }
 ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
 SUMMARY = ("stick_slip_index", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio")
@@ -56,6 +57,7 @@ def variables_for(kind: str) -> tuple[str, ...]:
         "poincare": ("motion", *SECTION),
         "motion": ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),
         "section": ("motion", "period", *SECTION),
+        "window": ("trusted",) if "trusted" in BY_NAME else (),
     }.get(kind, (name,) if (name := value_name(kind)) else ())
     return ("status", "response", *shown)
 
@@ -72,8 +74,8 @@ def kinds_for(data: Results | Trace) -> tuple[str, ...]:
     if not lengths:
         return (*(POINT_KINDS if returns else ()), *SWEEP_KINDS, *returns, *values)
     if len(lengths) == 1:
-        return (*SWEEP_KINDS, *returns, *values)
-    maps = tuple(kind for kind in MAP_KINDS if kind == "map" or kind in data.variables)
+        return (*SWEEP_KINDS, *returns, "window", *values)
+    maps = tuple(kind for kind in MAP_KINDS if kind in ("map", "window") or kind in data.variables)
     if len(lengths) == 3:
         return (*maps, *values)
     if lengths[0] <= FEW:  # a handful of values is a comparison, not a plane

@@ -48,6 +48,8 @@ _WORDS = {
     "stuck_fraction": "Time stuck",
     "whirl_ratio": "Whirl ratio",
     "rolling_ratio": "Rolling ratio",
+    "lateral_acceleration_rms": "Lateral acceleration, r.m.s.",
+    "axial_acceleration_rms": "Axial acceleration, r.m.s.",
     "radius_max": "Greatest radius",
     "radius_mean": "Mean radius",
     "half_difference": "Disagreement of halves",

@@ -17,12 +17,15 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from nsdrill.analysis.hysteresis import disagreement
+from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT, outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.plot.bands import bounds
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.kinds import MAX_PANELS, value_name
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.slices import AXES, FAILED_POINT, PENDING_POINT, disagreement, edges, outcome, robust_limits, text
+from nsdrill.plot.slices import AXES, edges, robust_limits
 from nsdrill.plot.style import (
     FULL_WIDTH,
     GREY,
@@ -40,7 +43,6 @@ from nsdrill.plot.style import (
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across; depth goes down, as in a log
 WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}  # panels in a row, of so many; 4 of any other number
-SEVERITY_BOUNDS = (40.0, 60.0, 80.0, 100.0)
 CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "response": tuple((style.name, style.colour) for style in RESPONSES),
     "whirl_kind": (("no whirl", GREY), ("forward", SKY), ("backward", ORANGE), ("backward rolling", VERMILLION),
@@ -192,31 +194,33 @@ def _draw_values(figure: Figure, grid: Sequence[Sequence[Axes]], planes: Planes,
     x, y = _cells(planes, units)
     norm = Normalize(low, high)
     mesh = None
+    graded = bounds(planes.results.attrs, name) if name == "stick_slip_index" else ()
     for row, panels in enumerate(grid):
         for column, axes in zip(range(len(planes.procedures)), panels, strict=False):
             mesh = axes.pcolormesh(x, y, shown[column, row], cmap="viridis", norm=norm, gid="cells", **SEAMLESS)
-            if name == "stick_slip_index":
-                contour_severity(axes, planes, shown[column, row], units)
+            if graded:
+                contour_severity(axes, planes, shown[column, row], graded, units)
     assert mesh is not None
     bar = figure.colorbar(mesh, ax=[axes for panels in grid for axes in panels], label=value.label, extend=beyond,
                           fraction=0.05, pad=0.01, aspect=30)
-    bounds = [bound for bound in SEVERITY_BOUNDS if low < bound < high] if name == "stick_slip_index" else []
-    if bounds:
-        bar.ax.hlines(bounds, 0, 1, colors="white", linewidths=0.7)
-        bar.set_label(f"{value.label}\nlines at {', '.join(f'{bound:g}' for bound in bounds)}")
+    crossed = [bound for bound in graded if low < bound < high]
+    if crossed:
+        bar.ax.hlines(crossed, 0, 1, colors="white", linewidths=0.7)
+        bar.set_label(f"{value.label}\nlines at {', '.join(f'{bound:.3g}' for bound in crossed)}")
     return []
 
 
-def contour_severity(axes: Axes, planes: Planes, values: np.ma.MaskedArray, units: str) -> None:
-    """Lines at the bounds of the stick-slip severity table, thicker for the worse."""
+def contour_severity(axes: Axes, planes: Planes, values: np.ma.MaskedArray, graded: Sequence[float],
+                     units: str) -> None:
+    """Lines at the bounds of severity ``graded``, thicker for the worse."""
     if min(values.shape) < 2 or not values.count():
         return
-    bounds = [bound for bound in SEVERITY_BOUNDS if values.min() < bound < values.max()]
-    if not bounds:  # all the data on one side of each: nothing to separate
+    crossed = [bound for bound in graded if values.min() < bound < values.max()]
+    if not crossed:  # all the data on one side of each: nothing to separate
         return
     x, y = (planes.results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y))
-    widths = [0.4 + 0.3 * SEVERITY_BOUNDS.index(bound) for bound in bounds]
-    lines = axes.contour(x, y, values, levels=bounds, colors="white", linewidths=widths)
+    widths = [0.4 + 0.3 * list(graded).index(bound) for bound in crossed]
+    lines = axes.contour(x, y, values, levels=crossed, colors="white", linewidths=widths)
     lines.set_gid("severity")
 
 

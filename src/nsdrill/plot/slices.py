@@ -1,4 +1,4 @@
-"""Cuts through a sweep: ordered axes, cells, the outcome of each point, where two procedures disagree."""
+"""Cuts through a sweep: ordered axes, lines, cells, limits."""
 
 from __future__ import annotations
 
@@ -7,17 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.variables import OK, PENDING
 
 AXES = ("depth", "wob", "rotary_speed")
-PENDING_POINT, FAILED_POINT = -1, -2  # outcomes beside the response bits, which are never negative
-
-
-def text(value: object) -> str:
-    """A procedure name, which HDF5 gives back as bytes and numpy as a scalar."""
-    return value.decode() if isinstance(value, bytes) else str(value)
 
 
 def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
@@ -74,23 +68,6 @@ def line(results: Results, axis: str, **held: int) -> Line:
     return Line(results, axis, (slice(None), *(slice(None) if a == axis else held.get(a, 0) for a in AXES)))
 
 
-def outcome(status: Array, response: Array) -> Array:
-    """The response bits where the run ended well, else :data:`PENDING_POINT` or :data:`FAILED_POINT`."""
-    failed = np.where(status == PENDING, PENDING_POINT, FAILED_POINT)
-    return np.where(status == OK, response.astype(int), failed)
-
-
-def disagreement(procedures: tuple[str, ...], outcomes: Array) -> Array | None:
-    """Where up and down both ended well and differ in response (0 or 1), -1 where one of them did not end well.
-
-    None where the two are not both there: then there is nothing to compare.
-    """
-    if not {"up", "down"} <= set(procedures):
-        return None
-    up, down = outcomes[procedures.index("up")], outcomes[procedures.index("down")]
-    return np.where((up >= 0) & (down >= 0), (up != down).astype(int), -1)
-
-
 def edges(centres: Array) -> Array:
     """Cell edges half way between neighbours, mirrored at both ends; so a non-uniform axis is drawn to scale."""
     centres = np.asarray(centres, dtype=float)
@@ -100,13 +77,6 @@ def edges(centres: Array) -> Array:
     middle = 0.5 * (centres[1:] + centres[:-1])
     first, last = 2 * centres[0] - middle[0], 2 * centres[-1] - middle[-1]
     return np.concatenate(([first], middle, [last]))
-
-
-def intervals(flags: Array, cell_edges: Array) -> list[tuple[float, float]]:
-    """The runs of neighbouring cells in which ``flags`` holds, as (from, to)."""
-    steps = np.diff(np.concatenate(([0], np.asarray(flags, dtype=bool).astype(int), [0])))
-    starts, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)
-    return [(float(cell_edges[a]), float(cell_edges[b])) for a, b in zip(starts, ends, strict=True)]
 
 
 def robust_limits(values: Array, spread: float = 3.0) -> tuple[float, float]:

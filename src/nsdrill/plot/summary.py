@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nsdrill.data import Results
+from nsdrill.plot.bands import bounds, words
 from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
 from nsdrill.plot.kinds import SUMMARY, value_name
 from nsdrill.plot.labels import Quantity, quantity
@@ -17,8 +19,6 @@ from nsdrill.plot.slices import Line, robust_limits
 from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE
 from nsdrill.variables import OK
 
-# Bounds of the severity table of stick-slip in percent, and the word for what lies above each.
-SEVERITY = ((0.0, "none"), (40.0, "oscillation"), (60.0, "medium"), (80.0, "onset of stall"), (100.0, "severe"))
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
@@ -30,9 +30,10 @@ def draw(results: Results, kind: str = "summary", units: str = "si") -> Figure:
         for one, column in zip(lines, columns, strict=True):
             draw_values(column[row], one, name, quantity(one.axis, units), y)
         _limit([column[row] for column in columns], lines, name, y)
-        if name == "stick_slip_index":
+        if graded := bounds(results.attrs, name):
             for column in columns:
-                shade_severity(column[row], named=column is columns[-1])
+                shade_severity(column[row], [bound / y.scale for bound in graded], words(name),
+                               named=column is columns[-1])
         elif name == "whirl_ratio":
             for column in columns:
                 column[row].axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
@@ -86,13 +87,14 @@ def _limit(panels: list[Axes], lines: list[Line], name: str, y: Quantity) -> Non
                               clip_on=False, zorder=5, gid=f"{name}:{procedure}:beyond")
 
 
-def shade_severity(axes: Axes, *, named: bool) -> None:
-    """The bands of the stick-slip severity table behind the curve, with their words at the right."""
+def shade_severity(axes: Axes, graded: Sequence[float], names: Sequence[str], *, named: bool) -> None:
+    """The bands of severity between the bounds ``graded`` behind the curve, with their words at the right."""
     top = axes.get_ylim()[1]
-    bounds = [*(bound for bound, _ in SEVERITY), max(top, SEVERITY[-1][0])]
-    for number, ((start, word), end, grey) in enumerate(zip(SEVERITY, bounds[1:], SEVERITY_GREYS, strict=True)):
+    starts = [0.0, *graded]
+    ends = [*graded, max(top, graded[-1])]
+    for number, (start, end, word, grey) in enumerate(zip(starts, ends, names, SEVERITY_GREYS, strict=True)):
         axes.axhspan(start, end, facecolor=grey, edgecolor="none", zorder=0, gid=f"severity:{number}")
-        middle = 0.5 * (start + min(end, top))
+        end = min(end, top)
         if named and end - start > 0.07 * top:
-            axes.annotate(word, (1.005, middle), xycoords=("axes fraction", "data"), va="center", fontsize=6,
-                          color=REFERENCE)
+            axes.annotate(word, (1.005, 0.5 * (start + end)), xycoords=("axes fraction", "data"), va="center",
+                          fontsize=6, color=REFERENCE)

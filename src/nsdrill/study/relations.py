@@ -25,6 +25,12 @@ _ORDER: tuple[tuple[str, str, bool, str], ...] = (
     ("classify.stick_slip.oscillation_index", "classify.stick_slip.medium_index", False, "upper"),
     ("classify.stick_slip.medium_index", "classify.stick_slip.stall_index", False, "upper"),
     ("classify.stick_slip.stall_index", "classify.stick_slip.severe_index", False, "upper"),
+    ("classify.bit_bounce.light_fraction", "classify.bit_bounce.moderate_fraction", False, "upper"),
+    ("classify.bit_bounce.moderate_fraction", "classify.bit_bounce.strong_fraction", False, "upper"),
+    ("classify.bit_bounce.strong_fraction", "classify.bit_bounce.severe_fraction", False, "upper"),
+    ("classify.whirl.light_acceleration", "classify.whirl.moderate_acceleration", False, "upper"),
+    ("classify.whirl.moderate_acceleration", "classify.whirl.strong_acceleration", False, "upper"),
+    ("classify.whirl.strong_acceleration", "classify.whirl.severe_acceleration", False, "upper"),
     ("drillstring.collar.length", "operation.depth", False, "upper"),
 )
 

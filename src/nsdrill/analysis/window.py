@@ -1,0 +1,205 @@
+"""The safe window: the operating points that are safe whatever the history, and the best of them.
+
+A *history* is a procedure (and, in an ensemble, a start): one way of having come to an operating point. A point is
+*safe* where every history in the file ended well without a critical response, *rim* where only some did, else
+*critical*.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nsdrill.analysis.hysteresis import words
+from nsdrill.analysis.outcome import known, text
+from nsdrill.analysis.plane import largest_margin, regions
+from nsdrill.data import Array, Results
+from nsdrill.errors import InputError
+from nsdrill.variables import BIT_BOUNCE, LABELS, OK, STICK_SLIP, WHIRL
+
+AXES = ("depth", "wob", "rotary_speed")
+ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across, the next one up
+SAFE, RIM, CRITICAL = 2, 1, 0
+STATES = ("critical", "rim", "safe")
+SEVERITIES = tuple(name for name in LABELS if name.endswith("_severity"))
+
+
+@dataclass(frozen=True)
+class Classes:
+    """A sweep as maps: ``state`` [third, y, x] is SAFE, RIM or CRITICAL.
+
+    ``bits`` are the responses that occur in any history; ``failed`` and ``distrusted`` say whether any history is not
+    known, or not to be trusted; ``safe_in`` how many points are safe in each procedure by itself. ``y`` and ``third``
+    are None where no such axis is swept; their length is then 1.
+    """
+
+    results: Results
+    x: str
+    y: str | None
+    third: str | None
+    state: Array
+    bits: Array
+    failed: Array
+    distrusted: Array
+    histories: int
+    safe_in: dict[str, int]
+
+    def values(self, axis: str | None) -> Array:
+        """The values of an axis; a single zero for one that is not there."""
+        return np.zeros(1) if axis is None else np.asarray(self.results.coords[axis], dtype=float)
+
+
+def needed(severity: int | None) -> tuple[str, ...]:
+    """The variables that the window is made from."""
+    return ("status", "response", *(SEVERITIES if severity is not None else ()))
+
+
+def classes(results: Results, severity: int | None = None) -> Classes:
+    """Safe, rim or critical at every operating point. With ``severity`` a history is safe where none of the three
+    severities exceeds it, whatever the response bits say.
+
+    An inferred point has a response, but no severity: by severity it is not safe.
+    """
+    swept = [axis for axis in ACROSS if axis in results.swept]
+    if not swept:
+        raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
+    good = known(results["status"])
+    failed = ~good
+    if severity is None:
+        calm = results["response"] == 0
+    else:
+        calm = np.all([results[name] <= severity for name in SEVERITIES], axis=0) & (results["status"] == OK)
+    trusted = results["trusted"] > 0 if "trusted" in results.variables else np.ones(good.shape, dtype=bool)
+    third = swept[2] if len(swept) == 3 else None
+    y = swept[1] if len(swept) > 1 else None
+
+    def planes(array: Array) -> Array:
+        """[third, y, x, history]: the axes not swept have length one and go first, together with a third one."""
+        order = [axis for axis in AXES if axis not in swept[:2]] + [axis for axis in (y, swept[0]) if axis]
+        moved = np.moveaxis(array, 0, 3).transpose(*(AXES.index(axis) for axis in order), *range(3, array.ndim))
+        lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, swept[0])]
+        return moved.reshape(*lengths, -1)
+
+    each = good & calm & trusted
+    safe = planes(each)
+    state = np.where(safe.all(axis=-1), SAFE, np.where(safe.any(axis=-1), RIM, CRITICAL))
+    bits = np.bitwise_or.reduce(planes(np.where(good, results["response"], 0).astype(int)), axis=-1)
+    safe_in = {text(name): int(np.count_nonzero(one.all(axis=tuple(range(3, one.ndim)))))
+               for name, one in zip(results.coords["procedure"], each, strict=True)}
+    return Classes(results, swept[0], y, third, state, bits, np.asarray(planes(failed).any(axis=-1)),
+                   np.asarray(planes(good & ~trusted).any(axis=-1)), safe.shape[-1], safe_in)
+
+
+def find_window(results: Results, severity: int | None = None) -> dict[str, Any]:
+    """The safe window of a sweep with ascending axes, as plain data in SI units. See the page on the window."""
+    found = classes(results, severity)
+    axes = [axis for axis in (found.x, found.y) if axis]
+    status, names = results["status"], words(BIT_BOUNCE | STICK_SLIP | WHIRL).split("+")
+    note: dict[str, Any] = {
+        "kind": "window",
+        "title": str(results.attrs.get("title") or ""),
+        "procedures": [text(name) for name in results.coords["procedure"]],
+        "histories": found.histories,
+        "history_examined": found.histories > 1,
+        "severity": severity,
+        "axes": axes,
+        "third": found.third,
+        "fixed": {axis: float(results.coords[axis][0]) for axis in AXES if axis not in results.swept},
+        "runs": int(status.size),
+        "failed_runs": int(np.count_nonzero(~known(status))),
+        "failed_points": int(np.count_nonzero(found.failed)),
+        "distrusted_points": int(np.count_nonzero(found.distrusted)),
+        **_counts(found.state),
+        "safe_in": found.safe_in,
+        "obstacles": {name: int(np.count_nonzero(found.bits >> number & 1)) for number, name in enumerate(names)},
+        "maps": [],
+        "throughout": None,
+        "depth": _over_depth(found),
+    }
+    thirds = found.values(found.third)
+    for number, state in enumerate(found.state):
+        at = {found.third: float(thirds[number])} if found.third else {}
+        note["maps"].append({"at": at, **_map(found, state, number)})
+    if found.third:
+        everywhere = np.where((found.state == SAFE).all(axis=0), SAFE,
+                              np.where((found.state >= RIM).all(axis=0), RIM, CRITICAL))
+        note["throughout"] = _map(found, everywhere, None)
+    return note
+
+
+def _counts(state: Array) -> dict[str, Any]:
+    counts = {word: int(np.count_nonzero(state == value)) for value, word in reversed(list(enumerate(STATES)))}
+    return {"points": int(state.size), **counts, "share": {word: n / state.size for word, n in counts.items()}}
+
+
+def _map(found: Classes, state: Array, number: int | None) -> dict[str, Any]:
+    """One map [y, x]: shares, connected safe regions, the largest first, and the recommended point."""
+    x, y = found.values(found.x), found.values(found.y)
+    areas = []
+    for cells, (top, bottom, left, right) in regions(state == SAFE):
+        area: dict[str, Any] = {"points": cells, "share": cells / state.size,
+                                found.x: [float(x[left]), float(x[right])]}
+        if found.y:
+            area[found.y] = [float(y[top]), float(y[bottom])]
+        areas.append(area)
+    return {**_counts(state), "regions": areas, "recommended": _recommended(found, state, number)}
+
+
+def _recommended(found: Classes, state: Array, number: int | None) -> dict[str, Any] | None:
+    best = largest_margin(state == SAFE, found.values(found.y), found.values(found.x))
+    if best is None:
+        return None
+    row, column, margin = best
+    x, y = found.values(found.x), found.values(found.y)
+    point: dict[str, Any] = {found.x: float(x[column])}
+    limits = {found.x: _limits(found, state, number, x, column, lambda place: (row, place))}
+    if found.y:
+        point[found.y] = float(y[row])
+        limits[found.y] = _limits(found, state, number, y, row, lambda place: (place, column))
+    return {**point, "margin": margin, "margins": limits}
+
+
+def _limits(found: Classes, state: Array, number: int | None, values: Array, here: int, at: Any) -> dict[str, Any]:
+    """How far one axis may go each way, the other held: to the last safe point, and what stands behind it."""
+    sides = {}
+    for side, step in (("less", -1), ("more", 1)):
+        place = here
+        while 0 <= place + step < len(values) and state[at(place + step)] == SAFE:
+            place += step
+        beyond = place + step
+        entry: dict[str, Any] = {"margin": abs(float(values[place] - values[here])), "safe_to": float(values[place]),
+                                 "first_not_safe": None, "why": "edge", "responses": []}
+        if 0 <= beyond < len(values):
+            cell = at(beyond)
+            behind = (slice(None) if number is None else number, *cell)
+            bits = int(np.bitwise_or.reduce(np.atleast_1d(found.bits[behind])))
+            why = STATES[int(state[cell])]
+            if bits == 0:  # no response is known there: say what else is the matter
+                why = "failed" if np.any(found.failed[behind]) else "distrusted" if np.any(
+                    found.distrusted[behind]) else why
+            entry |= {"first_not_safe": float(values[beyond]), "why": why,
+                      "responses": [] if bits == 0 else words(bits).split("+")}
+        sides[side] = entry
+    return sides
+
+
+def _over_depth(found: Classes) -> dict[str, Any] | None:
+    """How the window changes with depth, going down: the counts at each depth, and where it is open."""
+    if "depth" not in found.results.swept:
+        return None
+    axis = (found.third, found.y, found.x).index("depth")
+    levels = np.moveaxis(found.state, axis, 0)
+    depths = found.values("depth")
+    rows = [{"depth": float(depth), **_counts(level)} for depth, level in zip(depths, levels, strict=True)]
+    is_open = [row["safe"] > 0 for row in rows]
+    spans: list[list[float]] = []
+    for number, (row, now) in enumerate(zip(rows, is_open, strict=True)):
+        if now and (number == 0 or not is_open[number - 1]):
+            spans.append([row["depth"], row["depth"]])
+        elif now:
+            spans[-1][1] = row["depth"]
+    closes = next((row["depth"] for row, now in zip(rows, is_open, strict=True)
+                   if not now and spans and row["depth"] > spans[0][0]), None)
+    return {"open": spans, "closes": closes, "reopens": spans[1][0] if len(spans) > 1 else None, "rows": rows}

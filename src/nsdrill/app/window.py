@@ -1,0 +1,25 @@
+"""Where one may run whatever the history, from a results file."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from nsdrill.analysis.window import find_window, needed
+from nsdrill.data import Results
+from nsdrill.errors import InputError
+from nsdrill.store import read_results
+from nsdrill.variables import BY_NAME
+
+
+def window(path: str | os.PathLike[str], severity: int | None = None) -> dict[str, Any]:
+    """The safe window of the results file ``path`` as plain data in SI units; by severity where that is given, the
+    greatest one allowed (0 to 4)."""
+    return find_window(read_for_window(path, severity), severity)
+
+
+def read_for_window(path: str | os.PathLike[str], severity: int | None = None) -> Results:
+    """What the window of the results file ``path`` is made from, and no more."""
+    if severity is not None and severity not in range(5):
+        raise InputError(f"severity: found {severity!r}; allowed: 0 to 4.")
+    return read_results(path, [name for name in (*needed(severity), "trusted") if name in BY_NAME])

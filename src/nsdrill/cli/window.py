@@ -1,0 +1,67 @@
+"""nsdrill window."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+from nsdrill.cli import options
+
+
+@click.command(
+    "window",
+    epilog=options.examples(
+        "window map.h5",
+        "window map.h5 --units field -o window.png",
+        "window map.h5 --severity 1",
+        "window map.h5 --json | jq .maps[0].recommended",
+    ),
+)
+@options.file_argument("results")
+@click.option(
+    "--units", type=click.Choice(["si", "field"]), default="si", show_default=True,
+    help="m, kN, rad/s and rpm, or ft, klbf, rpm. JSON is in SI units always.",
+)  # fmt: skip
+@click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units, with every map and region.")
+@options.output("Picture to write as well: .png, .pdf or .svg.", required=False)
+@click.option(
+    "--severity", type=click.IntRange(0, 4), default=None,
+    help="Call a run safe where none of the three severities exceeds this. Default: where no response is critical.",
+)  # fmt: skip
+@options.overwrite
+def command(
+    results: str, units: str, as_json: bool, output: str | None, severity: int | None, overwrite: bool
+) -> int:
+    """Say where one may run whatever the history.
+
+    Of a map over weight on bit, speed or depth, or of a sweep along one of them: the points that are safe in every
+    procedure of RESULTS, their largest region, the point with the most room around it and how far one may go from
+    there, and how the window changes with depth.
+    """
+    if output is not None:
+        from nsdrill.plot import check_suffix
+        from nsdrill.store import claim_file
+
+        check_suffix(output)
+        options.keep_apart(results, output)
+        claim_file(output, overwrite)
+
+    from nsdrill.analysis.window import find_window
+    from nsdrill.app.window import read_for_window
+    from nsdrill.cli.window_note import lines
+
+    data = read_for_window(results, severity)
+    note = find_window(data, severity)
+    if as_json:
+        click.echo(json.dumps(note, indent=2))
+    else:
+        click.echo(f"{results}: safe window. {note['title']}".rstrip())
+        for line in lines(note, units):
+            click.echo(line)
+    if output is not None:
+        from nsdrill.plot import draw_window, save
+
+        save(draw_window(data, severity, units=units), output)
+        click.echo(f"{output}: drawn.", err=True)
+    return 0

@@ -1,0 +1,219 @@
+"""The safe window as a note that an engineer can read; see :func:`nsdrill.analysis.window.find_window` for the data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+NAMES = {"depth": "depth", "wob": "weight on bit", "rotary_speed": "speed"}
+UNITS = {"si": {"depth": "m", "wob": "kN", "rotary_speed": "rad/s"},
+         "field": {"depth": "ft", "wob": "klbf", "rotary_speed": "rpm"}}
+ORDER = ("depth", "wob", "rotary_speed")  # as a driller says an operating point
+SIDES = {"less": "less", "more": "more"}
+SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
+MOST_ROWS = 24
+
+
+class Writer:
+    """Values in one system of units; a speed in rad/s has the rpm beside it."""
+
+    def __init__(self, units: str) -> None:
+        self.units, self.field = UNITS[units], units == "field"
+
+    def number(self, axis: str, value: float) -> str:
+        from nsdrill.units import from_si
+
+        shown = from_si(value, self.units[axis])
+        return f"{shown:.0f}" if abs(shown) >= 1e4 else f"{shown:.4g}"
+
+    def value(self, axis: str, value: float) -> str:
+        return f"{self.number(axis, value)} {self.units[axis]}{self._rpm(axis, value)}"
+
+    def span(self, axis: str, ends: list[float]) -> str:
+        if ends[0] == ends[1]:
+            return f"{NAMES[axis]} {self.value(axis, ends[0])}"
+        return f"{NAMES[axis]} {self.number(axis, ends[0])} to {self.number(axis, ends[1])} {self.units[axis]}" + (
+            self._rpm(axis, *ends))
+
+    def _rpm(self, axis: str, *values: float) -> str:
+        from nsdrill.units import from_si
+
+        if self.field or axis != "rotary_speed":
+            return ""
+        turns = " to ".join(f"{from_si(value, 'rpm'):.3g}" for value in values)
+        return f" ({turns} rpm)"
+
+
+def lines(note: dict[str, Any], units: str) -> Iterator[str]:
+    """The lines of the note in the units ``si`` or ``field``."""
+    w = Writer(units)
+    yield from _basis(note)
+    yield ""
+    held = ", ".join(w.value(axis, value) for axis, value in note["fixed"].items())
+    yield f"{f'At {held}' if held else 'In all'}: {_shares(note)}."
+    if note["history_examined"] and len(note["safe_in"]) > 1:
+        alone = ", ".join(f"{n} {procedure}" for procedure, n in note["safe_in"].items())
+        yield f"Each procedure by itself: safe at {alone}."
+    if note["safe"] == 0:
+        yield from _no_window(note)
+    several = len(note["maps"]) > 1
+    if several:
+        yield ""
+        yield from _table(note, w)
+    if note["depth"]:
+        yield from _over_depth(note["depth"], w, table=not several and len(note["axes"]) > 1)
+    one = note["throughout"] if several else note["maps"][0]
+    if several:
+        yield ""
+        third = note["third"]
+        yield f"Safe at every {NAMES[third]} of the file: {one['safe']} of {one['points']} points."
+    if one["safe"]:
+        yield ""
+        yield from _map(note, one, w)
+
+
+def _basis(note: dict[str, Any]) -> Iterator[str]:
+    """What was looked at, and what not."""
+    what = "without a critical response"
+    if note["severity"] is not None:
+        what = f"with no severity above {note['severity']}"
+    if note["history_examined"]:
+        by = " and ".join(note["procedures"])
+        if note["histories"] > len(note["procedures"]):
+            by += f", {note['histories']} histories in all"
+        yield f"  safe      every run of the point ended well {what}: {by}"
+        yield "  rim       safe in some only: it depends on how one came there"
+    else:
+        yield f"  safe      the run of the point ended well {what}"
+        yield (f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only ({note['procedures'][0]}). Run the "
+               "study with procedure: up-down\n  to learn whether the window holds whatever came before.")
+    yield "  critical  else"
+    if note["failed_runs"]:
+        yield (f"  {note['failed_runs']} of {note['runs']} runs failed, are not run yet or not known; their "
+               f"{note['failed_points']} points count as not safe.")
+    if note["distrusted_points"]:
+        yield f"  {note['distrusted_points']} points are marked as not to be trusted and count as not safe."
+
+
+def _shares(note: dict[str, Any]) -> str:
+    words = ("safe", "rim", "critical") if note["history_examined"] else ("safe", "critical")
+    parts = [f"{note[word]} {word} ({100 * note['share'][word]:.1f} %)" for word in words]
+    return f"of {note['points']} points {', '.join(parts)}"
+
+
+def _no_window(note: dict[str, Any]) -> Iterator[str]:
+    met = [f"{_words(name)} at {count}" for name, count in note["obstacles"].items() if count]
+    yield "There is no safe point." + (f" Critical responses, in any history: {', '.join(met)} points." if met else "")
+    if note["severity"] is None:
+        yield ("How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill "
+               "classify` moves the thresholds.")
+
+
+def _table(note: dict[str, Any], w: Writer) -> Iterator[str]:
+    third = note["third"]
+    yield f"{NAMES[third]:>12s}      safe       rim  critical   recommended, and how far from there"
+    maps = note["maps"]
+    for one in _some(maps):
+        shares = "".join(f"{100 * one['share'][word]:8.1f} %" for word in ("safe", "rim", "critical"))
+        yield f"{w.value(third, one['at'][third]):>12s}{shares}   {_brief(note, one, w)}"
+    if len(maps) > MOST_ROWS:
+        yield f"  ({MOST_ROWS} of {len(maps)}; all with --json)"
+
+
+def _some(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """At most :data:`MOST_ROWS` of them, evenly, the ends among them."""
+    if len(rows) <= MOST_ROWS:
+        return rows
+    return [rows[round(number * (len(rows) - 1) / (MOST_ROWS - 1))] for number in range(MOST_ROWS)]
+
+
+def _brief(note: dict[str, Any], one: dict[str, Any], w: Writer) -> str:
+    """``20 kN (-8 +10), 3 rad/s (-0.4 +0.6)``."""
+    best = one["recommended"]
+    if best is None:
+        return "none"
+    parts = []
+    for axis in sorted(note["axes"], key=ORDER.index):
+        down, up = (w.number(axis, best["margins"][axis][side]["margin"]) for side in SIDES)
+        parts.append(f"{w.number(axis, best[axis])} {w.units[axis]} (-{down} +{up})")
+    return ", ".join(parts)
+
+
+def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
+    """The regions and the recommended point of one map."""
+    axes = sorted(note["axes"], key=ORDER.index)
+    if len(axes) == 1:
+        yield f"Safe {'interval' if len(one['regions']) == 1 else 'intervals'}:"
+        for area in sorted(one["regions"][:MOST_ROWS], key=lambda area: float(area[axes[0]][0])):
+            yield f"  {w.span(axes[0], area[axes[0]])}: {_points(area['points'])}"
+        if len(one["regions"]) > MOST_ROWS:
+            yield f"  and {len(one['regions']) - MOST_ROWS} smaller ones (all with --json)"
+    else:
+        area = one["regions"][0]
+        spans = ", ".join(w.span(axis, area[axis]) for axis in axes)
+        others = f"; {len(one['regions'])} regions in all" if len(one["regions"]) > 1 else ""
+        yield (f"Largest safe region: {_points(area['points'])} ({100 * area['share']:.1f} % of the map) within "
+               f"{spans}{others}.")
+    best = one["recommended"]
+    yield f"Recommended: {', '.join(w.value(axis, best[axis]) for axis in axes)}."
+    for axis in axes:
+        other = "" if len(axes) == 1 else f", the {NAMES[next(a for a in axes if a != axis)]} held"
+        yield f"  {NAMES[axis]}{other}:"
+        for side, word in (SIDES_OF_DEPTH if axis == "depth" else SIDES).items():
+            yield f"    {word} {_limit(axis, best['margins'][axis][side], w)}"
+    sides = [side for axis in axes for side in best["margins"][axis].values()]
+    if any(side["margin"] == 0.0 for side in sides):
+        yield "It has no room to one side or more: a hint, not a setting. A finer map around it would tell."
+    yield "Limits lie between the last safe point and the next one; finer axes bring them closer together."
+
+
+def _limit(axis: str, limit: dict[str, Any], w: Writer) -> str:
+    text = f"by {w.value(axis, limit['margin'])} to {w.value(axis, limit['safe_to'])}"
+    if limit["margin"] == 0.0:
+        text = "not at all"
+    if limit["why"] == "edge":
+        return f"{text}: the edge of the map, nothing is known beyond"
+    reason = {"failed": "a run failed", "distrusted": "not to be trusted"}.get(limit["why"], "critical")
+    if limit["responses"]:
+        reason = ", ".join(_words(name) for name in limit["responses"])
+    if limit["why"] == "rim":
+        reason += ", depending on the history"
+    return f"{text}; at {w.value(axis, limit['first_not_safe'])} {reason}"
+
+
+def _over_depth(depth: dict[str, Any], w: Writer, table: bool) -> Iterator[str]:
+    """Where the window is open, closes and opens again, going down."""
+    rows = depth["rows"]
+    if table:
+        yield ""
+        yield f"{'depth':>12s}      safe       rim  critical"
+        for row in _some(rows):
+            shares = "".join(f"{100 * row['share'][word]:8.1f} %" for word in ("safe", "rim", "critical"))
+            yield f"{w.value('depth', row['depth']):>12s}{shares}"
+        if len(rows) > MOST_ROWS:
+            yield f"  ({MOST_ROWS} of {len(rows)}; all with --json)"
+    yield ""
+    if not depth["open"]:
+        yield "Going down, the window is closed at every depth."
+        return
+    first = depth["open"][0][0]
+    said = "Going down, the window "
+    said += "is open from the first depth" if first == rows[0]["depth"] else f"opens at {w.value('depth', first)}"
+    if depth["closes"] is None:
+        yield f"{said} and stays open to the last, {w.value('depth', rows[-1]['depth'])}."
+        return
+    said += f" and closes at {w.value('depth', depth['closes'])}"
+    if depth["reopens"] is None:
+        yield f"{said} for good, as far as the file reaches."
+        return
+    spans = ", ".join(f"{w.number('depth', a)} to {w.number('depth', b)}" if a != b else w.number("depth", a)
+                      for a, b in depth["open"])
+    yield f"{said}; it reopens at {w.value('depth', depth['reopens'])}. Open at {spans} {w.units['depth']}."
+
+
+def _points(count: int) -> str:
+    return "1 point" if count == 1 else f"{count} points"
+
+
+def _words(flag: str) -> str:
+    return flag.replace("_", "-")

@@ -1,0 +1,134 @@
+"""The safe window: where every procedure is safe, where only some are, and the recommended operating point.
+
+A panel for each value of a third axis, or a strip where one axis is swept. The three areas differ in lightness and
+pattern as well as in colour.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from nsdrill.analysis.window import CRITICAL, RIM, SAFE, Classes, classes, find_window
+from nsdrill.data import Array, Results
+from nsdrill.plot.columns import legend_below
+from nsdrill.plot.kinds import MAX_PANELS
+from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
+from nsdrill.plot.maps import WRAP, hatch
+from nsdrill.plot.slices import edges
+from nsdrill.plot.style import BLACK, FULL_WIDTH, SEAMLESS, new_figure
+
+SAFE_COLOUR, RIM_COLOUR, CRITICAL_COLOUR = "#D3ECFA", "#E69F00", "#6E6E6E"
+COLOURS = ListedColormap([CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR], name="window")
+NORM = BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3)
+
+
+def draw(results: Results, units: str = "si", severity: int | None = None) -> Figure:
+    found = classes(results, severity)
+    note = find_window(results, severity)
+    shown = _shown(len(found.state))
+    figure, panels = _frame(found, shown, units)
+    cells = _cells(found, units)
+    for axes, number in zip(panels, shown, strict=True):
+        axes.pcolormesh(*cells, found.state[number], cmap=COLOURS, norm=NORM, gid="cells", **SEAMLESS)
+        hatch(axes, cells, found.state[number] == RIM, "//////", RIM_COLOUR, "#3A3A3A", "rim")
+        hatch(axes, cells, found.failed[number], "xxxxxx", CRITICAL_COLOUR, "white", "failed")
+        _recommend(axes, found, note["maps"][number]["recommended"], units)
+    legend_below(figure, _legend(found, note), 3 if figure.get_figwidth() == FULL_WIDTH else 2)
+    return figure
+
+
+def _shown(panels: int) -> list[int]:
+    """The numbers of the maps to draw: all, or as many as a page takes, evenly, the first and the last among them."""
+    if panels <= MAX_PANELS:
+        return list(range(panels))
+    return [round(number * (panels - 1) / (MAX_PANELS - 1)) for number in range(MAX_PANELS)]
+
+
+def _frame(found: Classes, shown: list[int], units: str) -> tuple[Figure, list[Axes]]:
+    wrap = WRAP.get(len(shown), 4)
+    deep = -(-len(shown) // wrap)
+    width = FULL_WIDTH / wrap
+    tall = 1.3 + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width) if found.y else 1.6
+    figure = new_figure(FULL_WIDTH if wrap > 1 or not found.y else 5.0, tall)
+    grid = figure.add_gridspec(deep, wrap)
+    x = quantity(found.x, units)
+    panels: list[Axes] = []
+    across, up = _cells(found, units)
+    for place, number in enumerate(shown):
+        first = panels[0] if panels else None
+        axes = figure.add_subplot(grid[divmod(place, wrap)], sharex=first, sharey=first)
+        lowest, leftmost = place + wrap >= len(shown), place % wrap == 0
+        axes.tick_params(labelbottom=lowest, labelleft=leftmost)
+        axes.set_xlabel(x.label if lowest else "")
+        if found.y:
+            axes.set_ylabel(quantity(found.y, units).label if leftmost else "")
+        else:
+            axes.set_yticks([])
+        if found.third:
+            axes.set_title(quantity(found.third, units).value(float(found.values(found.third)[number])))
+        panels.append(axes)
+    panels[0].set_xlim(across[0], across[-1])
+    panels[0].set_ylim((up[-1], up[0]) if found.y == "depth" else (up[0], up[-1]))
+    figure.suptitle(heading(found.results.attrs, operating_point(fixed_values(found.results), units), width=80),
+                    parse_math=False)
+    return figure, panels
+
+
+def _cells(found: Classes, units: str) -> tuple[Array, Array]:
+    """The edges of the cells across and up, in the shown units; a strip of height one where one axis is swept."""
+    up = edges(found.values(found.y)) / quantity(found.y, units).scale if found.y else np.array([0.0, 1.0])
+    return edges(found.values(found.x)) / quantity(found.x, units).scale, up
+
+
+def _recommend(axes: Axes, found: Classes, best: dict[str, Any] | None, units: str) -> None:
+    """The recommended point, with bars to the last safe point each way."""
+    if best is None:
+        return
+    scale = quantity(found.x, units).scale
+    bars: dict[str, Any] = {"xerr": _bar(best, found.x, scale)}
+    height = 0.5
+    if found.y:
+        scale_y = quantity(found.y, units).scale
+        bars["yerr"], height = _bar(best, found.y, scale_y), best[found.y] / scale_y
+    # White below black: seen on every ground.
+    for colour, wide, size in (("white", 2.4, 6.0), (BLACK, 1.0, 4.5)):
+        drawn = axes.errorbar([best[found.x] / scale], [height], **bars, color=colour, elinewidth=wide, capsize=2.5,
+                              capthick=wide, marker="o", markersize=size, zorder=5)
+        drawn[0].set_gid("recommended" if colour == BLACK else "halo")
+
+
+def _bar(best: dict[str, Any], axis: str, scale: float) -> list[list[float]]:
+    return [[best["margins"][axis][side]["margin"] / scale] for side in ("less", "more")]
+
+
+def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
+    """What the areas mean in this file, with their shares of all points."""
+    calm = "no critical response" if note["severity"] is None else f"no severity above {note['severity']}"
+    both = " and ".join(note["procedures"])
+    words = {SAFE: f"safe: {calm}, {both}", RIM: "rim: depends on the history", CRITICAL: "critical"}
+    if not note["history_examined"]:
+        words[SAFE] = f"safe: {calm}; history not examined"
+    handles: list[Artist] = []
+    for value, name in ((SAFE, "safe"), (RIM, "rim"), (CRITICAL, "critical")):
+        if value == RIM and not note["history_examined"]:
+            continue
+        handles.append(Patch(facecolor=COLOURS(NORM(value)), edgecolor="#3A3A3A", linewidth=0.4,
+                             hatch="//////" if value == RIM else None,
+                             label=f"{words[value]} ({100 * note['share'][name]:.1f} %)"))
+    if found.failed.any():
+        handles.append(Patch(facecolor=CRITICAL_COLOUR, edgecolor="white", linewidth=0.4, hatch="xxxxxx",
+                             label=f"failed or not run ({note['failed_points']} points)"))
+    if any(one["recommended"] for one in note["maps"]):
+        handles.append(Line2D([], [], color=BLACK, marker="o", markersize=5, linewidth=1.0,
+                              label="recommended, bars to the last safe point"))
+    if len(found.state) > MAX_PANELS:
+        handles.append(Line2D([], [], linestyle="none", label=f"{MAX_PANELS} of {len(found.state)} panels shown"))
+    return handles

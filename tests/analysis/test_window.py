@@ -1,0 +1,231 @@
+"""The safe window against maps in which it can be read off by eye. Margins and distances are worked out by hand."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsdrill
+from nsdrill.analysis.plane import in_parts, largest_margin, regions
+from nsdrill.analysis.window import find_window
+from nsdrill.errors import FileError, InputError
+
+from .grids import grid
+
+# Five weights, the lowest first, by seven speeds. Going down there is less of it.
+UP = ["sssssww", "s....ww", "s....ww", "s.....w", "bbbbbbb"]
+DOWN = ["sssssww", "s....ww", "s...www", "s...www", "bbbbbbb"]
+SPEEDS = np.arange(1.0, 8.0)
+WEIGHTS = np.arange(10e3, 60e3, 10e3)
+
+
+@pytest.fixture
+def both() -> dict:
+    return find_window(grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS))
+
+
+def test_safe_rim_and_critical_are_counted(both: dict) -> None:
+    """Safe: 4 + 3 + 3. Rim: the fifth speed of the third weight, the fifth and sixth of the fourth."""
+    assert (both["safe"], both["rim"], both["critical"], both["points"]) == (10, 3, 22, 35)
+    assert both["share"] == {"safe": 10 / 35, "rim": 3 / 35, "critical": 22 / 35}
+    assert both["safe_in"] == {"up": 13, "down": 10}
+    assert both["history_examined"]
+    assert both["fixed"] == {"depth": 5000.0}
+    assert both["axes"] == ["rotary_speed", "wob"]
+    # By row: 5, 1, 1, 1; 7 of the last: bit-bounce. Whirl: 2 + 2 + 3 + 3, in either.
+    assert both["obstacles"] == {"bit_bounce": 7, "stick_slip": 8, "whirl": 10}
+
+
+def test_region_and_recommended_point(both: dict) -> None:
+    """The third speed of the third weight: two steps of six from what is not safe, on either side."""
+    [one] = both["maps"]
+    assert one["regions"] == [{"points": 10, "share": 10 / 35, "rotary_speed": [2.0, 5.0], "wob": [20e3, 40e3]}]
+    best = one["recommended"]
+    assert (best["rotary_speed"], best["wob"]) == (3.0, 30e3)
+    assert best["margin"] == pytest.approx(2 / 6)  # a step of the speed is 1/6, of the weight 1/4
+
+
+def test_margins_go_to_the_last_safe_point_and_say_what_comes_next(both: dict) -> None:
+    margins = both["maps"][0]["recommended"]["margins"]
+    assert margins["rotary_speed"] == {
+        "less": {"margin": 1.0, "safe_to": 2.0, "first_not_safe": 1.0, "why": "critical", "responses": ["stick_slip"]},
+        "more": {"margin": 1.0, "safe_to": 4.0, "first_not_safe": 5.0, "why": "rim", "responses": ["whirl"]}}
+    assert margins["wob"] == {
+        "less": {"margin": 10e3, "safe_to": 20e3, "first_not_safe": 10e3, "why": "critical",
+                 "responses": ["stick_slip"]},
+        "more": {"margin": 10e3, "safe_to": 40e3, "first_not_safe": 50e3, "why": "critical",
+                 "responses": ["bit_bounce"]}}
+
+
+def test_one_procedure_leaves_history_open() -> None:
+    note = find_window(grid({"up": [UP]}, SPEEDS, WEIGHTS))
+    assert not note["history_examined"]
+    assert (note["safe"], note["rim"]) == (13, 0)
+
+
+@pytest.mark.parametrize("sign", ["x", "?"])
+def test_failed_points_are_not_safe(sign: str) -> None:
+    hole = [*DOWN[:2], f"s.{sign}bwww", *DOWN[3:]]
+    note = find_window(grid({"up": [UP], "down": [hole]}, SPEEDS, WEIGHTS))
+    assert (note["failed_runs"], note["failed_points"]) == (1, 1)
+    assert note["safe"] == 10 - 2
+    margins = note["maps"][0]["recommended"]["margins"]
+    reasons = {side["why"] for axis in margins.values() for side in axis.values()}
+    assert note["rim"] == 3 + 2
+    assert "failed" in reasons
+
+
+def test_inferred_points_are_as_good_as_run_ones() -> None:
+    inferred = [line.replace("..", ".i") for line in DOWN]
+    assert find_window(grid({"up": [UP], "down": [inferred]}, SPEEDS, WEIGHTS))["safe"] == 10
+
+
+def test_points_not_to_be_trusted_are_not_safe() -> None:
+    data = grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS)
+    data.variables["trusted"] = np.ones(data["status"].shape, dtype=np.int8)
+    data["trusted"][1, 0, 1, 1] = 0
+    note = find_window(data)
+    assert (note["safe"], note["rim"], note["distrusted_points"]) == (9, 4, 1)
+
+
+def test_by_severity() -> None:
+    """Whatever the responses say: the worst of the three severities counts."""
+    data = grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS)
+    for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
+        data.variables[name] = np.zeros(data["status"].shape, dtype=np.int8)
+    data["whirl_severity"][:, 0, :, 5:] = 2
+    data["bounce_severity"][1, 0, 4] = 1
+    assert [find_window(data, severity)["safe"] for severity in (0, 1, 2)] == [20, 25, 35]
+    assert find_window(data, 0)["rim"] == 5
+
+
+def test_all_starts_of_an_ensemble_must_be_safe() -> None:
+    data = grid({"same": ["...."]}, [1, 2, 3, 4])
+    data.coords["start"] = np.arange(3)
+    data.variables = {name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()}
+    data["response"][0, 0, 0, 1, 2] = 1
+    data["response"][0, 0, 0, 3] = 1
+    note = find_window(data)
+    assert (note["safe"], note["rim"], note["critical"], note["histories"]) == (2, 1, 1, 3)
+    assert note["history_examined"]
+
+
+def test_one_axis_has_intervals() -> None:
+    note = find_window(grid({"up": ["s..w...b"], "down": ["s..w...b"]}, [1, 2, 3, 4, 5, 7, 8, 10]))
+    [one] = note["maps"]
+    assert note["axes"] == ["rotary_speed"]
+    assert [(area["points"], area["rotary_speed"]) for area in one["regions"]] == [(3, [5, 8]), (2, [2, 3])]
+    best = one["recommended"]
+    assert best["rotary_speed"] == 7.0  # 3 to either side; at 5 it is 1, at 8 it is 2
+    assert best["margin"] == pytest.approx(3 / 9)
+    assert [best["margins"]["rotary_speed"][side]["margin"] for side in ("less", "more")] == [2.0, 1.0]
+
+
+def test_nothing_safe_gives_no_recommendation() -> None:
+    note = find_window(grid({"up": ["sssw"], "down": ["sss."]}, [1, 2, 3, 4]))
+    assert (note["safe"], note["rim"]) == (0, 1)
+    assert note["maps"][0]["recommended"] is None
+    assert note["maps"][0]["regions"] == []
+
+
+DEPTHS = (1000.0, 2000.0, 3000.0, 4000.0, 5000.0)
+
+
+def stack(*maps: list[str]) -> dict:
+    return find_window(grid({"up": list(maps), "down": list(maps)}, [1, 2, 3], [10e3, 20e3], DEPTHS[: len(maps)]))
+
+
+def test_the_depth_at_which_it_closes_and_reopens() -> None:
+    full, some, none = ["...", "..."], ["w.w", "www"], ["www", "www"]
+    note = stack(full, some, none, some, none)
+    assert note["depth"]["open"] == [[1000, 2000], [4000, 4000]]
+    assert (note["depth"]["closes"], note["depth"]["reopens"]) == (3000, 4000)
+    assert [row["safe"] for row in note["depth"]["rows"]] == [6, 1, 0, 1, 0]
+    assert [one["at"] for one in note["maps"]] == [{"depth": depth} for depth in DEPTHS]
+    assert note["third"] == "depth"
+    assert stack(full, some)["depth"]["closes"] is None
+    late = stack(none, some, none)["depth"]
+    assert (late["open"], late["closes"], late["reopens"]) == ([[2000, 2000]], 3000, None)
+    assert stack(none, none)["depth"] == {**stack(none, none)["depth"], "open": [], "closes": None, "reopens": None}
+
+
+def test_what_is_safe_at_every_depth() -> None:
+    note = stack([".w.", "..."], ["...", "w.."], ["..b", "..."])
+    every = note["throughout"]
+    assert (every["safe"], every["points"]) == (3, 6)
+    assert every["recommended"]["rotary_speed"] in (1.0, 2.0, 3.0)
+    limits = [side for axis in every["recommended"]["margins"].values() for side in axis.values()]
+    assert {word for side in limits for word in side["responses"]} <= {"whirl", "bit_bounce"}
+
+
+def test_depth_across_weight_and_depth_across_speed() -> None:
+    data = grid({"up": [["..w"], ["..."], ["sss"]], "down": [["..w"], ["..w"], ["sss"]]}, [1, 2, 3], [20e3], DEPTHS[:3])
+    note = find_window(data)
+    assert note["axes"] == ["rotary_speed", "depth"]
+    assert (note["safe"], note["rim"]) == (4, 1)
+    assert note["maps"][0]["regions"][0] == {"points": 4, "share": 4 / 9, "rotary_speed": [1, 2], "depth": [1000, 2000]}
+    assert note["depth"]["closes"] == 3000
+    weights = grid({"same": [[".", "w"], ["w", "w"]]}, [3.0], [10e3, 20e3], DEPTHS[:2])
+    note = find_window(weights)
+    assert note["axes"] == ["wob", "depth"]
+    assert note["maps"][0]["recommended"]["depth"] == 1000
+
+
+def test_a_single_point_has_no_window() -> None:
+    with pytest.raises(InputError, match="at least one axis"):
+        find_window(grid({"same": ["."]}, [3.0]))
+
+
+# -- the plane
+
+
+def test_regions_touch_along_the_axes_only() -> None:
+    safe = np.array([[1, 1, 0, 0], [1, 0, 1, 0], [0, 0, 1, 1]], dtype=bool)
+    assert regions(safe) == [(3, (0, 1, 0, 1)), (3, (1, 2, 2, 3))]
+    assert regions(np.zeros((2, 2), dtype=bool)) == []
+
+
+def test_the_middle_of_a_map_that_is_safe_all_over() -> None:
+    assert largest_margin(np.ones((5, 9), dtype=bool), np.arange(5.0), np.arange(9.0)) == (2, 4, 0.5)
+
+
+def test_the_largest_disc_on_unequal_steps() -> None:
+    """The only bad point is at the left end of a line 0, 1, 2, 4, 10: halfway to the right end is 5, nearest 4."""
+    safe = np.array([[False, True, True, True, True]])
+    assert largest_margin(safe, np.zeros(1), np.array([0.0, 1.0, 2.0, 4.0, 10.0])) == (0, 3, pytest.approx(0.4))
+
+
+def test_by_brute_force() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(20):
+        y, x = np.cumsum(rng.uniform(0.1, 1.0, 7)), np.cumsum(rng.uniform(0.1, 1.0, 9))
+        safe = rng.random((7, 9)) < 0.8
+        up, across = in_parts(y), in_parts(x)
+        best = 0.0
+        for row, column in np.argwhere(safe):
+            edge = min(up[row], 1 - up[row], across[column], 1 - across[column])
+            bad = [np.hypot(up[r] - up[row], across[c] - across[column]) for r, c in np.argwhere(~safe)]
+            best = max(best, min([edge, *bad]))
+        found = largest_margin(safe, y, x)
+        assert found is not None
+        assert safe[found[0], found[1]]
+        assert found[2] == pytest.approx(best, rel=1e-12)
+
+
+# -- files
+
+
+def test_from_a_file(shared: Path) -> None:
+    note = nsdrill.window(shared / "small.h5")
+    assert note["procedures"] == ["up", "down"]
+    assert note["safe"] + note["rim"] + note["critical"] == note["points"] == 8
+    assert json.loads(json.dumps(note, allow_nan=False)) == note
+    assert nsdrill.window(shared / "small.h5", severity=4)["safe"] == 8
+    assert nsdrill.window(shared / "failing.h5")["failed_runs"] > 0
+    with pytest.raises(InputError, match="0 to 4"):
+        nsdrill.window(shared / "small.h5", severity=5)
+    with pytest.raises(FileError, match="no such file"):
+        nsdrill.window(shared / "nowhere.h5")

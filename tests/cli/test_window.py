@@ -1,0 +1,124 @@
+"""The safe window as a user asks for it: the note, the JSON, the picture, and what is no sweep."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from analysis.grids import grid
+
+import nsdrill
+from nsdrill.analysis.window import find_window
+from nsdrill.cli.window_note import lines
+from nsdrill.store import log_from_results, part_path, write_trace
+
+from .helpers import Call
+
+LINES = ["sssssww", "s....ww", "s...www", "s...www", "bbbbbbb"]
+SPEEDS = np.arange(1.0, 8.0)
+WEIGHTS = np.arange(10e3, 60e3, 10e3)
+
+
+def note(units: str = "si", **maps: list) -> str:
+    made = grid({name: [one] for name, one in (maps or {"up": LINES, "down": LINES}).items()}, SPEEDS, WEIGHTS)
+    return "\n".join(lines(find_window(made), units))
+
+
+def test_the_note() -> None:
+    text = note()
+    for said in (
+        "every run of the point ended well without a critical response: up and down",
+        "At 5000 m: of 35 points 10 safe (28.6 %), 0 rim (0.0 %), 25 critical (71.4 %).",
+        "Largest safe region: 10 points (28.6 % of the map) within weight on bit 20 to 40 kN, speed 2 to 5 rad/s",
+        "Recommended: 30 kN, 3 rad/s (28.6 rpm).",
+        "    less by 10 kN to 20 kN; at 10 kN stick-slip",
+        "    more by 1 rad/s (9.55 rpm) to 4 rad/s (38.2 rpm); at 5 rad/s (47.7 rpm) whirl",
+    ):
+        assert said in text
+
+
+def test_the_note_in_field_units() -> None:
+    text = note("field")
+    # 30 kN / 4.448 kN/klbf = 6.744; 3 rad/s = 28.65 rpm; 5000 m = 16404 ft
+    assert "Recommended: 6.744 klbf, 28.65 rpm." in text
+    assert "At 16404 ft" in text
+    assert "rad/s" not in text
+    assert "kN" not in text
+
+
+def test_the_rim_says_that_it_depends() -> None:
+    text = note(up=[LINES[0], *["s....ww"] * 3, LINES[4]], down=[LINES[0], *["s...www"] * 3, LINES[4]])
+    assert "to 4 rad/s (38.2 rpm); at 5 rad/s (47.7 rpm) whirl, depending on the history" in text
+    assert "Each procedure by itself: safe at 12 up, 9 down." in text
+
+
+def test_one_procedure_is_said_plainly() -> None:
+    text = note(up=LINES)
+    assert "HISTORY WAS NOT EXAMINED: the file holds one procedure only (up)." in text
+    assert "rim" not in text
+
+
+def test_no_room_is_said() -> None:
+    assert "a hint, not a setting" in note(up=["wwwwwww", "ww.wwww", "www.www", "wwwwwww", "wwwwwww"])
+    assert "a hint" not in note()
+
+
+def test_failed_runs_are_counted() -> None:
+    assert "2 of 70 runs failed" in note(up=["xx" + LINES[0][2:], *LINES[1:]], down=LINES)
+
+
+def test_nothing_safe_says_what_is_in_the_way() -> None:
+    text = note(up=["sssssww"] * 5, down=["wwwwwww"] * 5)
+    assert "There is no safe point. Critical responses, in any history: stick-slip at 25, whirl at 35 points." in text
+
+
+@pytest.mark.parametrize(("sequence", "said"), [
+    ("..w.", "Going down, the window is open from the first depth and closes at 3000 m; it reopens at 4000 m."),
+    ("..ww", "Going down, the window is open from the first depth and closes at 3000 m for good"),
+    ("w...", "Going down, the window opens at 2000 m and stays open to the last, 4000 m."),
+    ("wwww", "Going down, the window is closed at every depth."),
+])  # fmt: skip
+def test_the_closing_depth(sequence: str, said: str) -> None:
+    maps = [[f"{sign}{sign}w", "www"] for sign in sequence]
+    data = grid({"up": maps, "down": maps}, [1, 2, 3], [10e3, 20e3], [1000, 2000, 3000, 4000])
+    text = "\n".join(lines(find_window(data), "si"))
+    assert said in text
+    assert "recommended, and how far from there" in text
+    assert "Safe at every depth of the file: " in text
+
+
+def test_a_real_run(call: Call, shared: Path) -> None:
+    answer = call("window", shared / "small.h5", "-o", "window.png")
+    assert (answer.code, answer.err) == (0, "window.png: drawn.\n")
+    assert "small.h5: safe window. Small" in answer.out
+    assert Path("window.png").stat().st_size > 5000
+    found = json.loads(call("window", shared / "small.h5", "--json").out)
+    assert found["axes"] == ["rotary_speed"]
+    assert found["points"] == 8
+    assert json.loads(call("window", shared / "map.h5", "--json", "--units", "field").out)["axes"] == [
+        "rotary_speed", "wob"], "JSON is in SI units"
+    assert call("window", shared / "map.h5", "--severity", "4").out.count("20 safe (100.0 %)") == 1
+    assert call("plot", shared / "small.h5", "--kind", "window", "-o", "again.png").code == 0
+    assert Path("again.png").read_bytes() == Path("window.png").read_bytes()
+
+
+def test_what_is_no_sweep(call: Call, shared: Path) -> None:
+    write_trace("trace.h5", nsdrill.replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
+    assert "a results file is needed" in call("window", "trace.h5").err
+    assert "there is no such file" in call("window", "nothing.h5").err
+    Path("text.h5").write_text("no")
+    for words in (("trace.h5",), ("nothing.h5",), ("text.h5",), (shared / "small.h5", "-o", "a.jpg"),
+                  (shared / "small.h5", "--severity", "5"), (shared / "small.h5", "-o", "text.h5")):
+        answer = call("window", *words)
+        assert answer.code == 2, words
+        assert answer.out == ""
+
+
+def test_an_unfinished_run(call: Call, shared: Path) -> None:
+    log_from_results(shared / "small.h5", part_path("out.h5")).close()
+    assert "unfinished run" in call("window", part_path("out.h5")).err
+    answer = call("window", "out.h5")
+    assert answer.code == 2
+    assert "--resume" in answer.err

@@ -1,0 +1,106 @@
+"""The picture of the safe window: right areas, the point with its bars, panels for depths, readable without colour."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from made_up import make_results, spoil
+from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from nsdrill import plot
+from nsdrill.analysis.window import find_window
+from nsdrill.data import Results
+from nsdrill.plot.window import CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR
+from nsdrill.variables import WHIRL
+
+
+@pytest.fixture
+def both() -> Results:
+    return make_results(wob=np.linspace(10e3, 50e3, 7), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
+
+
+def panels(figure: Figure) -> list[Axes]:
+    return [axes for axes in figure.axes if any(c.get_gid() == "cells" for c in axes.collections)]
+
+
+def words(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_areas_are_those_of_the_note(both: Results) -> None:
+    figure = plot.draw(both, "window")
+    [axes] = panels(figure)
+    cells = next(c for c in axes.collections if c.get_gid() == "cells").get_array()
+    good = both["response"][:, 0] == 0
+    np.testing.assert_array_equal(cells, np.where(good.all(axis=0), 2, np.where(good.any(axis=0), 1, 0)))
+    note = find_window(both)
+    hatched = next(c for c in axes.collections if c.get_gid() == "rim")
+    assert len(hatched.get_paths()) == note["rim"] > 0
+    assert f"rim: depends on the history ({100 * note['share']['rim']:.1f} %)" in words(figure)
+
+
+@pytest.mark.parametrize(("units", "speed", "weight"), [("si", 1.0, 1e3), ("field", np.pi / 30, 4448.2216152605)])
+def test_the_recommended_point_and_its_bars(both: Results, units: str, speed: float, weight: float) -> None:
+    [axes] = panels(plot.draw(both, "window", units=units))
+    best = find_window(both)["maps"][0]["recommended"]
+    [point] = [line for line in axes.get_lines() if line.get_gid() == "recommended"]
+    np.testing.assert_allclose(point.get_xydata(), [[best["rotary_speed"] / speed, best["wob"] / weight]])
+    bars = [path for box in axes.containers[-1].lines[2] for path in box.get_segments()]
+    ends = {axis: [sides["less"]["safe_to"], sides["more"]["safe_to"]] for axis, sides in best["margins"].items()}
+    np.testing.assert_allclose(bars[0][:, 0] * speed, ends["rotary_speed"])
+    np.testing.assert_allclose(bars[1][:, 1] * weight, ends["wob"])
+
+
+def test_a_panel_for_every_depth_up_to_a_dozen() -> None:
+    def titles(depths: int) -> list[str]:
+        data = make_results(depth=np.linspace(1e3, 3e3, depths), wob=np.linspace(1e4, 5e4, 20),
+                            rotary_speed=np.linspace(1, 8, 21), procedures=("up",))
+        return [axes.get_title() for axes in panels(plot.draw(data, "window"))]
+
+    assert titles(3) == ["1000 m", "2000 m", "3000 m"]
+    many = titles(17)
+    assert len(many) == 12
+    assert (many[0], many[-1]) == ("1000 m", "3000 m")
+
+
+def test_one_axis_is_a_strip() -> None:
+    data = make_results(rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
+    assert "window" in plot.kinds_for(data)
+    [axes] = panels(plot.draw(data, "window"))
+    assert len(axes.get_yticks()) == 0
+    assert "window" not in plot.kinds_for(make_results())
+
+
+def test_failed_points_and_one_procedure_are_told(both: Results) -> None:
+    figure = plot.draw(spoil(both, diverged=3, step_limit=0), "window")
+    assert "failed or not run (3 points)" in words(figure)
+    alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
+    assert any("history not examined" in word for word in words(plot.draw(alone, "window")))
+    assert not any("rim" in word for word in words(plot.draw(alone, "window")))
+
+
+def test_nothing_safe_is_still_a_picture(both: Results) -> None:
+    both["response"][:] = WHIRL
+    [axes] = panels(plot.draw(both, "window"))
+    assert not axes.get_lines()
+
+
+def test_by_severity(both: Results) -> None:
+    both["whirl_severity"][:] = 2
+    assert find_window(both, 1)["safe"] == 0
+    [axes] = panels(plot.draw_window(both, 2))
+    cells = next(c for c in axes.collections if c.get_gid() == "cells").get_array()
+    assert (np.asarray(cells) == 2).all()
+
+
+def test_the_areas_differ_in_grey() -> None:
+    """Relative luminance (Rec. 709, linear): each at least a factor 1.5 from the next; the rim is hatched besides."""
+    def luminance(colour: str) -> float:
+        linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
+        return float(np.dot((0.2126, 0.7152, 0.0722), linear))
+
+    dark, middle, light = (luminance(colour) for colour in (CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR))
+    assert 1.5 * dark < middle
+    assert 1.5 * middle < light
