@@ -166,7 +166,7 @@ def test_a_very_slow_ramp_is_the_sweep() -> None:
 operation: {depth: 2000 m, wob: 22 kN, rotary_speed: SPEED}
 drillstring: {axial_damping: 60 kN*s/m}
 bit: {surface_amplitude: 0.1 mm}
-simulation: {transient: 60 s, observe: 10 s}
+simulation: {transient: 400 s, observe: 10 s}
 """
     sweep = nsdrill.run(parse_study(
         text.replace("SPEED", "4 rad/s") + "sweep: {rotary_speed: [4.5 rad/s, 5 rad/s, 5.5 rad/s], procedure: up}"))
