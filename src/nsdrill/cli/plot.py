@@ -15,6 +15,7 @@ from nsdrill.errors import InputError
         "plot out.h5 --kind list",
         "plot map.h5 --wob 20kN -o cut.pdf --units field",
         "plot trace.h5 --kind orbit -o orbit.svg",
+        "plot trace.h5 --kind ramp --over out.h5 -o ramp.png",
     ),
 )
 @options.file_argument("file")
@@ -27,15 +28,20 @@ from nsdrill.errors import InputError
 @options.quantity("--depth", "m", "Cut a sweep of several axes at this depth.")
 @options.quantity("--wob", "N", "Cut at this weight on bit.")
 @options.quantity("--rotary-speed", "rad/s", "Cut at this top-drive speed.")
+@click.option(
+    "--over", type=options.FileName(), metavar="OUT.h5",
+    help="With the trace of a ramp and --kind ramp: draw it over the peaks of this sweep.",
+)  # fmt: skip
 @options.overwrite
 def command(
     file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
-    rotary_speed: float | None, overwrite: bool,
+    rotary_speed: float | None, over: str | None, overwrite: bool,
 ) -> int:  # fmt: skip
     """Draw FILE: a results file, the .part file of a run that goes on, or a trace."""
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
     from nsdrill.plot import DESCRIPTIONS, check_suffix, draw, kinds_for, needed, save
+    from nsdrill.variables import PEAKS
 
     if kind == "list":
         for name in kinds_for(outline(file)):
@@ -56,6 +62,14 @@ def command(
         raise InputError(f"{option}: found with a trace, which is of one point; allowed: with a results file.")
     if not isinstance(data, Trace):
         data = read(file, needed(data, kind, at))
-    save(draw(data, kind, units=units, at=at or None), output)
+    sweep = None
+    if over is not None:
+        options.keep_apart(over, output)
+        sweep = read(over, ("status", *PEAKS))
+        if isinstance(sweep, Trace):
+            raise InputError(f"{over}: this is a trace; --over takes the results of a sweep.")
+        if missing := [name for name in PEAKS if name not in sweep.variables]:
+            raise InputError(f"{over}: found no {', '.join(missing)}; allowed: a sweep with record.peaks above 0.")
+    save(draw(data, kind, units=units, at=at or None, over=sweep), output)
     click.echo(f"{output}: drawn.", err=True)
     return 0

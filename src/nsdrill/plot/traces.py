@@ -13,8 +13,10 @@ from matplotlib.patches import Circle
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
 from nsdrill.plot.decimation import envelope, last_part
-from nsdrill.plot.labels import heading, operating_point, quantity
+from nsdrill.plot.labels import heading, quantity
+from nsdrill.plot.schedule import moving, point_words
 from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, VERMILLION, new_figure
+from nsdrill.variables import SCHEDULED
 
 HISTORIES = ("z", "bit_speed", "radius", "bit_force", "bit_torque", "wall_force")
 PLANES = (("z", "vz"), ("twist", "bit_speed"), ("radius", "radial_velocity"))
@@ -52,21 +54,27 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
 def _point(trace: Trace, units: str) -> str:
     procedure = str(trace.attrs.get("procedure") or "")
     words = {"up": "carried up", "down": "carried down", "same": ""}.get(procedure, procedure)
-    return ", ".join(part for part in (operating_point(trace.attrs, units), words) if part)
+    return ", ".join(part for part in (point_words(trace, units), words) if part)
 
 
 def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None:
-    """The motions and the contact forces against time, one below the other."""
-    panels = list(np.atleast_1d(figure.subplots(len(HISTORIES), 1, sharex=True)))
+    """The motions and the contact forces against time, and what of the operating point moves, one below the other."""
+    scheduled = [SCHEDULED[name] for name in moving(trace)]
+    names = (*HISTORIES, *scheduled)
+    panels = list(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)))
     time = quantity("time", units)
-    for axes, name in zip(panels, HISTORIES, strict=True):
+    for axes, name in zip(panels, names, strict=True):
         y = quantity(name, units)
         t, values = envelope(trace.time, trace[name] / y.scale, BINS)
         axes.plot(t / time.scale, values, color=BLUE, linewidth=0.5, gid=f"history:{name}")
         axes.set_ylabel(y.label)
         axes.margins(x=0)
     speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
-    if speed is not None:
+    if "drive_speed" in scheduled:
+        t, values = envelope(trace.time, trace["drive_speed"] / quantity("bit_speed", units).scale, BINS)
+        panels[1].plot(t / time.scale, values, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3,
+                       gid="drive speed")
+    elif speed is not None:
         _reference(panels[1], float(speed) / quantity("bit_speed", units).scale, "drive speed")
     if gap is not None:
         _reference(panels[2], float(gap) / quantity("radius", units).scale, "wall")
@@ -83,7 +91,7 @@ def _reference(axes: Axes, height: float, word: str) -> None:
 
 def shown_part(trace: Trace) -> tuple[slice, str]:
     """The part of the trace for orbit and phase planes, and the words for it (none if it is all)."""
-    speed = float(trace.attrs.get("rotary_speed") or 0.0)
+    speed = float(trace["drive_speed"][-1] if "rotary_speed" in moving(trace) else trace.attrs.get("rotary_speed") or 0)
     part = last_part(trace.time, LAST_SAMPLES, LAST_TURNS * 2 * pi / speed if speed > 0 else None)
     if part.start == 0:
         return part, ""
