@@ -129,7 +129,7 @@ def test_the_energy_balance_holds_along_a_ramp(softening: str) -> None:
 
 
 def test_a_changing_depth_is_the_equation_with_coefficients_of_the_moment() -> None:
-    """Against SciPy on the torsional and axial equations with the coefficients of each moment, quasi-static in depth."""
+    """Against SciPy on the torsional and axial equations, quasi-static in depth."""
     study = parse_study(FREE.replace("wob: 0 N,", "wob: 0 N, depth: {ramp: [[0 s, 1000 m], [20 s, 3000 m]]},"))
     trace = nsdrill.simulate(study, duration=20.0, sample=0.1).trace
     speed = Ramp((0.0, 12.0, 20.0), (3.0, 9.0, 5.0))

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from nsdrill.cli import options
 from nsdrill.errors import InputError
+
+if TYPE_CHECKING:
+    from nsdrill.data import Results
 
 
 @click.command(
@@ -41,7 +46,6 @@ def command(
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
     from nsdrill.plot import DESCRIPTIONS, check_suffix, draw, kinds_for, needed, save
-    from nsdrill.variables import PEAKS
 
     if kind == "list":
         for name in kinds_for(outline(file)):
@@ -62,14 +66,22 @@ def command(
         raise InputError(f"{option}: found with a trace, which is of one point; allowed: with a results file.")
     if not isinstance(data, Trace):
         data = read(file, needed(data, kind, at))
-    sweep = None
-    if over is not None:
-        options.keep_apart(over, output)
-        sweep = read(over, ("status", *PEAKS))
-        if isinstance(sweep, Trace):
-            raise InputError(f"{over}: this is a trace; --over takes the results of a sweep.")
-        if missing := [name for name in PEAKS if name not in sweep.variables]:
-            raise InputError(f"{over}: found no {', '.join(missing)}; allowed: a sweep with record.peaks above 0.")
-    save(draw(data, kind, units=units, at=at or None, over=sweep), output)
+    behind = None if over is None else _sweep(over, output)
+    save(draw(data, kind, units=units, at=at or None, over=behind), output)
     click.echo(f"{output}: drawn.", err=True)
     return 0
+
+
+def _sweep(file: str, output: str) -> Results:
+    """The peaks of the sweep to draw a ramp over."""
+    from nsdrill.cli.reading import read
+    from nsdrill.data import Trace
+    from nsdrill.variables import PEAKS
+
+    options.keep_apart(file, output)
+    data = read(file, ("status", *PEAKS))
+    if isinstance(data, Trace):
+        raise InputError(f"{file}: this is a trace; --over takes the results of a sweep.")
+    if missing := [name for name in PEAKS if name not in data.variables]:
+        raise InputError(f"{file}: found no {', '.join(missing)}; allowed: a sweep with record.peaks above 0.")
+    return data

@@ -10,7 +10,7 @@ import numpy as np
 
 from nsdrill.model.parameters import Operation
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+Array = np.ndarray[Any, np.dtype[Any]]
 PIECES = 256  # of a leg along which a value doubles; more than that of no leg
 
 

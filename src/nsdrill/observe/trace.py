@@ -33,8 +33,8 @@ def samples_of(store: np.ndarray) -> np.ndarray:
 
 @lru_cache
 def make_tracer(lanes: int, parameters: int = len(PARAMETERS)) -> tuple[Any, Any]:
-    """The compiled (observer, marker) that sample lane 0, of a model with so many parameters. Rows as those of the other
-    observer, whose steps it shows."""
+    """The compiled (observer, marker) that sample lane 0 of a model with so many ``parameters``. Rows as those of the
+    other observer, whose steps it shows."""
     rows = Rows(len(STATES), len(AUX), parameters, len(OBSERVED))
     W, N = lanes, len(STATES)
     start_, start_rate_, end_, end_rate_, drift_ = (

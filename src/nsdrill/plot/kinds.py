@@ -34,7 +34,10 @@ RAMP_KINDS = {
 _VALUES = {name: v.long_name for name, v in BY_NAME.items() if v.dtype == "f8" and v.dims == POINT}
 _VALUES |= {alias: _VALUES[name] for alias, name in ALIASES.items()}
 
-DESCRIPTIONS = {**SWEEP_KINDS, **MAP_KINDS, **TRACE_KINDS, **RAMP_KINDS, **{k: f"{words}: one value" for k, words in _VALUES.items()}}
+DESCRIPTIONS = {
+    **SWEEP_KINDS, **MAP_KINDS, **TRACE_KINDS, **RAMP_KINDS,
+    **{k: f"{words}: one value" for k, words in _VALUES.items()},
+}  # fmt: skip
 
 
 def value_name(kind: str) -> str | None:

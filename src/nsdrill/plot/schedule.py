@@ -32,7 +32,8 @@ def point_words(trace: Trace, units: str) -> str:
         if len(values) > MOST_VALUES:
             values = np.array([values.min(), values.max()])
         q = quantity(name, units)
-        parts.append(f"{' to '.join(f'{value / q.scale:.4g}' for value in values)} {q.unit}")
+        words = [q.value(float(value)) for value in values]
+        parts.append(" to ".join([*(word.removesuffix(f" {q.unit}") for word in words[:-1]), words[-1]]))
     return ", ".join(part for part in parts if part)
 
 
@@ -43,6 +44,10 @@ def knots(trace: Trace, name: str) -> tuple[np.ndarray, np.ndarray]:
     if name not in ramps:
         return trace.time[[0, -1]], shown[[0, -1]]
     times, values = (np.array(column, dtype=float) for column in ramps[name])
+    end += float(trace.time[-1] - trace.time[-2])  # samples need not fall on the last knot
+    if times[-1] <= end:
+        return times, values
+    end = float(trace.time[-1])
     inside = times < end
     return np.append(times[inside], end), np.append(values[inside], shown[-1])
 

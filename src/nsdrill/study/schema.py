@@ -119,10 +119,10 @@ def _operating(found: Leaf) -> tuple[Any, Any]:
     """An operating value, or {ramp: [[time, value], ...]}."""
     one = Annotated[Any, PlainValidator(found.read), WithJsonSchema(json_of(found))]
     time = Annotated[Any, PlainValidator(TIME.read), WithJsonSchema(json_of(TIME))]
-    knot = Annotated[tuple[time, one], BeforeValidator(pair)]  # type: ignore[valid-type]
+    knot = Annotated[tuple[time, one], BeforeValidator(pair)]
     text = "Knots [time, value], the first at 0 s; linear between them, constant after the last"
     ramp = create_model(f"Ramp_{found.key.rpartition('.')[2]}", __config__=_STRICT, ramp=(
-        Annotated[list[knot], BeforeValidator(knots)], Field(description=text)))  # type: ignore[valid-type]
+        Annotated[list[knot], BeforeValidator(knots)], Field(description=text)))
     annotated = Annotated[
         Annotated[ramp, Tag("ramp")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
         Discriminator(_value_or_mapping),
