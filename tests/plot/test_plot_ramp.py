@@ -43,7 +43,7 @@ def test_the_schedule_has_panels_of_its_own(kind: str) -> None:
     figure = plot.draw(trace, kind)
     panels = figure.subfigs[0].axes if kind == "trace" else figure.axes
     assert [axes.get_ylabel() for axes in panels][6:] == ["Drive speed [rad/s]", "Weight on bit [kN]"]
-    assert "5000 m, 10 to 60 kN, 3 to 8 to 8 to 3 rad/s" in figure.get_suptitle()
+    assert "5000 m, 10 to 60 kN, 3 to 8 to 3 rad/s" in figure.get_suptitle()
 
 
 def test_peaks_stand_at_the_speed_of_their_moment() -> None:

@@ -34,7 +34,8 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
     figure = new_figure(FULL_WIDTH, 6.3)
     panels = list(figure.subplots(len(PANELS), 1, sharex=True))
     value = trace[SCHEDULED[axis]]
-    way = np.sign(np.gradient(value, trace.time))
+    way = np.sign(np.diff(value, append=value[-1]))
+    way[-1] = way[-2]
     handles: list[Artist] = []
     if over is not None:
         handles += draw_sweep(panels, over, trace, axis, units)

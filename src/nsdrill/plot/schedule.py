@@ -29,6 +29,7 @@ def point_words(trace: Trace, units: str) -> str:
             parts.append(operating_point({name: trace.attrs.get(name)}, units))
             continue
         _, values = knots(trace, name)
+        values = values[np.append(True, np.diff(values) != 0.0)]  # a value that is held is told once
         if len(values) > MOST_VALUES:
             values = np.array([values.min(), values.max()])
         q = quantity(name, units)

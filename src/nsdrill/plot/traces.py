@@ -19,6 +19,7 @@ from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, VERMIL
 from nsdrill.variables import SCHEDULED
 
 HISTORIES = ("z", "bit_speed", "radius", "bit_force", "bit_torque", "wall_force")
+ROOM_FOR_SCHEDULE = 0.7  # inches of page for each value that moves
 PLANES = (("z", "vz"), ("twist", "bit_speed"), ("radius", "radial_velocity"))
 BINS = 1500  # stretches of a history: about one for each pixel of print
 LAST_SAMPLES = 60_000  # of orbit and phase planes
@@ -29,8 +30,9 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
     if len(trace.time) < 2:
         raise InputError(f"trace: found {len(trace.time)} samples; allowed: two or more.")
     title = heading(trace.attrs, _point(trace, units))
+    more = ROOM_FOR_SCHEDULE * len(moving(trace))
     if kind == "histories":
-        figure = new_figure(FULL_WIDTH, 7.2)
+        figure = new_figure(FULL_WIDTH, 7.2 + more)
         draw_histories(figure, trace, units)
     elif kind == "orbit":
         figure = new_figure(4.0, 4.5)
@@ -39,7 +41,7 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
         figure = new_figure(FULL_WIDTH, 2.9)
         draw_planes(list(figure.subplots(1, 3)), trace, units)
     else:
-        figure = new_figure(FULL_WIDTH, 8.6)
+        figure = new_figure(FULL_WIDTH, 8.6 + more)
         left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
         draw_histories(left, trace, units)
         panels = list(right.subplots(4, 1, height_ratios=(1.55, 1.0, 1.0, 1.0)))
