@@ -9,7 +9,8 @@ from nsdrill.study import parse_study
 
 
 def test_studies_of_the_page_are_ramps(docs: Path) -> None:
-    blocks = re.findall(r"^```yaml\n(.*?)^```", (docs / "ramps.md").read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    text = (docs / "ramps.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
     assert len(blocks) == 5
     for text in blocks:
         assert parse_study(text).ramped

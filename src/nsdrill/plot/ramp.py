@@ -86,14 +86,14 @@ def local_maxima(time: Array, values: Array) -> tuple[Array, Array]:
 
 def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, units: str) -> list[Artist]:
     """The peaks of a sweep along the same axis, pale; where it has several values of another axis, at the ramp's."""
+    if axis not in results.swept:
+        raise InputError(f"--over: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep of "
+                         f"{axis}, which this trace ramps.")
     held: dict[str, float] = {}
     for other in AXES:
-        values = np.asarray(results.coords[other], dtype=float)
         if other == axis:
-            if len(values) < 2:
-                raise InputError(f"--over: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep "
-                                 f"of {axis}, which this trace ramps.")
             continue
+        values = np.asarray(results.coords[other], dtype=float)
         wanted = float(trace[SCHEDULED[other]][0])
         held[other] = float(values[np.argmin(np.abs(values - wanted))])
         if abs(held[other] - wanted) > 0.01 * abs(wanted):
