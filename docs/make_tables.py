@@ -20,9 +20,10 @@ from nsdrill.model.coefficients import UNITS
 from nsdrill.model.figures import figures
 from nsdrill.model.parameters import Operation, Parameters
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.plot.kinds import ALIASES, MAP_KINDS, SWEEP_KINDS, TRACE_KINDS
+from nsdrill.plot.kinds import ALIASES, MAP_KINDS, RAMP_KINDS, SWEEP_KINDS, TRACE_KINDS
 from nsdrill.study.keys import SECTIONS, Leaf, all_leaves, bound_text, leaves
 from nsdrill.study.meanings import MEANINGS
+from nsdrill.study.ramps import EXAMPLE
 from nsdrill.study.schema import ALONG, POINTS, PROCEDURE
 from nsdrill.units import USUAL
 from nsdrill.variables import COORDINATES, TRACE_VARIABLES, VARIABLES, Variable
@@ -121,7 +122,8 @@ def study_keys() -> str:
                     told.add(name)
                     text += f"| **`{name}`** | | | | *{MEANINGS[name]}* |\n"
             default = leaf.default_text
-            cells = [code(leaf.key), unit(leaf), default, allowed(leaf), leaf.meaning]
+            ramp = f", or [a ramp](ramps.md) of such values, `{EXAMPLE}`" if section == "operation" else ""
+            cells = [code(leaf.key), unit(leaf), default, allowed(leaf) + ramp, leaf.meaning]
             text += "| " + " | ".join(cells) + " |\n"
     return text
 
@@ -194,7 +196,7 @@ def check_figures() -> str:
 
 def kinds() -> str:
     rows = (("a sweep over one axis", SWEEP_KINDS), ("a sweep over two or three axes", MAP_KINDS),
-            ("a trace", TRACE_KINDS))  # fmt: skip
+            ("a trace", TRACE_KINDS), ("a trace of a ramp", RAMP_KINDS))  # fmt: skip
     listed = [[code(name), of, words] for of, named in rows for name, words in named.items()]
     short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())
     values = ["any feature by its name", "a sweep", f"one value along the axis, or as a map; short names: {short}"]

@@ -164,8 +164,12 @@ TRACE_VARIABLES: tuple[Variable, ...] = tuple(
         ("wall_force", "N", "normal force of the wall on the collar"),
         ("wall_friction", "N", "friction force of the wall on the collar"),
         ("surface_torque", "N m", "torque at the surface"),
+        ("drive_speed", "rad s-1", "top-drive speed"),
+        ("wob", "N", "weight on bit"),
+        ("depth", "m", "measured depth"),
     )
 )
+SCHEDULED = {"depth": "depth", "wob": "wob", "rotary_speed": "drive_speed"}  # where a trace has the operating values
 
 BY_NAME = {variable.name: variable for variable in VARIABLES}
 # Those that every results file has.

@@ -123,7 +123,8 @@ def make_trace(duration: float = 60.0, sample: float = 0.005, speed: float = 3.0
         "vx": np.gradient(x, t), "vy": np.gradient(y, t), "vz": np.gradient(z, t), "whirl_angle": angle,
         "radial_velocity": np.gradient(radius, t), "whirl_speed": np.gradient(angle, t), "bit_force": 25e6 * contact,
         "bit_torque": 25e6 * contact * 0.045, "wall_force": wall, "wall_friction": 0.3 * wall,
-        "surface_torque": 200 * (drive - twist),
+        "surface_torque": 200 * (drive - twist), "drive_speed": np.full_like(t, speed),
+        "wob": np.full_like(t, 66720.0), "depth": np.full_like(t, 5000.0),
     }  # fmt: skip
     assert set(values) == {v.name for v in TRACE_VARIABLES}
     attrs = {"title": "Speed sweep, state carried", "gap": GAP, "depth": 5000.0, "wob": 66720.0,

@@ -48,6 +48,20 @@ def test_xarray_sees_the_trace_with_time_in_seconds(path):
         assert data.time.attrs["units"] == "s"
 
 
+def test_a_trace_of_an_earlier_version_has_its_operating_point(path, monkeypatch):
+    """It held no operating values over time, as they were constant: they are its attributes."""
+    wanted = trace(20)
+    wanted.attrs |= {"depth": 5000.0, "wob": 22240.0, "rotary_speed": 3.0}
+    before = tuple(v for v in TRACE_VARIABLES if v.name not in ("depth", "wob", "drive_speed"))
+    monkeypatch.setattr("nsdrill.store.trace.TRACE_VARIABLES", before)
+    write_trace(path, wanted)
+    monkeypatch.undo()
+    found = read_trace(path)
+    assert list(found["drive_speed"]) == [3.0] * 20
+    assert list(found["wob"]) == [22240.0] * 20
+    assert list(found["depth"]) == [5000.0] * 20
+
+
 def test_a_trace_with_a_gap_is_the_callers_fault(path):
     broken = trace(10)
     del broken.variables["wall_force"]

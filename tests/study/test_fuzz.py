@@ -50,12 +50,13 @@ def test_mutations_of_a_good_study(start: int, length: int, text: str) -> None:
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text("abc 159.mkN", max_size=8),
-    lambda inner: st.lists(inner) | st.dictionaries(st.sampled_from(["from", "to", "x"]), inner, max_size=2),
+    lambda inner: st.lists(inner) | st.dictionaries(st.sampled_from(["from", "to", "ramp", "x"]), inner, max_size=2),
     max_leaves=5,
 )
 PATHS = st.sampled_from(
     ["sweep", "sweep.depth", "sweep.wob", "sweep.along", "well", "well.law", "well.stiffness", "bit.lobes", "title",
-     "initial.z", "classify", "classify.stick_slip", "record", "mud.drag", "drillstring.collar", "simulation.max_steps"]
+     "initial.z", "classify", "classify.stick_slip", "record", "mud.drag", "drillstring.collar", "simulation.max_steps",
+     "operation.wob", "operation.depth.ramp"]
 )  # fmt: skip
 
 

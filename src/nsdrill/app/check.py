@@ -11,6 +11,7 @@ from nsdrill.app.run import plan_of
 from nsdrill.model.coefficients import UNITS, Coefficients, derive
 from nsdrill.model.figures import Figure, figures, lateral_stiffness
 from nsdrill.model.parameters import Operation
+from nsdrill.model.schedule import Ramp
 from nsdrill.study.study import Study
 
 MEANINGS = {
@@ -44,6 +45,7 @@ class Report:
     warnings: list[str]
     points: int
     chains: int
+    ramps: dict[str, Ramp]
 
     def as_json(self) -> dict[str, Any]:
         """Plain data for ``--json``."""
@@ -60,6 +62,8 @@ class Report:
                 name: {"value": figure.value, "units": figure.units, "meaning": figure.meaning}
                 for name, figure in self.figures.items()
             },
+            **({"ramps": {name: {"time": list(ramp.times), "value": list(ramp.values)}
+                          for name, ramp in self.ramps.items()}} if self.ramps else {}),
             "points": self.points,
             "chains": self.chains,
             "warnings": self.warnings,
@@ -67,21 +71,28 @@ class Report:
 
 
 def check(study: Study) -> Report:
-    """Coefficients and figures at the operating point of ``study``, and warnings over its whole sweep."""
+    """Coefficients and figures at the operating point of ``study``, for a ramp that at its start, and warnings over its
+    whole sweep and its ramps. ``points`` and ``chains`` are 0 where nothing is swept."""
     plan = plan_of(study)
     operation = study.operation
     if "depth" in study.swept and not operation.depth > study.parameters.drillstring.collar.length:
         operation = replace(operation, depth=float(study.axes["depth"][0]))
     k = derive(study.parameters, operation.depth, operation.wob, operation.rotary_speed)
-    return Report(operation, k, figures(study.parameters, operation), _warnings(study), plan.points, plan.chains)
+    points, chains = (plan.points, plan.chains) if study.swept else (0, 0)
+    return Report(
+        operation, k, figures(study.parameters, operation), _warnings(study), points, chains, study.ramps)
 
 
 def _warnings(study: Study) -> list[str]:
-    checks = (_buckled, _slow, _eccentric, _few_turns, _few_periods)
+    checks = [_buckled, _slow, _eccentric]
+    if study.swept:  # else there is no observed window
+        checks += [_few_turns, _few_periods]
     return [warning for check in checks if (warning := check(study)) is not None]
 
 
 def _ends(study: Study, axis: str) -> tuple[float, float]:
+    if axis in study.ramped:
+        return min(study.ramps[axis].values), max(study.ramps[axis].values)
     return float(study.axes[axis][0]), float(study.axes[axis][-1])
 
 

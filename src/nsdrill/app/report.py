@@ -125,9 +125,11 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
     wanted = ("title", "created", "nsdrill_version", "depth", "wob", "rotary_speed", "procedure", "status", "steps",
               "rejected")  # fmt: skip
     plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
+    ramps = json.loads(trace.attrs.get("ramps", "{}"))
     return {
         "kind": "trace",
         **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
+        **({"ramps": {n: {"time": times, "value": values} for n, (times, values) in ramps.items()}} if ramps else {}),
         "samples": len(trace.time),
         "duration": float(trace.time[-1]) if len(trace.time) else 0.0,
         "ranges": {

@@ -76,6 +76,7 @@ def run(
     :class:`nsdrill.data.Results` without a path. ``workers`` defaults to the processors at hand. InputError and
     FileError as the command ``nsdrill run`` reports them.
     """
+    check_sweep(study)
     if path is None:
         log = MemoryLog(_header(study), plan_of(study).points, study.record.kept())
         _compute(study, log, workers or processors(), lambda progress: None, None)
@@ -101,6 +102,7 @@ def run_study(
     ``retry_failed`` goes on like ``resume``, but runs failed points once more; ``simulation.max_steps`` may then be
     larger than before. ``executor`` replaces the threads of this machine.
     """
+    check_sweep(study)
     path = Path(path)
     workers = workers or processors()
     if workers < 1:
@@ -145,7 +147,7 @@ def run_study(
 
 
 def plan_of(study: Study) -> Plan:
-    """The points and chains of a study."""
+    """The points and chains of a study; one point for a study that sweeps nothing."""
     return Plan(study.axes, study.procedure, study.along)
 
 
@@ -153,6 +155,24 @@ def work_of(study: Study) -> Work:
     """All that decides the numbers of a study."""
     return Work(
         plan_of(study), study.parameters, study.initial, study.simulation, study.thresholds, study.record)
+
+
+def check_sweep(study: Study) -> None:
+    """InputError where the study is not one of a sweep, whose points each have one constant operating point."""
+    source = study.source or "the study"
+    if not study.swept:
+        raise InputError(
+            f"{source}: found no sweep, only a ramp in {_listed(study.ramped)}; allowed: at least one axis to sweep. A "
+            "ramp is one run: nsdrill simulate.")
+    if study.ramped:
+        raise InputError(
+            f"{source}: found a ramp in {_listed(study.ramped)} beside a sweep of {', '.join(study.swept)}; allowed: a "
+            "constant value, or an axis of the sweep, which takes the place of the ramp. The points of a sweep have "
+            "constant operating points; to follow the ramp, use nsdrill simulate.")
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return ", ".join(f"operation.{name}" for name in names)
 
 
 def processors() -> int:

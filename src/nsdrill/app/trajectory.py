@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.app.provenance import provenance
+from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import plan_of
 from nsdrill.data import Trace
 from nsdrill.errors import FileError, InputError
@@ -18,13 +19,14 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.model.forces import forces
 from nsdrill.model.parameters import Operation
 from nsdrill.model.rhs import STATES, drifts, first_step, initial_states, model_for, pack, sizes
+from nsdrill.model.schedule import Schedule
 from nsdrill.observe.features import OBSERVED
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
 from nsdrill.store import read_attributes, read_point
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
 from nsdrill.units import format_quantity
-from nsdrill.variables import BY_NAME, OK, PENDING
+from nsdrill.variables import BY_NAME, OK, PENDING, SCHEDULED
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MOST_SAMPLES = 50_000_000
@@ -50,10 +52,11 @@ def simulate(
     sample: float = DEFAULT_SAMPLE,
 ) -> Trajectory:
     """Simulate one operating point of a study: depth [m], weight on bit [N], speed [rad/s], by default those of its
-    ``operation``, for ``duration`` [s] (default: transient and observed time), sampled every ``sample`` [s]."""
-    given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
+    ``operation``, for ``duration`` [s] (default: transient and observed time, or until the last knot where the study
+    has ramps), sampled every ``sample`` [s]. A value given here takes the place of a ramp of the study."""
     try:
-        operation = replace(study.operation, **{k: v for k, v in given.items() if v is not None})
+        schedule = scheduled(study, {"depth": depth, "wob": wob, "rotary_speed": rotary_speed})
+        operation = schedule.start
         if operation.depth <= study.parameters.drillstring.collar.length:
             raise ValueError(
                 f"depth: found {operation.depth:g} m, allowed: more than the collar length, "
@@ -61,13 +64,15 @@ def simulate(
     except ValueError as error:
         raise InputError(f"The operating point is outside the model. {error}.") from error
     simulation = study.simulation
+    if duration is None and schedule.ramps:
+        duration = schedule.end
     if duration is not None:
         if not duration > 0:
             raise InputError(f"--duration: found {duration:g} s; allowed: more than 0 s.")
         # The marks cut steps: without a transient of its own the run is one observed window.
         simulation = replace(simulation, transient=0.0, observe=duration)
     initial = initial_states(study.parameters, study.initial, operation.depth, operation.wob, operation.rotary_speed)[0]
-    return _trace(study, operation, simulation, initial, sample, "simulate", {})
+    return _trace(study, schedule, simulation, initial, sample, "simulate", {})
 
 
 def replay(
@@ -111,10 +116,10 @@ def replay(
     point = read_point(path, *(int(i) for i in np.unravel_index(number, plan.shape)))
     if point["status"] == PENDING:
         raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
-    operation = Operation(*found)
+    schedule = Schedule(Operation(*found), {})
     extra = {"procedure": procedure, "replay_of": str(path)}
     initial = np.asarray(point["initial_state"], dtype=float)
-    result = _trace(study, operation, study.simulation, initial, sample, "replay", extra)
+    result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra)
     same = result.status == int(point["status"]) and bool(
         np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True))
     return replace(result, same_bits=same)
@@ -136,7 +141,7 @@ def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.n
 
 def _trace(
     study: Study,
-    operation: Operation,
+    schedule: Schedule,
     simulation: Simulation,
     initial: np.ndarray,
     sample: float,
@@ -153,37 +158,52 @@ def _trace(
         raise InputError(
             f"--sample: {samples} samples of {total:g} s are more than {MOST_SAMPLES}. Sample more coarsely or shorten "
             "the run with --duration.")
+    run = follow(study, schedule, total, initial, samples, sample) if schedule.ramps else _at_one_point(
+        study, schedule.operation, simulation, initial, samples, sample)
+    taken, status, accepted, rejected, final = run
+    time = np.arange(len(taken)) * sample
+    state = {name: taken[:, i].copy() for i, name in enumerate(STATES)}
+    state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
+    history = schedule.at(time)
+    if schedule.ramps:
+        knots = {name: [ramp.times, ramp.values] for name, ramp in schedule.ramps.items()}
+        extra = {**extra, "ramps": json.dumps(knots)}
+    start = schedule.start
+    attrs = {
+        **provenance(study, command),
+        "depth": start.depth,
+        "wob": start.wob,
+        "rotary_speed": start.rotary_speed,
+        "transient": simulation.transient,
+        "observe": simulation.observe,
+        "rtol": simulation.rtol,
+        "status": (BY_NAME["status"].flag_meanings or "").split()[status],
+        "steps": accepted,
+        "rejected": rejected,
+        "initial_state": initial,
+        "final_state": final,
+        **extra,
+    }
+    told = {SCHEDULED[name]: values for name, values in vars(history).items()}
+    point = history if schedule.ramps else start
+    return Trajectory(Trace(time, {**state, **forces(study.parameters, point, state), **told}, attrs), status)
+
+
+def _at_one_point(
+    study: Study, operation: Operation, simulation: Simulation, initial: np.ndarray, samples: int, interval: float
+) -> tuple[np.ndarray, int, int, int, np.ndarray]:
+    """As :func:`nsdrill.app.ramped.follow`, at one operating point and with the marks of ``simulation``."""
     parameters = study.parameters
     model = model_for(parameters)
     table = pack(parameters, operation.depth, operation.wob, operation.rotary_speed, study.thresholds.stuck_below)
-    store = trace_store(samples, sample)
+    store = trace_store(samples, interval)
     gang = Gang(1, 1, model.rows(len(OBSERVED)), store, 0, simulation)
     gang.add(np.array([0]), table, sizes(table), drifts(table), first_step(table), initial[np.newaxis])
     parts = Compiled(model.right_hand_side(1), *make_tracer(1))
     done = gang.advance(parts, 0.2, True)
     while len(done.job) == 0:
         done = gang.advance(parts, 0.2, True)
-    taken = samples_of(store)
-    time = np.arange(len(taken)) * sample
-    state = {name: taken[:, i].copy() for i, name in enumerate(STATES)}
-    state["drive_angle"] = initial[-1] + operation.rotary_speed * time
-    attrs = {
-        **provenance(study, command),
-        "depth": operation.depth,
-        "wob": operation.wob,
-        "rotary_speed": operation.rotary_speed,
-        "transient": simulation.transient,
-        "observe": simulation.observe,
-        "rtol": simulation.rtol,
-        "status": (BY_NAME["status"].flag_meanings or "").split()[int(done.status[0])],
-        "steps": int(done.accepted[0]),
-        "rejected": int(done.rejected[0]),
-        "initial_state": initial,
-        "final_state": done.final[0],
-        **extra,
-    }
-    trace = Trace(time, {**state, **forces(parameters, operation, state)}, attrs)
-    return Trajectory(trace, int(done.status[0]))
+    return samples_of(store), int(done.status[0]), int(done.accepted[0]), int(done.rejected[0]), done.final[0]
 
 
 __all__ = ["DEFAULT_SAMPLE", "OK", "Trajectory", "replay", "simulate"]

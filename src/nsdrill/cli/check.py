@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from nsdrill.cli import options
+from nsdrill.cli.reading import knots_text
 
 if TYPE_CHECKING:
     from nsdrill.study.study import Study
@@ -29,7 +30,8 @@ AXES = {"depth": ("depth", "m"), "wob": ("weight on bit", "kN"), "rotary_speed":
 def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
     """Validate STUDY and print its derived coefficients, what follows from them, and warnings. Runs nothing.
 
-    The coefficients are those at the point `operation` of the study; warnings are about its whole sweep.
+    The coefficients are those at the point `operation` of the study, at the start of its ramps; warnings are about its
+    whole sweep and its ramps.
     """
     from nsdrill.study import load_study
 
@@ -45,9 +47,15 @@ def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
         return 0
     operation = report.operation
     click.echo(f"{study}: valid. {loaded.title}".rstrip())
-    click.echo(f"{_count(report.points, 'point')}: {_sweep(loaded, report.chains)}.\n")
+    if report.points:
+        click.echo(f"{_count(report.points, 'point')}: {_sweep(loaded, report.chains)}.")
+    for name, ramp in report.ramps.items():
+        label, units = AXES[name]
+        replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
+        click.echo(f"Ramp, for nsdrill simulate: {label} {knots_text(ramp.times, ramp.values, units)}{replaced}.")
+    start = "At the start of the ramp: " if loaded.ramped else "At "
     click.echo(
-        f"At {format_quantity(operation.depth, 'm')}, {format_quantity(operation.wob, 'kN')} "
+        f"\n{start}{format_quantity(operation.depth, 'm')}, {format_quantity(operation.wob, 'kN')} "
         f"({format_quantity(operation.wob, 'klbf', 4)}), {format_quantity(operation.rotary_speed, 'rad/s')} "
         f"({format_quantity(operation.rotary_speed, 'rpm', 4)}):")
     for name, meaning in MEANINGS.items():

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
 
 from nsdrill.cli import options
 from nsdrill.errors import InputError
+
+if TYPE_CHECKING:
+    from nsdrill.data import Results
 
 
 @click.command(
@@ -15,6 +20,7 @@ from nsdrill.errors import InputError
         "plot out.h5 --kind list",
         "plot map.h5 --wob 20kN -o cut.pdf --units field",
         "plot trace.h5 --kind orbit -o orbit.svg",
+        "plot trace.h5 --kind ramp --over out.h5 -o ramp.png",
     ),
 )
 @options.file_argument("file")
@@ -27,10 +33,14 @@ from nsdrill.errors import InputError
 @options.quantity("--depth", "m", "Cut a sweep of several axes at this depth.")
 @options.quantity("--wob", "N", "Cut at this weight on bit.")
 @options.quantity("--rotary-speed", "rad/s", "Cut at this top-drive speed.")
+@click.option(
+    "--over", type=options.FileName(), metavar="OUT.h5",
+    help="With the trace of a ramp and --kind ramp: draw it over the peaks of this sweep.",
+)  # fmt: skip
 @options.overwrite
 def command(
     file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
-    rotary_speed: float | None, overwrite: bool,
+    rotary_speed: float | None, over: str | None, overwrite: bool,
 ) -> int:  # fmt: skip
     """Draw FILE: a results file, the .part file of a run that goes on, or a trace."""
     from nsdrill.cli.reading import outline, read
@@ -56,6 +66,22 @@ def command(
         raise InputError(f"{option}: found with a trace, which is of one point; allowed: with a results file.")
     if not isinstance(data, Trace):
         data = read(file, needed(data, kind, at))
-    save(draw(data, kind, units=units, at=at or None), output)
+    behind = None if over is None else _sweep(over, output)
+    save(draw(data, kind, units=units, at=at or None, over=behind), output)
     click.echo(f"{output}: drawn.", err=True)
     return 0
+
+
+def _sweep(file: str, output: str) -> Results:
+    """The peaks of the sweep to draw a ramp over."""
+    from nsdrill.cli.reading import read
+    from nsdrill.data import Trace
+    from nsdrill.variables import PEAKS
+
+    options.keep_apart(file, output)
+    data = read(file, ("status", *PEAKS))
+    if isinstance(data, Trace):
+        raise InputError(f"{file}: this is a trace; --over takes the results of a sweep.")
+    if missing := [name for name in PEAKS if name not in data.variables]:
+        raise InputError(f"{file}: found no {', '.join(missing)}; allowed: a sweep with record.peaks above 0.")
+    return data

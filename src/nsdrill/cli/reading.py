@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from nsdrill.errors import FileError
@@ -23,6 +23,20 @@ def read(path: str, names: Iterable[str] | None = None) -> Results | Trace:
     if kind == "trace":
         return read_trace(path)
     return read_partial(path, names) if kind == "partial" else read_results(path, names)
+
+
+MOST_KNOTS = 6
+
+
+def knots_text(times: Sequence[float], values: Sequence[float], units: str) -> str:
+    """The knots of a ramp in words: ``3 rad/s at 0 s, 8 rad/s at 600 s``; of a long one its first and last ones."""
+    from nsdrill.units import format_quantity
+
+    texts = [f"{format_quantity(value, units)} at {time:g} s" for time, value in zip(times, values, strict=True)]
+    if len(texts) > MOST_KNOTS:
+        half = MOST_KNOTS // 2
+        texts = [*texts[:half], f"... {len(texts) - 2 * half} knots more ...", *texts[-half:]]
+    return ", ".join(texts)
 
 
 def outline(path: str) -> Results | Trace:

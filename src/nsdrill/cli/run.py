@@ -67,10 +67,11 @@ def command(
     options.keep_apart(study, output)
 
     from nsdrill.app.cluster import dask_executor
-    from nsdrill.app.run import run_study
+    from nsdrill.app.run import check_sweep, run_study
     from nsdrill.cli.progress import progress_bar
     from nsdrill.store import check_target
 
+    check_sweep(loaded)
     check_target(output)  # before a cluster is started for nothing
     crew = dask_executor(scheduler, workers) if engine == "dask" else nullcontext((None, workers))
     with crew as (executor, count), progress_bar(enabled=not quiet and sys.stderr.isatty()) as watch:

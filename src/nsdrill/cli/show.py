@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from nsdrill.cli import options
-from nsdrill.cli.reading import read
+from nsdrill.cli.reading import knots_text, read
 
 AXES = {
     "depth": ("depth", "m", "ft"), "wob": ("weight on bit", "kN", "klbf"), "rotary_speed": ("speed", "rad/s", "rpm"),
@@ -145,7 +145,10 @@ def _show_trace(file: str, s: dict[str, Any]) -> None:
     click.echo(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
     click.echo(f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}")
     for name, (label, _, _) in AXES.items():
-        if name in s:
+        if name in s.get("ramps", {}):
+            ramp = s["ramps"][name]
+            click.echo(f"  {label:14s} ramp: {knots_text(ramp['time'], ramp['value'], AXES[name][1])}")
+        elif name in s:
             click.echo(f"  {label:14s} {_value(name, s[name], field=True)}")
     if "procedure" in s:
         click.echo(f"  procedure      {s['procedure']}")

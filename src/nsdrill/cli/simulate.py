@@ -28,10 +28,11 @@ ENDINGS = {
 )
 @options.study_argument
 @options.output("Trace file to write (HDF5).")
-@options.quantity("--depth", "m", "Depth. Default: operation.depth of the study.")
+@options.quantity("--depth", "m", "Depth. Default: operation.depth of the study, value or ramp.")
 @options.quantity("--wob", "N", "Weight on bit. Default: operation.wob.")
 @options.quantity("--rotary-speed", "rad/s", "Top-drive speed. Default: operation.rotary_speed.")
-@options.quantity("--duration", "s", "Simulated time. Default: the study's transient and observed time.")
+@options.quantity(
+    "--duration", "s", "Simulated time. Default: the study's transient and observed time; with a ramp, its last knot.")
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
 @options.settings
 @options.overwrite
@@ -39,7 +40,7 @@ def command(
     study: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None,
     duration: float | None, sample: float | None, overrides: tuple[str, ...], overwrite: bool,
 ) -> int:  # fmt: skip
-    """Simulate one operating point of STUDY and write its trajectory.
+    """Simulate one operating point of STUDY, or along its ramps, and write the trajectory.
 
     Quantities are numbers with units: 3000m, '10 klbf', 120rpm. Exit code 3 where the run ends early; the trace then
     holds what was computed before.

@@ -13,6 +13,7 @@ import numpy as np
 
 from nsdrill.model.coefficients import derive
 from nsdrill.model.parameters import Friction, Operation, Parameters
+from nsdrill.model.schedule import History
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -23,12 +24,12 @@ def friction(law: Friction, speed: Any) -> Any:
     return direction * ((law.static - law.dynamic) / (1 + law.decay * np.abs(speed)) + law.dynamic)
 
 
-def forces(parameters: Parameters, operation: Operation, state: Mapping[str, Array]) -> dict[str, Array]:
+def forces(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
     """Contact forces and what follows from the state.
 
     ``state`` holds x, vx, y, vy [m, m/s], z, vz, twist [rad], bit_speed [rad/s] and drive_angle [rad], arrays of one
     shape. Gives radius, radial_velocity, whirl_angle (unwrapped along the array), whirl_speed, bit_force, bit_torque,
-    wall_force, wall_friction, surface_torque, all SI.
+    wall_force, wall_friction, surface_torque, all SI. ``operation`` may change along the array.
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     well, bit = parameters.well, parameters.bit
@@ -56,7 +57,7 @@ def forces(parameters: Parameters, operation: Operation, state: Mapping[str, Arr
     }
 
 
-def energy(parameters: Parameters, operation: Operation, state: Mapping[str, Array]) -> Array:
+def energy(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> Array:
     """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic energy of the wall's contact and
     the work still to be had from the weight on bit, W z. The rock and the lateral softening do their work in
     :func:`powers`.
@@ -88,7 +89,7 @@ def energy(parameters: Parameters, operation: Operation, state: Mapping[str, Arr
     return np.asarray(kinetic + potential)
 
 
-def powers(parameters: Parameters, operation: Operation, state: Mapping[str, Array]) -> dict[str, Array]:
+def powers(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
     """Power [W] that each agent feeds into :func:`energy`; dissipation is negative. Their sum is its rate of change.
 
     ``drive`` the top drive, ``bit`` the rock (force times velocity, less torque times speed), ``drag`` mud, ``damping``

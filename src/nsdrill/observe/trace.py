@@ -13,8 +13,9 @@ from nsdrill.model.rhs import AUX, PARAMETERS, STATES
 from nsdrill.observe.features import OBSERVED
 from nsdrill.observe.interpolant import quintic, slope, value
 
-# The store: next sample, interval [s], capacity, then the samples, each with all states.
-NEXT, INTERVAL, CAPACITY, HEADER = range(4)
+# The store: next sample, interval [s], capacity, when the lane's clock was set to zero [s], then the samples, each with
+# all states.
+NEXT, INTERVAL, CAPACITY, BEGAN, HEADER = range(5)
 
 
 def trace_store(samples: int, interval: float) -> np.ndarray:
@@ -31,22 +32,23 @@ def samples_of(store: np.ndarray) -> np.ndarray:
 
 
 @lru_cache
-def make_tracer(lanes: int) -> tuple[Any, Any]:
-    """The compiled (observer, marker) that sample lane 0. Rows as those of the other observer, whose steps it shows."""
-    rows = Rows(len(STATES), len(AUX), len(PARAMETERS), len(OBSERVED))
+def make_tracer(lanes: int, parameters: int = len(PARAMETERS)) -> tuple[Any, Any]:
+    """The compiled (observer, marker) that sample lane 0 of a model with so many ``parameters``. Rows as those of the
+    other observer, whose steps it shows."""
+    rows = Rows(len(STATES), len(AUX), parameters, len(OBSERVED))
     W, N = lanes, len(STATES)
     start_, start_rate_, end_, end_rate_, drift_ = (
         W * r for r in (rows.start, rows.start_acceleration, rows.stage, rows.acceleration, rows.drift))
     time_, step_, moves_ = W * rows.time, W * rows.step, W * rows.moves
 
-    @compiled(types.void(BUFFER, BUFFER), W)
+    @compiled(types.void(BUFFER, BUFFER), W, parameters)
     def tracer(b, store):  # type: ignore[no-untyped-def]
         h = b[step_]
         if b[moves_] == 0.0 or h == 0.0:
             return
-        interval = store[INTERVAL]
+        interval, time = store[INTERVAL], store[BEGAN] + b[time_]
         while store[NEXT] < store[CAPACITY]:
-            theta = (store[NEXT] * interval - b[time_]) / h
+            theta = (store[NEXT] * interval - time) / h
             if theta > 1.0 + 1e-9 * interval / h:
                 return
             theta = max(min(theta, 1.0), 0.0)
@@ -61,7 +63,7 @@ def make_tracer(lanes: int) -> tuple[Any, Any]:
                 store[sample + 2 * p + 1] = slope(p1, p2, p3, p4, p5, theta) / h - drift
             store[NEXT] += 1.0
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), W)
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), W, parameters)
     def trace_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         pass
 

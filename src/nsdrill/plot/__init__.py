@@ -23,18 +23,25 @@ __all__ = [
 
 
 def draw(
-    data: Results | Trace, kind: str | None = None, *, units: str = "si", at: Mapping[str, float] | None = None
-) -> Figure:
+    data: Results | Trace, kind: str | None = None, *, units: str = "si", at: Mapping[str, float] | None = None,
+    over: Results | None = None,
+) -> Figure:  # fmt: skip
     """Draw ``data`` in one of its :func:`kinds_for`, the first of them if ``kind`` is None.
 
     ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` holds axes of a sweep at one of their
-    values, in SI: ``{"wob": 22240.0}`` draws the cut of a map.
+    values, in SI: ``{"wob": 22240.0}`` draws the cut of a map. ``over`` is a sweep for the kind ``ramp`` to be drawn
+    over.
     """
     check_units(units)
     from nsdrill.plot.style import house_style, settle
 
     with house_style():
-        figure = _draw_trace(data, kind, units) if isinstance(data, Trace) else _draw_sweep(data, kind, units, at)
+        if isinstance(data, Trace):
+            figure = _draw_trace(data, kind, units, over)
+        else:
+            if over is not None:
+                raise InputError("--over: found with a sweep; allowed: with the trace of a ramp and --kind ramp.")
+            figure = _draw_sweep(data, kind, units, at)
         settle(figure)
     return figure
 
@@ -64,12 +71,17 @@ def _cut(data: Results, at: Mapping[str, float] | None) -> Results:
     return ordered(data, at)
 
 
-def _draw_trace(trace: Trace, kind: str | None, units: str) -> Figure:
-    from nsdrill.plot import poincare, traces
+def _draw_trace(trace: Trace, kind: str | None, units: str, over: Results | None) -> Figure:
+    from nsdrill.plot import poincare, ramp, traces
 
+    kind = choose_kind(trace, "ramp" if over is not None and kind is None else kind)
+    if kind == "ramp":
+        return ramp.draw(trace, units, over)
+    if over is not None:
+        raise InputError(f"--over: found with --kind {kind}; allowed: with --kind ramp.")
     if kind == "section":
         return poincare.draw_trace(trace, units, traces.title_of(trace, units))
-    return traces.draw(trace, choose_kind(trace, kind), units)
+    return traces.draw(trace, kind, units)
 
 
 def _draw_sweep(data: Results, kind: str | None, units: str, at: Mapping[str, float] | None) -> Figure:

@@ -6,6 +6,7 @@ import difflib
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
+from nsdrill.plot.schedule import moving
 from nsdrill.variables import BY_NAME, PEAKS, POINT, SECTION
 
 FEW = 3  # so many values of a second axis stand side by side as columns of one figure
@@ -35,11 +36,16 @@ TRACE_KINDS = {
     "phase": "phase planes of the axial, torsional and lateral motion",
     "section": "the Poincare section: the motion once in every revolution of the bit",
 }
+RAMP_KINDS = {
+    "ramp": "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp",
+}
 _VALUES = {name: v.long_name for name, v in BY_NAME.items() if v.dtype == "f8" and v.dims == POINT}
 _VALUES |= {alias: _VALUES[name] for alias, name in ALIASES.items()}
 
-DESCRIPTIONS = {**SWEEP_KINDS, **SECTION_KINDS, **POINT_KINDS, **MAP_KINDS, **TRACE_KINDS,
-                **{k: f"{words}: one value" for k, words in _VALUES.items()}}
+DESCRIPTIONS = {
+    **SWEEP_KINDS, **SECTION_KINDS, **POINT_KINDS, **MAP_KINDS, **TRACE_KINDS, **RAMP_KINDS,
+    **{k: f"{words}: one value" for k, words in _VALUES.items()},
+}  # fmt: skip
 
 
 def value_name(kind: str) -> str | None:
@@ -65,7 +71,7 @@ def variables_for(kind: str) -> tuple[str, ...]:
 def kinds_for(data: Results | Trace) -> tuple[str, ...]:
     """The kinds in which ``data`` can be drawn, the default first."""
     if isinstance(data, Trace):
-        return tuple(TRACE_KINDS)
+        return (*TRACE_KINDS, *(RAMP_KINDS if moving(data) else ()))
     first = ("stick_slip_index", *ALIASES, "whirl_ratio")  # the named ones before the rest
     values = tuple(dict.fromkeys((*first, *(name for name in _VALUES if name in data.variables))))
     values = tuple(kind for kind in values if ALIASES.get(kind, kind) in data.variables)
@@ -119,4 +125,6 @@ def _advice(data: Results | Trace, kind: str) -> str:
         return " (no returns to the Poincare section were recorded: run with record.poincare)"
     if kind in SWEEP_KINDS and isinstance(data, Results):
         return f" (it shows one axis, or two of which one has at most {FEW} values: select one value of the others)"
+    if kind in RAMP_KINDS and isinstance(data, Trace):
+        return " at one operating point (it shows a run along a ramp)"
     return ""

@@ -72,6 +72,7 @@ _WORDS = {
     "radial_velocity": "$\\dot r$",
     "twist": "Twist",
     "bit_speed": "Bit speed",
+    "drive_speed": "Drive speed",
     "bit_force": "Bit force",
     "bit_torque": "Bit torque",
     "wall_force": "Wall force",

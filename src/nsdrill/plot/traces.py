@@ -13,10 +13,13 @@ from matplotlib.patches import Circle
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
 from nsdrill.plot.decimation import envelope, last_part
-from nsdrill.plot.labels import heading, operating_point, quantity
+from nsdrill.plot.labels import heading, quantity
+from nsdrill.plot.schedule import moving, point_words
 from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, VERMILLION, new_figure
+from nsdrill.variables import SCHEDULED
 
 HISTORIES = ("z", "bit_speed", "radius", "bit_force", "bit_torque", "wall_force")
+ROOM_FOR_SCHEDULE = 0.7  # inches of page for each value that moves
 PLANES = (("z", "vz"), ("twist", "bit_speed"), ("radius", "radial_velocity"))
 BINS = 1500  # stretches of a history: about one for each pixel of print
 LAST_SAMPLES = 60_000  # of orbit and phase planes
@@ -27,8 +30,9 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
     if len(trace.time) < 2:
         raise InputError(f"trace: found {len(trace.time)} samples; allowed: two or more.")
     title = title_of(trace, units)
+    more = ROOM_FOR_SCHEDULE * len(moving(trace))
     if kind == "histories":
-        figure = new_figure(FULL_WIDTH, 7.2)
+        figure = new_figure(FULL_WIDTH, 7.2 + more)
         draw_histories(figure, trace, units)
     elif kind == "orbit":
         figure = new_figure(4.0, 4.5)
@@ -37,7 +41,7 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
         figure = new_figure(FULL_WIDTH, 2.9)
         draw_planes(list(figure.subplots(1, 3)), trace, units)
     else:
-        figure = new_figure(FULL_WIDTH, 8.6)
+        figure = new_figure(FULL_WIDTH, 8.6 + more)
         left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
         draw_histories(left, trace, units)
         panels = list(right.subplots(4, 1, height_ratios=(1.55, 1.0, 1.0, 1.0)))
@@ -56,21 +60,27 @@ def title_of(trace: Trace, units: str, width: int = 100) -> str:
 def _point(trace: Trace, units: str) -> str:
     procedure = str(trace.attrs.get("procedure") or "")
     words = {"up": "carried up", "down": "carried down", "same": ""}.get(procedure, procedure)
-    return ", ".join(part for part in (operating_point(trace.attrs, units), words) if part)
+    return ", ".join(part for part in (point_words(trace, units), words) if part)
 
 
 def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None:
-    """The motions and the contact forces against time, one below the other."""
-    panels = list(np.atleast_1d(figure.subplots(len(HISTORIES), 1, sharex=True)))
+    """The motions and the contact forces against time, and what of the operating point moves, one below the other."""
+    scheduled = [SCHEDULED[name] for name in moving(trace)]
+    names = (*HISTORIES, *scheduled)
+    panels = list(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)))
     time = quantity("time", units)
-    for axes, name in zip(panels, HISTORIES, strict=True):
+    for axes, name in zip(panels, names, strict=True):
         y = quantity(name, units)
         t, values = envelope(trace.time, trace[name] / y.scale, BINS)
         axes.plot(t / time.scale, values, color=BLUE, linewidth=0.5, gid=f"history:{name}")
         axes.set_ylabel(y.label)
         axes.margins(x=0)
     speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
-    if speed is not None:
+    if "drive_speed" in scheduled:
+        t, values = envelope(trace.time, trace["drive_speed"] / quantity("bit_speed", units).scale, BINS)
+        panels[1].plot(t / time.scale, values, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3,
+                       gid="drive speed")
+    elif speed is not None:
         _reference(panels[1], float(speed) / quantity("bit_speed", units).scale, "drive speed")
     if gap is not None:
         _reference(panels[2], float(gap) / quantity("radius", units).scale, "wall")
@@ -87,7 +97,7 @@ def _reference(axes: Axes, height: float, word: str) -> None:
 
 def shown_part(trace: Trace) -> tuple[slice, str]:
     """The part of the trace for orbit and phase planes, and the words for it (none if it is all)."""
-    speed = float(trace.attrs.get("rotary_speed") or 0.0)
+    speed = float(trace["drive_speed"][-1] if "rotary_speed" in moving(trace) else trace.attrs.get("rotary_speed") or 0)
     part = last_part(trace.time, LAST_SAMPLES, LAST_TURNS * 2 * pi / speed if speed > 0 else None)
     if part.start == 0:
         return part, ""

@@ -11,7 +11,7 @@ from nsdrill.errors import FileError
 from nsdrill.store import hdf5
 from nsdrill.store.files import replacing
 from nsdrill.store.results import root_attributes
-from nsdrill.variables import TRACE_VARIABLES
+from nsdrill.variables import SCHEDULED, TRACE_VARIABLES
 
 _CHUNK = 65536  # samples: 512 KiB of one variable
 
@@ -38,5 +38,15 @@ def read_trace(path: str | os.PathLike[str]) -> Trace:
         if file.attrs["nsdrill_kind"] != "trace":
             raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a trace file is needed here.")
         time = hdf5.read_coordinate(path, file, "time")
-        variables = {v.name: hdf5.check_shape(path, file, v.name, time.shape, "f")[()] for v in TRACE_VARIABLES}
-        return Trace(time, variables, hdf5.get_attributes(file))
+        attrs = hdf5.get_attributes(file)
+        # Traces of earlier versions are of one operating point, which stands in their attributes.
+        constant = {
+            name: np.full(time.shape, attrs[axis]) for axis, name in SCHEDULED.items()
+            if name not in file and isinstance(attrs.get(axis), float)
+        }
+        variables = {
+            v.name: constant[v.name] if v.name in constant
+            else hdf5.check_shape(path, file, v.name, time.shape, "f")[()]
+            for v in TRACE_VARIABLES
+        }
+        return Trace(time, variables, attrs)

@@ -15,6 +15,7 @@ from nsdrill.study import overrides as setting
 from nsdrill.study.document import Document, KeyPath, dotted, parse, read_text
 from nsdrill.study.keys import SECTIONS, all_leaves, did_you_mean, shown
 from nsdrill.study.meanings import MEANINGS
+from nsdrill.study.ramps import EXAMPLE, has_ramp, take_ramps
 from nsdrill.study.relations import Checker
 from nsdrill.study.resolved import build, study_from_resolved
 from nsdrill.study.study import AXES, Study
@@ -90,6 +91,8 @@ def _validate(document: Document, stand_in: bool = False) -> tuple[dict[str, Any
     data = document.data
     if stand_in:
         data = {**data, "sweep": {"depth": "1 m"}}
+    elif has_ramp(data):
+        data = {"sweep": {}, **data}  # may be left out
     try:
         return study_model().model_validate(data).model_dump(exclude_unset=True, by_alias=True), [], set()
     except ValidationError as error:
@@ -98,8 +101,9 @@ def _validate(document: Document, stand_in: bool = False) -> tuple[dict[str, Any
     faulty = {fault.key for fault in faults}
     while True:  # more than once where taking one value out shows another in a new light, a law and its stiffness
         paths = [_path(detail["loc"]) for detail in details]
+        paths = [path[:2] if path[0] in ("sweep", "operation") else path for path in paths]
         faulty |= {dotted(path) for path in paths}
-        data = {"sweep": {}, **_without(data, [path[:2] if path[0] == "sweep" else path for path in paths])}
+        data = {"sweep": {}, **_without(data, paths)}
         try:
             given = study_model().model_validate(data).model_dump(exclude_unset=True, by_alias=True)
         except ValidationError as error:
@@ -109,8 +113,8 @@ def _validate(document: Document, stand_in: bool = False) -> tuple[dict[str, Any
 
 
 def _path(loc: tuple[str | int, ...]) -> KeyPath:
-    """pydantic's place without the name of the form that an axis takes."""
-    if len(loc) > 2 and loc[0] == "sweep" and loc[1] in AXES:
+    """pydantic's place without the name of the form that an axis or an operating value takes."""
+    if len(loc) > 2 and loc[0] in ("sweep", "operation") and loc[1] in AXES:
         return (*loc[:2], *loc[3:])
     return loc
 
@@ -141,7 +145,11 @@ def _fault(document: Document, path: KeyPath, detail: Any) -> Fault:
         suggestion = _nearest(path)
     elif kind == "missing":
         found = "nothing"
-        allowed = "at least one axis to sweep: " + ", ".join(AXES) if key == "sweep" else "all of from, to and points"
+        allowed = "all of from, to and points"
+        if key == "sweep":
+            allowed = "at least one axis to sweep: " + ", ".join(AXES)
+        elif path[0] == "operation":
+            allowed = EXAMPLE
     elif kind in ("model_type", "model_attributes_type", "dict_type"):
         found, allowed = shown(detail["input"]), f"a mapping with the keys {_listed(key)}"
     else:
@@ -154,6 +162,8 @@ def _fault(document: Document, path: KeyPath, detail: Any) -> Fault:
 def _children(prefix: str) -> list[str]:
     if prefix.startswith("sweep."):
         return list(_RANGE)
+    if prefix.startswith("operation."):
+        return ["ramp"]
     start = f"{prefix}." if prefix else ""
     return [key[len(start):] for key in MEANINGS if key.startswith(start) and "." not in key[len(start):]]
 
@@ -175,11 +185,13 @@ def _nearest(path: KeyPath) -> str | None:
 
 def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
     """The complete study as plain data, defaults filled in, axes ascending."""
+    ramps, faults = take_ramps(document, given.get("operation", {}))
     resolved: dict[str, Any] = {"title": given.get("title", "")}
     for section, cls in SECTIONS.items():
         resolved[section] = _merged(asdict(cls()), given.get(section, {}))
+    if ramps:
+        resolved["ramps"] = ramps
     sweep = given.get("sweep", {})
-    faults: list[Fault] = []
     made: dict[str, Any] = {}
     for axis in AXES:
         if axis in sweep:

@@ -51,7 +51,7 @@ MEANINGS: dict[str, str] = {
     "bit.friction.dynamic": "Coefficient at high speed",
     "bit.friction.smoothing": "Steepness of the sign change at zero speed",
     "bit.friction.decay": "Rate at which friction falls from static to dynamic",
-    "operation": "The operating point; a swept axis takes the place of its value here",
+    "operation": "The operating point: values that a sweep replaces, or {ramp: [[0 s, VALUE], [60 s, VALUE]]}",
     "operation.depth": "Measured depth",
     "operation.wob": "Weight on bit",
     "operation.rotary_speed": "Speed of the top drive",

@@ -9,6 +9,7 @@ from typing import Any
 from nsdrill.errors import Fault
 from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import Leaf, bound_text, shown
+from nsdrill.study.ramps import has_ramp
 from nsdrill.study.study import AXES
 from nsdrill.units import USUAL, format_quantity
 
@@ -59,6 +60,8 @@ class Checker:
                 continue
             if upper == "operation.depth" and "depth" in self.resolved["sweep"] and not self._given(upper):
                 continue  # a default that a swept axis replaces
+            if upper == "operation.depth" and self._ramp_of_depth():
+                continue  # every knot of it is looked at
             small, big = self._value(lower), self._value(upper)
             if small < big or (equal and small == big):
                 continue
@@ -71,9 +74,10 @@ class Checker:
     def _depths(self) -> Iterator[Fault]:
         """Swept depths reach below the collars."""
         axis = self.resolved["sweep"].get("depth")
+        yield from self._below_the_collars([
+            (("operation", "depth", "ramp", i, 1), value) for i, value in enumerate(self._ramp_of_depth())])
         if axis is None or not self._sound("sweep.depth", "drillstring.collar.length"):
             return
-        length = self._value("drillstring.collar.length")
         raw = self._raw(("sweep", "depth"))
         if isinstance(axis, dict):
             name = min(("from", "to"), key=lambda end: axis[end])
@@ -82,6 +86,17 @@ class Checker:
             places = [(("sweep", "depth", index), value) for index, value in self._list_order(raw)]
         else:
             places = [(("sweep", "depth"), axis[0])]
+        yield from self._below_the_collars(places)
+
+    def _ramp_of_depth(self) -> list[float]:
+        """The depths of its knots, if it has a ramp."""
+        _, values = self.resolved.get("ramps", {}).get("depth", ([], []))
+        return list(values)
+
+    def _below_the_collars(self, places: list[tuple[KeyPath, float]]) -> Iterator[Fault]:
+        if not self._sound("drillstring.collar.length"):
+            return
+        length = self._value("drillstring.collar.length")
         allowed = f"more than the length of the collars, {self._text('drillstring.collar.length')}"
         for path in [path for path, value in places if value <= length][:10]:
             yield self.fault(dotted(path), shown(self._raw(path)), allowed, path)
@@ -114,6 +129,8 @@ class Checker:
         if any(key == "sweep" or key.startswith("sweep.") for key in self.faulty):
             return
         if not swept:
+            if sweep["procedure"] == "same" and has_ramp(self.document.data):
+                return
             allowed = f"at least one axis to sweep: {', '.join(AXES)}"
             yield self.fault("sweep", "no axis", allowed)
             return

@@ -16,6 +16,7 @@ import numpy as np
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, Parameters, Well
+from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.study.study import AXES, Study
 
@@ -28,8 +29,11 @@ def study_from_resolved(
         operation = build(Operation, resolved["operation"])
         sweep = resolved["sweep"]
         swept = tuple(axis for axis in AXES if axis in sweep)
-        if not swept:
+        ramps = {name: Ramp(tuple(times), tuple(values)) for name, (times, values) in resolved.get("ramps", {}).items()}
+        if not swept and not ramps:
             raise ValueError("sweep: found no axis")
+        if unknown := set(ramps) - set(AXES):
+            raise ValueError(f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(AXES)}")
         axes = {axis: axis_values(sweep[axis] if axis in sweep else [getattr(operation, axis)]) for axis in AXES}
         return Study(
             title=str(resolved.get("title", "")),
@@ -53,6 +57,7 @@ def study_from_resolved(
             overrides=tuple(overrides),
             resolved=resolved,
             sha256=digest(resolved),
+            ramps=ramps,
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         name = source or "the resolved study"
@@ -84,9 +89,13 @@ def axis_values(axis: Any) -> np.ndarray:
 
 
 def digest(resolved: dict[str, Any]) -> str:
-    """SHA-256 of what influences the numbers: all but the title and the operating values that swept axes replace."""
+    """SHA-256 of what influences the numbers: all but the title and the operating values and ramps that swept axes
+    replace."""
     parts = {name: value for name, value in resolved.items() if name != "title"}
     parts["operation"] = {name: value for name, value in parts["operation"].items() if name not in parts["sweep"]}
+    ramps = {name: ramp for name, ramp in parts.pop("ramps", {}).items() if name not in parts["sweep"]}
+    if ramps:
+        parts["ramps"] = ramps
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
 

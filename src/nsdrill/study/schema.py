@@ -26,6 +26,7 @@ from pydantic import (
 
 from nsdrill.study.keys import SECTIONS, Leaf, leaf, shown
 from nsdrill.study.meanings import MEANINGS
+from nsdrill.study.ramps import TIME, knots, pair
 from nsdrill.study.study import AXES, Procedure
 from nsdrill.units import USUAL, QuantityError
 
@@ -91,6 +92,8 @@ def _section(prefix: str, cls: type) -> tuple[Any, Any]:
         key, hint = f"{prefix}.{item.name}", hints[item.name]
         if is_dataclass(hint) and isinstance(hint, type):
             members[item.name] = _section(key, hint)
+        elif prefix == "operation":
+            members[item.name] = _operating(leaf(key, item, hint))
         else:
             members[item.name] = _leaf(leaf(key, item, hint))
     if prefix == "well":  # the law first: it decides the unit of the stiffness
@@ -109,6 +112,22 @@ def _leaf(found: Leaf) -> tuple[Any, Any]:
 
     extra = {"default": _json_default(found)}
     annotated = Annotated[Any, PlainValidator(validator), WithJsonSchema(json_of(found))]
+    return annotated, Field(default=found.default, description=description(found), json_schema_extra=extra)
+
+
+def _operating(found: Leaf) -> tuple[Any, Any]:
+    """An operating value, or {ramp: [[time, value], ...]}."""
+    one = Annotated[Any, PlainValidator(found.read), WithJsonSchema(json_of(found))]
+    time = Annotated[Any, PlainValidator(TIME.read), WithJsonSchema(json_of(TIME))]
+    knot = Annotated[tuple[time, one], BeforeValidator(pair)]
+    text = "Knots [time, value], the first at 0 s; linear between them, constant after the last"
+    ramp = create_model(f"Ramp_{found.key.rpartition('.')[2]}", __config__=_STRICT, ramp=(
+        Annotated[list[knot], BeforeValidator(knots)], Field(description=text)))
+    annotated = Annotated[
+        Annotated[ramp, Tag("ramp")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
+        Discriminator(_value_or_mapping),
+    ]
+    extra = {"default": _json_default(found)}
     return annotated, Field(default=found.default, description=description(found), json_schema_extra=extra)
 
 
@@ -161,6 +180,10 @@ def _axis(name: str, value: Leaf) -> tuple[Any, Any]:
     ]
     text = f"{MEANINGS[f'sweep.{name}']}, in {value.units}: {{from, to, points}}, a list, or one value."
     return annotated, Field(default=None, description=text)
+
+
+def _value_or_mapping(raw: Any) -> str:
+    return "ramp" if isinstance(raw, dict | BaseModel) else "value"
 
 
 def _form(raw: Any) -> str:

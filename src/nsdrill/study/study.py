@@ -9,6 +9,7 @@ import numpy as np
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.parameters import Initial, Operation, Parameters
+from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 
 AXES = ("depth", "wob", "rotary_speed")
@@ -20,7 +21,8 @@ class Study:
     """One study.
 
     ``axes`` holds depth [m], wob [N] and rotary_speed [rad/s], each a 1-D ascending float array, of length one (from
-    ``operation``) where it is not swept; ``swept`` the names that the file sweeps; ``along`` the axis along which the
+    ``operation``) where it is not swept; ``ramps`` those of the three that follow time in a single run, whose values at
+    time zero are in ``operation``; ``swept`` the names that the file sweeps; ``along`` the axis along which the
     state is carried, None for procedure ``same``. ``text`` is the YAML as read, ``overrides`` the ``--set`` texts,
     ``resolved`` the complete study, defaults filled in and in SI, as plain data, ``sha256`` the digest of that.
     """
@@ -41,3 +43,9 @@ class Study:
     overrides: tuple[str, ...] = ()
     resolved: dict[str, Any] = field(default_factory=dict)
     sha256: str = ""
+    ramps: dict[str, Ramp] = field(default_factory=dict)
+
+    @property
+    def ramped(self) -> tuple[str, ...]:
+        """The names of ``ramps`` that no sweep replaces."""
+        return tuple(name for name in self.ramps if name not in self.swept)

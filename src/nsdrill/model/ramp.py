@@ -1,0 +1,109 @@
+"""The right-hand side along a ramp: the ordinary one, with lane parameters that move in time.
+
+A ramp is a chain of short segments. Within one, every lane parameter moves linearly: exact for speed and weight on bit,
+of second order small for what depends on them otherwise. Before each evaluation the moving values are put where the
+ordinary right-hand side reads them.
+
+The drive needs more than that. The kernel counts the twist from a drive of constant speed, that of the middle of the
+segment. The true drive, with the speed Omega(t), is ahead of it by
+
+    ahead(t) = integral of (Omega - Omega_middle) dt = slope t (t - length) / 2 ,
+
+which is zero at both ends of the segment: there the twist is the true one, and is carried on as it is. In between the
+true twist is less by that, so the spring's moment is corrected. The bit angle is the same for both.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.elementary import fma
+from nsdrill.model.parameters import Parameters
+from nsdrill.model.rhs import AUX, INDEX, PARAMETERS, STATES, Model, make_right_hand_side, pack
+from nsdrill.model.schedule import Array, Schedule
+
+DRIVE = 2  # the drive's phase and speed, the first two parameters, stay those of the constant drive
+MOVING = PARAMETERS[DRIVE:]
+RAMPED = (
+    *PARAMETERS,
+    *(f"{name}_start" for name in MOVING), *(f"{name}_slope" for name in MOVING),
+    "ahead_square", "ahead_linear",  # ahead = (ahead_square t + ahead_linear) t
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class RampedModel(Model):
+    """As :class:`Model`, along a ramp."""
+
+    def right_hand_side(self, lanes: int) -> Any:
+        return make_ramped(lanes, self.hertz, self.lobes)
+
+
+def ramped_model_for(parameters: Parameters) -> RampedModel:
+    return RampedModel(STATES, AUX, RAMPED, parameters.well.law == "hertz", parameters.bit.lobes)
+
+
+@lru_cache
+def make_ramped(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
+    """The compiled right-hand side along a ramp for a number of lanes, a wall law and a number of lobes.
+
+    All that the ordinary one reads and writes stands before the added parameters, so it runs in the same buffer.
+    """
+    rows = Rows(len(STATES), len(AUX), len(RAMPED), 0)
+    W, moving = lanes, len(MOVING)
+    time_ = W * rows.stage_time
+    ax_, ay_, alpha_ = (W * (rows.acceleration + i) for i in (0, 1, 3))
+    cosine_, sine_ = W * rows.aux_now, W * (rows.aux_now + 1)
+    now_, start_, slope_ = (W * (rows.parameter + i) for i in (DRIVE, len(PARAMETERS), len(PARAMETERS) + moving))
+    square_, linear_ = (W * (rows.parameter + i) for i in (len(RAMPED) - 2, len(RAMPED) - 1))
+    k_t_, iJ_, q_ = (
+        W * (rows.parameter + INDEX[name]) for name in ("torsional_stiffness", "per_inertia", "unbalance_arm"))
+    motion = make_right_hand_side(lanes, hertz, lobes)
+
+    @compiled(types.void(BUFFER), W, hertz, lobes)
+    def ramped(b):  # type: ignore[no-untyped-def]
+        for j in range(moving):
+            for i in range(W):
+                b[now_ + j * W + i] = fma(b[slope_ + j * W + i], b[time_ + i], b[start_ + j * W + i])
+        motion(b)
+        for i in range(W):
+            ahead = fma(b[square_ + i], b[time_ + i], b[linear_ + i]) * b[time_ + i]
+            more = b[k_t_ + i] * ahead * b[iJ_ + i]
+            b[alpha_ + i] += more
+            b[ax_ + i] = fma(b[q_ + i] * more, b[sine_ + i], b[ax_ + i])
+            b[ay_ + i] = fma(-b[q_ + i] * more, b[cosine_ + i], b[ay_ + i])
+
+    return ramped
+
+
+def pack_ramp(parameters: Parameters, schedule: Schedule, cuts: Array, stuck_below: float = 0.0) -> Array:
+    """Lane parameters of the segments between ``cuts`` [s], shape (segments, len(RAMPED))."""
+    point = schedule.at(cuts)
+    ends = pack(parameters, point.depth, point.wob, point.rotary_speed, stuck_below)
+    length = np.diff(cuts)[:, np.newaxis]
+    slope = np.diff(ends, axis=0) / length
+    speed = INDEX["drive_speed"]
+    acceleration = slope[:, speed]
+    n, moving = len(PARAMETERS), len(MOVING)
+    table = np.empty((len(cuts) - 1, len(RAMPED)))
+    table[:, :n] = ends[:-1]
+    table[:, speed] = 0.5 * (ends[:-1, speed] + ends[1:, speed])
+    table[:, n : n + moving] = ends[:-1, DRIVE:]
+    table[:, n + moving : n + 2 * moving] = slope[:, DRIVE:]
+    table[:, -2] = 0.5 * acceleration
+    table[:, -1] = -0.5 * acceleration * length[:, 0]
+    return table
+
+
+def ahead(table: Array, cuts: Array, time: Array) -> Array:
+    """How far the true drive is ahead of the constant one of its segment [rad] at ``time`` [s], with the ``table`` of
+    :func:`pack_ramp`: what is to be taken off the kernel's twist."""
+    segment = np.clip(np.searchsorted(cuts, time, side="right") - 1, 0, len(table) - 1)
+    within = np.clip(time - cuts[segment], 0.0, None)
+    return (table[segment, -2] * within + table[segment, -1]) * within

@@ -1,0 +1,105 @@
+"""Operating values that follow a schedule in time: piecewise linear between knots, constant after the last one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from nsdrill.model.parameters import Operation
+
+Array = np.ndarray[Any, np.dtype[Any]]
+PIECES = 256  # of a leg along which a value doubles; more than that of no leg
+
+
+@dataclass(frozen=True)
+class Ramp:
+    """Values [SI] at ascending ``times`` [s], of which the first is zero."""
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.times) != len(self.values) or len(self.times) < 2:
+            raise ValueError("ramp: found fewer than two knots, allowed: two or more")
+        if self.times[0] != 0.0 or not np.all(np.diff(self.times) > 0.0) or not np.all(np.isfinite(self.times)):
+            raise ValueError("ramp: found times that do not ascend from 0 s")
+
+    def at(self, time: Array) -> Array:
+        return np.interp(time, self.times, self.values)
+
+
+@dataclass(frozen=True)
+class History:
+    """The operating point at each of many times: arrays of one shape, with the names of :class:`Operation`."""
+
+    depth: Array
+    wob: Array
+    rotary_speed: Array
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """``operation`` with those of its values that have one of ``ramps`` following it in time."""
+
+    operation: Operation
+    ramps: Mapping[str, Ramp]
+
+    def __post_init__(self) -> None:
+        for name, ramp in self.ramps.items():
+            for value in ramp.values:
+                replace(self.operation, **{name: value})  # ValueError where it is outside the model
+
+    @property
+    def start(self) -> Operation:
+        """The operating point at time zero."""
+        return replace(self.operation, **{name: ramp.values[0] for name, ramp in self.ramps.items()})
+
+    @property
+    def end(self) -> float:
+        """The time of the last knot [s]; 0 without a ramp."""
+        return max((ramp.times[-1] for ramp in self.ramps.values()), default=0.0)
+
+    def at(self, time: Array) -> History:
+        """The operating point at ``time`` [s]."""
+        time = np.asarray(time, dtype=float)
+        values = {
+            item.name: self.ramps[item.name].at(time) if item.name in self.ramps
+            else np.full(time.shape, getattr(self.operation, item.name))
+            for item in fields(Operation)
+        }
+        return History(**values)
+
+    def drive_angle(self, time: Array) -> Array:
+        """How far the drive has turned since time zero [rad]: the integral of its speed, exact."""
+        time = np.asarray(time, dtype=float)
+        ramp = self.ramps.get("rotary_speed")
+        if ramp is None:
+            return self.operation.rotary_speed * time
+        times, values = np.array(ramp.times), np.array(ramp.values)
+        turned = np.concatenate([[0.0], np.cumsum(np.diff(times) * 0.5 * (values[1:] + values[:-1]))])
+        leg = np.searchsorted(times, time, side="right") - 1
+        within = time - times[leg]
+        return turned[leg] + 0.5 * (values[leg] + ramp.at(time)) * within
+
+    def cuts(self, duration: float, pieces: int = PIECES) -> Array:
+        """The ends of the segments from 0 to ``duration`` [s], every knot among them.
+
+        A leg between two knots is cut so finely that no value changes by more than 1/``pieces`` of itself in one
+        segment, but in no more than ``pieces``; a leg on which nothing changes is one segment.
+        """
+        knots = {time for ramp in self.ramps.values() for time in ramp.times if time < duration}
+        times = np.array(sorted({0.0, duration, *knots}))
+        ends = self.at(times)
+        change = np.zeros(len(times) - 1)
+        for name in self.ramps:
+            values = getattr(ends, name)
+            lesser = np.maximum(np.minimum(values[1:], values[:-1]), 1e-300)
+            with np.errstate(over="ignore"):
+                change = np.maximum(change, np.abs(np.diff(values)) / lesser)
+        counts = np.clip(np.ceil(np.minimum(change, 1.0) * pieces), 1, pieces).astype(int)
+        parts = [
+            np.linspace(a, b, n, endpoint=False) for a, b, n in zip(times[:-1], times[1:], counts, strict=True)]
+        return np.unique(np.concatenate([*parts, [duration]]))
