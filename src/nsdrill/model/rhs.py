@@ -87,7 +87,7 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, compan
         for i in range(W):
             s, c = sincos(b[twist_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i]))
             force = b[k_c_ + i] * max(fma(b[s0_ + i], multiple_sine(s, c, lobes), -b[z_ + i]), 0.0)
-            g, decayed = slip_factors(b[speed_ + i], b[eps_b_ + i], b[tau_b_ + i])
+            g, decayed, _ = slip_factors(b[speed_ + i], 1.0, b[eps_b_ + i], b[tau_b_ + i])
             b[cosine_ + i] = c
             b[sine_ + i] = s
             b[direction_ + i] = g
@@ -101,16 +101,14 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, compan
         if touching != 0:
             for i in range(W):
                 x, vx, y, vy, omega = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i]
-                rho = fma(x, x, y * y)
-                r = np.sqrt(rho)
-                # 1/r without waiting for the root; the floor matters at the hole's centre only, where no force is.
-                per_r = r * (1.0 / max(rho, 1e-60))
+                # The floor matters at the hole's centre only, where no force is.
+                r = np.sqrt(max(fma(x, x, y * y), 1e-60))
                 penetration = max(r - b[gap_ + i], 0.0)
                 normal = b[k_w_ + i] * penetration
                 if hertz:
                     normal = normal * np.sqrt(penetration)
-                slip = fma(omega, b[R_c_ + i], fma(x, vy, -(y * vx)) * per_r)
-                g, decayed = slip_factors(slip, b[eps_w_ + i], b[tau_w_ + i])
+                slip = fma(omega * b[R_c_ + i], r, fma(x, vy, -(y * vx)))
+                g, decayed, per_r = slip_factors(slip, r, b[eps_w_ + i], b[tau_w_ + i])
                 friction = normal * (g * fma(b[rise_w_ + i], decayed, b[mu_w_ + i]))
                 b[radial_ + i] = normal * per_r
                 b[tangential_ + i] = friction * per_r

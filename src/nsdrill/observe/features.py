@@ -18,8 +18,7 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, CLOSES, OPENS, Rows, compiled, inlined
-from nsdrill.elementary import fma, lowest_bit
-from nsdrill.model.friction import TWO_OVER_PI
+from nsdrill.elementary import TWO_OVER_PI, fma, lowest_bit
 from nsdrill.model.lobes import multiple_cosine, multiple_sine
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES
 from nsdrill.observe.interpolant import cubic, derivative, extreme, quintic, share_above, value
