@@ -122,9 +122,9 @@ def sincos(angle: float) -> tuple[float, float]:
 
 @inlined
 def direction_reduced(x: float, unit: float) -> tuple[float, float, float]:
-    """The three intervals of the arctangent: (above, below, base) with (2/pi) atan |x / unit| = base + (2/pi) atan t, where
-    t = above / below is at most tan(pi/8) in size; ``unit`` is positive. The quotient is left to the caller, who may have
-    another division to share."""
+    """The three intervals of the arctangent: (above, below, base) with (2/pi) atan |x / unit| = base + (2/pi) atan t,
+    where t = above / below is at most tan(pi/8) in size; ``unit`` is positive. The quotient is left to the caller, who
+    may have another division to share."""
     size = abs(x)
     middle = size > 0.41421356237309504880 * unit
     large = size > 2.41421356237309504880 * unit
