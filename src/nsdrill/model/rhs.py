@@ -82,8 +82,8 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, compan
 
     @compiled(types.void(BUFFER), W, hertz, lobes, companions)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
-        # Bit: interference with the lobed surface, force, torque. Cutting and friction share their direction. The collar's
-        # radius and slip are made ready here, where the processor has something else to do while it takes a root.
+        # Bit: interference with the lobed surface, force, torque. Cutting and friction share their direction. The
+        # collar's radius and slip are made ready here, where there is other work to do while a root is taken.
         touching = 0
         for i in range(W):
             x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
@@ -102,8 +102,8 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, compan
             b[force_ + i] = force
             b[torque_ + i] = force * (g * fma(b[rise_b_ + i], decayed, b[mu_b_ + i]))
 
-        # Wall: penetration, normal force, friction against the slip of the collar's surface (here times the radius). Only
-        # if some lane touches.
+        # Wall: penetration, normal force, friction against the slip of the collar's surface (the row has slip times
+        # radius). Only if some lane touches.
         if touching != 0:
             for i in range(W):
                 r = b[radius_ + i]
