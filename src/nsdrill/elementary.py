@@ -10,7 +10,6 @@ differ.
 
 from __future__ import annotations
 
-import math
 import struct
 from typing import Any
 
@@ -24,10 +23,10 @@ from nsdrill.abi import inlined, lasting
 # Adding and subtracting this rounds to the nearest whole number in the default rounding mode.
 ROUNDER = 6755399441055744.0  # 1.5 * 2^52
 
-# pi/2 in three parts; a whole number below 2^20 times either of the first two is exact (fdlibm e_rem_pio2.c).
-PIO2_1 = 1.57079632673412561417e00
-PIO2_2 = 6.07710050630396597660e-11
-PIO2_3 = 2.02226624879595063154e-21
+# pi/2 in two parts. A fused multiply-add takes a whole number below 2^20 times the first off the angle without
+# rounding, as what is left is a multiple of 2^-53 and below 1.
+PIO2_HIGH = 1.57079632679489655800e00
+PIO2_LOW = 6.12323399573676603587e-17
 TWO_OVER_PI = 0.63661977236758134308
 
 
@@ -98,20 +97,18 @@ def sincos(angle: float) -> tuple[float, float]:
     """Sine and cosine of an angle [rad] of at most 10^6 in size."""
     shifted = fma(angle, TWO_OVER_PI, ROUNDER)
     quarters = shifted - ROUNDER
-    r = fma(-quarters, PIO2_3, fma(-quarters, PIO2_2, fma(-quarters, PIO2_1, angle)))
+    r = fma(-quarters, PIO2_LOW, fma(-quarters, PIO2_HIGH, angle))
     r2 = r * r
-    p = fma(r2, 1.58969099521155010221e-10, -2.50507602534068634195e-08)
-    p = fma(r2, p, 2.75573137070700676789e-06)
-    p = fma(r2, p, -1.98412698298579493134e-04)
-    p = fma(r2, p, 8.33333333332248946124e-03)
-    p = fma(r2, p, -1.66666666666666324348e-01)
+    r4 = r2 * r2
+    # fdlibm's polynomials, in pairs of terms: a chain half as long as Horner's for one product more.
+    p = fma(r4, fma(r2, 1.58969099521155010221e-10, -2.50507602534068634195e-08),
+            fma(r2, 2.75573137070700676789e-06, -1.98412698298579493134e-04))
+    p = fma(r4, p, fma(r2, 8.33333333332248946124e-03, -1.66666666666666324348e-01))
     sine = fma(r * r2, p, r)
-    q = fma(r2, -1.13596475577881948265e-11, 2.08757232129817482790e-09)
-    q = fma(r2, q, -2.75573143513906633035e-07)
-    q = fma(r2, q, 2.48015872894767294178e-05)
-    q = fma(r2, q, -1.38888888888741095749e-03)
-    q = fma(r2, q, 4.16666666666666019037e-02)
-    cosine = fma(r2, fma(r2, q, -0.5), 1.0)
+    q = fma(r4, fma(r2, -1.13596475577881948265e-11, 2.08757232129817482790e-09),
+            fma(r2, -2.75573143513906633035e-07, 2.48015872894767294178e-05))
+    q = fma(r4, q, fma(r2, -1.38888888888741095749e-03, 4.16666666666666019037e-02))
+    cosine = fma(r4, q, fma(r2, -0.5, 1.0))
     # The last two bits of the shifted number are the quadrant: swap on odd ones, then set the signs by flipping the
     # sign bit, which is cheaper than a select.
     quadrant = float_bits(shifted)
@@ -124,42 +121,42 @@ def sincos(angle: float) -> tuple[float, float]:
 
 
 @inlined
-def arctan_reduced(x: float) -> tuple[float, float, float, float]:
-    """The three intervals of the arctangent: (above, below, base, rest) with atan |x| = base + rest + atan(above/below)
-    and |above/below| at most tan(pi/8). The quotient is left to the caller, who may have another division to share."""
+def direction_reduced(x: float, unit: float) -> tuple[float, float, float]:
+    """The three intervals of the arctangent: (above, below, base) with (2/pi) atan |x / unit| = base + (2/pi) atan t,
+    where t = above / below is at most tan(pi/8) in size; ``unit`` is positive. The quotient is left to the caller, who
+    may have another division to share."""
     size = abs(x)
-    middle = size > 0.41421356237309504880
-    large = size > 2.41421356237309504880
-    above = -1.0 if large else (size - 1.0 if middle else size)
-    below = size if large else (size + 1.0 if middle else 1.0)
-    base = math.pi / 2 if large else (math.pi / 4 if middle else 0.0)
-    rest = 6.123233995736765886130e-17 if large else (3.061616997868382943065e-17 if middle else 0.0)
-    return above, below, base, rest
+    middle = size > 0.41421356237309504880 * unit
+    large = size > 2.41421356237309504880 * unit
+    above = -unit if large else (size - unit if middle else size)
+    below = size if large else (size + unit if middle else unit)
+    base = 1.0 if large else (0.5 if middle else 0.0)
+    return above, below, base
 
 
 @inlined
-def arctan_joined(x: float, t: float, base: float, rest: float) -> float:
-    """The arctangent of x from its reduced argument t; the polynomial is a minimax one, to 2e-18 on the interval."""
+def direction_joined(x: float, t: float, base: float) -> float:
+    """(2/pi) atan from the sign of x and the reduced argument t; a minimax polynomial whose even
+    and odd terms run side by side."""
     z = t * t
-    p = fma(z, -0.017803896394812563193, 0.037963903161110833033)
-    p = fma(z, p, -0.050350497953124393166)
-    p = fma(z, p, 0.058468667522751389837)
-    p = fma(z, p, -0.06662950246036791267)
-    p = fma(z, p, 0.07692045194561481467)
-    p = fma(z, p, -0.090908968014728134434)
-    p = fma(z, p, 0.11111110744657099602)
-    p = fma(z, p, -0.14285714279244968487)
-    p = fma(z, p, 0.19999999999940837328)
-    p = fma(z, p, -0.33333333333333120948)
-    angle = base + (t + fma(t * z, p, rest))
-    return bits_float(float_bits(angle) ^ (float_bits(x) & -9223372036854775808))
+    z2 = z * z
+    even = fma(z2, 0.013708989435972764, 0.03629911913777127)
+    odd = fma(z2, -0.027906424924285377, -0.04229130186977311)
+    even = fma(z2, even, 0.048958133471783176)
+    odd = fma(z2, odd, -0.057873851902722526)
+    even = fma(z2, even, 0.07073550865626)
+    odd = fma(z2, odd, -0.09094568139431153)
+    even = fma(z2, even, 0.127323954470988)
+    odd = fma(z2, odd, -0.21220659078919635)
+    share = fma(t, fma(z, fma(z, even, odd), TWO_OVER_PI), base)
+    return bits_float(float_bits(share) ^ (float_bits(x) & -9223372036854775808))
 
 
 @inlined
-def arctan(x: float) -> float:
-    """Arctangent of any finite x."""
-    above, below, base, rest = arctan_reduced(x)
-    return arctan_joined(x, above / below, base, rest)
+def direction(x: float) -> float:
+    """(2/pi) atan(x), a smoothed sign, of any finite x."""
+    above, below, base = direction_reduced(x, 1.0)
+    return direction_joined(x, above / below, base)
 
 
 @inlined

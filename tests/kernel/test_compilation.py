@@ -77,12 +77,15 @@ def test_plain_python_takes_the_same_steps() -> None:
     """NUMBA_DISABLE_JIT=1: the whole kernel interpreted, so that coverage can look at it. Equal to rounding.
 
     The fused multiply-add rounds twice there. Some ten roundings of 1e-16 in each of up to sixty steps, in units of the
-    natural sizes, which are a tenth of the states: below 1e-12.
+    natural sizes, which are a tenth of the states: below 1e-12. Before the impact of the third motion the estimated
+    error is little more than rounding, so the steps differ in length, and the error that the impact makes depends on
+    where it falls in a step: equal to the tolerance only.
     """
     done = subprocess.run(
         [sys.executable, "-c", PLAIN.format(tests=TESTS)], env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
         capture_output=True, text=True, check=True)
-    for case, mine, plain in zip((SMOOTH, BOUNCING, RUBBING), few_steps(), json.loads(done.stdout), strict=True):
+    cases = ((SMOOTH, 1e-12), (BOUNCING, 1e-12), (RUBBING, 1e-8))
+    for (case, bound), mine, plain in zip(cases, few_steps(), json.loads(done.stdout), strict=True):
         assert mine[9:] == plain[9:]
         assert 2 <= mine[9] < 60
-        assert scaled_error(case, np.array(mine[:8]), np.array(plain[:8])) < 1e-12
+        assert scaled_error(case, np.array(mine[:8]), np.array(plain[:8])) < bound

@@ -10,7 +10,7 @@ from sweep.runs import run_from, work_for
 
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, scaled_error, start_of
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.tableau import DORMAND_PRINCE
+from nsdrill.kernel.tableau import TSITOURAS
 
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 
@@ -31,12 +31,12 @@ def errors(case: Case, start: np.ndarray, duration: float) -> tuple[np.ndarray, 
 def test_tableau_has_order_five_with_an_embedded_four() -> None:
     """The 17 order conditions to order five for b, the 8 to order four for b*: Hairer, Norsett & Wanner I, II.2."""
     n = 7
-    c = np.array(DORMAND_PRINCE.nodes)
+    c = np.array(TSITOURAS.nodes)
     a = np.zeros((n, n))
-    for i, row in enumerate(DORMAND_PRINCE.matrix, start=1):
+    for i, row in enumerate(TSITOURAS.matrix, start=1):
         a[i, : len(row)] = row
     b = a[6]
-    embedded = b - np.array(DORMAND_PRINCE.error)
+    embedded = b - np.array(TSITOURAS.error)
     assert a.sum(axis=1) == pytest.approx(c, abs=1e-15)
     ac, ac2, ac3 = a @ c, a @ c**2, a @ c**3
     upto4 = [(np.ones(n), 1), (c, 1 / 2), (c**2, 1 / 3), (ac, 1 / 6), (c**3, 1 / 4), (c * ac, 1 / 8), (ac2, 1 / 12),
@@ -45,18 +45,19 @@ def test_tableau_has_order_five_with_an_embedded_four() -> None:
               (c * (a @ ac), 1 / 30), (a @ (c * ac), 1 / 40), (a @ ac2, 1 / 60), (a @ a @ ac, 1 / 120)]  # fmt: skip
     for vector, value in upto4:
         assert b @ vector == pytest.approx(value, abs=1e-15)
-        assert embedded @ vector == pytest.approx(value, abs=1e-15)
+        assert embedded @ vector == pytest.approx(value, abs=3e-15)  # its weights have seventeen digits, not all exact
     for vector, value in order5:
         assert b @ vector == pytest.approx(value, abs=1e-15)
     assert any(abs(embedded @ vector - value) > 1e-4 for vector, value in order5), "else there is no error estimate"
 
 
 def test_error_falls_as_the_fifth_power_of_the_step_where_the_motion_is_smooth() -> None:
-    """Order five (local extrapolation): error ~ steps^-5, and ~ rtol^1 for a local error kept below rtol."""
+    """Order five (local extrapolation): error ~ steps^-5, and ~ rtol^1 for a local error kept below rtol. The pair's
+    error of fifth order is so small that the sixth shows at loose tolerances."""
     error, steps = errors(SMOOTH, start_of(SMOOTH), 10.0)
     order = np.polyfit(np.log(steps), np.log(error), 1)[0]
     slope = np.polyfit(np.log(TOLERANCES), np.log(error), 1)[0]
-    assert -5.5 < order < -4.75
+    assert -5.75 < order < -4.75
     assert 0.9 < slope < 1.1
 
 

@@ -20,12 +20,12 @@ from numba import types
 from nsdrill.abi import BUFFER, CONTROL, MARK, OBSERVER, RIGHT_HAND_SIDE, Rows, compiled
 from nsdrill.elementary import fma
 from nsdrill.kernel.controller import decide
-from nsdrill.kernel.tableau import DORMAND_PRINCE
+from nsdrill.kernel.tableau import TSITOURAS
 
 
 @lru_cache
 def make_stepper(lanes: int, rows: Rows) -> Any:
-    """The compiled Dormand-Prince stepper for a number of lanes and a row layout."""
+    """The compiled Tsitouras stepper for a number of lanes and a row layout."""
     W, N, M = lanes, rows.own, rows.pairs
     judged = N // 2  # pairs that have a say in the step size
     stage_, a7_, t_stage_ = W * rows.stage, W * rows.acceleration, W * rows.stage_time
@@ -35,14 +35,14 @@ def make_stepper(lanes: int, rows: Rows) -> Any:
     a2_, a3_, a4_, a5_, a6_ = (W * (rows.inner + i * M) for i in range(5))
     proposed_, mark_, last_, growth_, per_rtol_, least_, accepted_, rejected_, limit_, running_, attention_ = (
         W * (rows.control + i) for i in range(len(CONTROL)))
-    pair = DORMAND_PRINCE
+    pair = TSITOURAS
     _, c2, c3, c4, c5, _, _ = pair.nodes
     # Velocities v, positions x, errors e and d: weights of the accelerations at the stages before.
     (v21,), (v31, v32), (v41, v42, v43), (v51, v52, v53, v54), (v61, v62, v63, v64, v65), last_row = pair.matrix
-    v71, _, v73, v74, v75, v76 = last_row
-    _, (x31,), (x41, x42), (x51, x52, x53), (x61, x62, x63, x64), (x71, _, x73, x74, x75) = pair.positions
-    e1, _, e3, e4, e5, e6, e7 = pair.error
-    d1, _, d3, d4, d5, d6 = pair.position_error
+    v71, v72, v73, v74, v75, v76 = last_row
+    _, (x31,), (x41, x42), (x51, x52, x53), (x61, x62, x63, x64), (x71, x72, x73, x74, x75) = pair.positions
+    e1, e2, e3, e4, e5, e6, e7 = pair.error
+    d1, d2, d3, d4, d5, d6 = pair.position_error
 
     @compiled(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER), W, *astuple(rows))
     def stepper(b, right_hand_side, observer, store):  # type: ignore[no-untyped-def]
@@ -129,11 +129,11 @@ def make_stepper(lanes: int, rows: Rows) -> Any:
             hh, newest = h * h, h * v76
             for p in range(M):
                 x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
-                a1, a3, a4, a5, a6 = b[a1_ + j], b[a3_ + j], b[a4_ + j], b[a5_ + j], b[a7_ + j]
+                a1, a2, a3, a4, a5, a6 = b[a1_ + j], b[a2_ + j], b[a3_ + j], b[a4_ + j], b[a5_ + j], b[a7_ + j]
                 b[a6_ + j] = a6
-                bend = fma(x71, a1, fma(x73, a3, fma(x74, a4, x75 * a5)))
+                bend = fma(x71, a1, fma(x72, a2, fma(x73, a3, fma(x74, a4, x75 * a5))))
                 b[stage_ + x] = fma(hh, bend, b[lead_ + j] + b[y_ + x])
-                rate = fma(v71, a1, fma(v73, a3, fma(v74, a4, v75 * a5)))
+                rate = fma(v71, a1, fma(v72, a2, fma(v73, a3, fma(v74, a4, v75 * a5))))
                 b[stage_ + v] = fma(newest, a6, fma(h, rate, b[y_ + v]))
         right_hand_side(b)
 
@@ -145,9 +145,9 @@ def make_stepper(lanes: int, rows: Rows) -> Any:
             total = 0.0
             for p in range(judged):
                 x, v, j = 2 * p * W + i, (2 * p + 1) * W + i, p * W + i
-                a1, a3, a4, a5, a6 = b[a1_ + j], b[a3_ + j], b[a4_ + j], b[a5_ + j], b[a6_ + j]
-                error_x = h * fma(d1, a1, fma(d3, a3, fma(d4, a4, fma(d5, a5, d6 * a6))))
-                error_v = fma(e1, a1, fma(e3, a3, fma(e4, a4, fma(e5, a5, fma(e6, a6, e7 * b[a7_ + j])))))
+                a1, a2, a3, a4, a5, a6 = b[a1_ + j], b[a2_ + j], b[a3_ + j], b[a4_ + j], b[a5_ + j], b[a6_ + j]
+                error_x = h * fma(d1, a1, fma(d2, a2, fma(d3, a3, fma(d4, a4, fma(d5, a5, d6 * a6)))))
+                error_v = fma(e1, a1, fma(e2, a2, fma(e3, a3, fma(e4, a4, fma(e5, a5, fma(e6, a6, e7 * b[a7_ + j]))))))
                 scale_x = b[size_ + x] + max(abs(b[y_ + x]), abs(b[stage_ + x]))
                 scale_v = b[size_ + v] + max(abs(b[y_ + v]), abs(b[stage_ + v]))
                 cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * scale_v

@@ -5,20 +5,19 @@ f(v) = g(v) [(mu_s - mu_d) / (1 + tau |v|) + mu_d] with the smoothed direction g
 
 from __future__ import annotations
 
-import math
-
 from nsdrill.abi import inlined
-from nsdrill.elementary import arctan_joined, arctan_reduced, fma
-
-TWO_OVER_PI = 2.0 / math.pi
+from nsdrill.elementary import direction_joined, direction_reduced, fma
 
 
 @inlined
-def slip_factors(speed: float, smoothing: float, decay: float) -> tuple[float, float]:
-    """(g(v), 1 / (1 + tau |v|)) at a slip speed v; one division, of the product, serves both."""
+def slip_factors(speed: float, unit: float, smoothing: float, decay: float) -> tuple[float, float, float]:
+    """(g(v), 1 / (1 + tau |v|), 1 / unit) at a slip speed v = speed / unit, unit positive. One division, of the product
+    of all that is divided by, serves every quotient."""
     scaled = smoothing * speed
-    above, below, base, rest = arctan_reduced(scaled)
-    decayed = fma(decay, abs(speed), 1.0)
-    inverse = 1.0 / (below * decayed)
-    angle = arctan_joined(scaled, above * decayed * inverse, base, rest)
-    return TWO_OVER_PI * angle, below * inverse
+    above, below, base = direction_reduced(scaled, unit)
+    decayed = fma(decay, abs(speed), unit)
+    both = below * decayed
+    inverse = 1.0 / (both * unit)
+    per_both = unit * inverse
+    g = direction_joined(scaled, above * decayed * per_both, base)
+    return g, below * unit * per_both, both * inverse

@@ -24,7 +24,7 @@ from nsdrill.model.parameters import Initial, Parameters
 STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
 # Left by the right-hand side for the observer: cosine and sine of the bit angle, the smoothed direction of the bit
 # speed and its decay factor. The others carry results from one of its loops to the next.
-AUX = ("cosine", "sine", "direction", "decay", "force", "torque", "radial", "tangential", "friction")
+AUX = ("cosine", "sine", "direction", "decay", "force", "torque", "radius", "slip", "radial", "tangential", "friction")
 PARAMETERS = (
     "drive_phase", "drive_speed", "wob",
     "per_lateral_mass", "per_inertia", "per_axial_mass", "unbalance_arm",
@@ -67,7 +67,7 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, compan
     x_, vx_, y_, vy_, z_, vz_, twist_, speed_ = (W * (rows.stage + i) for i in range(8))
     ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
     time_ = W * rows.stage_time
-    cosine_, sine_, direction_, decay_, force_, torque_, radial_, tangential_, friction_ = (
+    cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
         W * (rows.aux_now + i) for i in range(len(AUX)))
     P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
     phase_, drive_, wob_ = P["drive_phase"], P["drive_speed"], P["wob"]
@@ -82,35 +82,36 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, compan
 
     @compiled(types.void(BUFFER), W, hertz, lobes, companions)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
-        # Bit: interference with the lobed surface, force, torque. Cutting and friction share their direction.
+        # Bit: interference with the lobed surface, force, torque. Cutting and friction share their direction. The
+        # collar's radius and slip are made ready here, where there is other work to do while a root is taken.
         touching = 0
         for i in range(W):
+            x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
+            # The floor matters at the hole's centre only, where no force is.
+            r = np.sqrt(max(fma(x, x, y * y), 1e-60))
+            b[radius_ + i] = r
+            touching |= 1 if r > b[gap_ + i] else 0
+            b[slip_ + i] = fma(b[speed_ + i] * b[R_c_ + i], r, fma(x, vy, -(y * vx)))
             s, c = sincos(b[twist_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i]))
             force = b[k_c_ + i] * max(fma(b[s0_ + i], multiple_sine(s, c, lobes), -b[z_ + i]), 0.0)
-            g, decayed = slip_factors(b[speed_ + i], b[eps_b_ + i], b[tau_b_ + i])
+            g, decayed, _ = slip_factors(b[speed_ + i], 1.0, b[eps_b_ + i], b[tau_b_ + i])
             b[cosine_ + i] = c
             b[sine_ + i] = s
             b[direction_ + i] = g
             b[decay_ + i] = decayed
             b[force_ + i] = force
             b[torque_ + i] = force * (g * fma(b[rise_b_ + i], decayed, b[mu_b_ + i]))
-            x, y, gap = b[x_ + i], b[y_ + i], b[gap_ + i]
-            touching |= 1 if fma(x, x, y * y) > gap * gap else 0
 
-        # Wall: penetration, normal force, friction against the slip of the collar's surface. Only if some lane touches.
+        # Wall: penetration, normal force, friction against the slip of the collar's surface (the row has slip times
+        # radius). Only if some lane touches.
         if touching != 0:
             for i in range(W):
-                x, vx, y, vy, omega = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i]
-                rho = fma(x, x, y * y)
-                r = np.sqrt(rho)
-                # 1/r without waiting for the root; the floor matters at the hole's centre only, where no force is.
-                per_r = r * (1.0 / max(rho, 1e-60))
+                r = b[radius_ + i]
                 penetration = max(r - b[gap_ + i], 0.0)
                 normal = b[k_w_ + i] * penetration
                 if hertz:
                     normal = normal * np.sqrt(penetration)
-                slip = fma(omega, b[R_c_ + i], fma(x, vy, -(y * vx)) * per_r)
-                g, decayed = slip_factors(slip, b[eps_w_ + i], b[tau_w_ + i])
+                g, decayed, per_r = slip_factors(b[slip_ + i], r, b[eps_w_ + i], b[tau_w_ + i])
                 friction = normal * (g * fma(b[rise_w_ + i], decayed, b[mu_w_ + i]))
                 b[radial_ + i] = normal * per_r
                 b[tangential_ + i] = friction * per_r

@@ -16,8 +16,8 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled
-from nsdrill.elementary import fma
-from nsdrill.model.friction import TWO_OVER_PI, slip_factors
+from nsdrill.elementary import TWO_OVER_PI, fma
+from nsdrill.model.friction import slip_factors
 from nsdrill.model.lobes import multiple_cosine
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES, make_right_hand_side
 
@@ -36,7 +36,7 @@ def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
         W * (rows.stage + i) for i in range(16))
     alpha_, dax_, day_, daz_, dalpha_ = (W * (rows.acceleration + i) for i in range(3, 8))
     # Of the right-hand side's notes those that no observer reads are overwritten by their deviations.
-    cosine_, sine_, direction_, decay_, force_, torque_, radial_, tangential_, friction_ = (
+    cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
         W * (rows.aux_now + i) for i in range(len(AUX)))
     P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
     iml_, iJ_, ima_, q_ = P["per_lateral_mass"], P["per_inertia"], P["per_axial_mass"], P["unbalance_arm"]
@@ -86,26 +86,24 @@ def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
             F_x = fma(tangential, y, -fma(stiffness, x, drag * speed * vx))
             F_y = -fma(tangential, x, fma(stiffness, y, drag * speed * vy))
             b[force_ + i] = fma(F_x, b[cosine_ + i], F_y * b[sine_ + i])
-            gap = b[gap_ + i]
-            touching |= 1 if fma(x, x, y * y) > gap * gap else 0
+            touching |= 1 if b[radius_ + i] > b[gap_ + i] else 0
 
         # The wall: deviations of normal force over radius, of friction over radius, and of friction.
         if touching != 0:
             for i in range(W):
-                x, vx, y, vy, omega = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i]
+                x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
                 dx, dvx, dy, dvy, domega = b[dx_ + i], b[dvx_ + i], b[dy_ + i], b[dvy_ + i], b[dspeed_ + i]
-                r = np.sqrt(fma(x, x, y * y))
-                per_r = 1.0 / max(r, 1e-30)
+                r = b[radius_ + i]
                 penetration = max(r - b[gap_ + i], 0.0)
                 root = np.sqrt(penetration) if hertz else 1.0
                 normal = b[k_w_ + i] * penetration * root
+                g, decayed, per_r = slip_factors(b[slip_ + i], r, b[eps_w_ + i], b[tau_w_ + i])
                 dr = fma(x, dx, y * dy) * per_r
                 dnormal = (1.5 if hertz else 1.0) * b[k_w_ + i] * root * dr if penetration > 0.0 else 0.0
                 around = fma(x, vy, -(y * vx)) * per_r
                 daround = (fma(dx, vy, x * dvy) - fma(dy, vx, y * dvx) - around * dr) * per_r
-                slip = fma(omega, b[R_c_ + i], around)
+                slip = b[slip_ + i] * per_r
                 dslip = fma(domega, b[R_c_ + i], daround)
-                g, decayed = slip_factors(slip, b[eps_w_ + i], b[tau_w_ + i])
                 m = fma(b[rise_w_ + i], decayed, b[mu_w_ + i])
                 dm = b[rise_w_ + i] * b[tau_w_ + i] * decayed * decayed
                 dm = dm if slip < 0.0 else -dm

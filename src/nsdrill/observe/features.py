@@ -18,8 +18,7 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, CLOSES, OPENS, Rows, compiled, inlined
-from nsdrill.elementary import fma, lowest_bit
-from nsdrill.model.friction import TWO_OVER_PI
+from nsdrill.elementary import TWO_OVER_PI, fma, lowest_bit
 from nsdrill.model.lobes import multiple_cosine, multiple_sine
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES
 from nsdrill.observe.interpolant import cubic, derivative, extreme, quintic, share_above, value
@@ -104,7 +103,8 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
     ax0_, ay0_, az0_, alpha0_ = (W * (rows.start_acceleration + i) for i in range(4))
     x1_, vx1_, y1_, vy1_, z1_, vz1_, twist1_, speed1_ = (W * (rows.stage + i) for i in range(8))
     ax1_, ay1_, az1_, alpha1_ = (W * (rows.acceleration + i) for i in range(4))
-    cosine_, sine_, direction_, decay_ = (W * (rows.aux_now + i) for i in range(4))
+    cosine_, sine_, direction_, decay_, radius_now_ = (
+        W * (rows.aux_now + AUX.index(name)) for name in ("cosine", "sine", "direction", "decay", "radius"))
     h_, moves_, window_ = W * rows.step, W * rows.moves, W * rows.window
     parameter = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
     own = {name: W * (rows.observer + i) for i, name in enumerate(OBSERVED)}
@@ -129,9 +129,12 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
         # wall or passes from one half plane to the other.
         z_turns = speed_turns = twist_turns = u_turns = torque_tops = rho_turns = 0
         rock = stuck = wall = touching = passing = returning = 0
+
+        # The quantities at the end of the step, and whether some lane is observed at all. With one division for two
+        # quotients, torsional and lateral.
+        seen = 0
         for i in range(W):
-            # The quantities at the end of the step.
-            omega, alpha, drive = b[speed1_ + i], b[alpha1_ + i], b[drive_ + i]
+            omega, alpha = b[speed1_ + i], b[alpha1_ + i]
             c, s = b[cosine_ + i], b[sine_ + i]
             sine, cosine = multiple_sine(s, c, lobes), multiple_cosine(c, lobes)
             amplitude = b[s0_ + i]
@@ -148,25 +151,27 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             dm = b[rise_ + i] * b[tau_ + i] * decayed * decayed
             dm = dm if omega < 0.0 else -dm
             scaled = b[eps_ + i] * omega
-            dg = TWO_OVER_PI * b[eps_ + i] / fma(scaled, scaled, 1.0)
-            torque = force * (g * m)
-            dtorque = fma(dforce, g * m, force * fma(dg, m, g * dm) * alpha)
+            flat = fma(scaled, scaled, 1.0)
+            r = b[radius_now_ + i]
+            inverse = 1.0 / (flat * r)
+            dg = TWO_OVER_PI * b[eps_ + i] * (r * inverse)
+            b[u1_ + i] = u
+            b[du1_ + i] = du
+            b[ddu1_ + i] = ddu
+            b[T1_ + i] = force * (g * m)
+            b[dT1_ + i] = fma(dforce, g * m, force * fma(dg, m, g * dm) * alpha)
+            b[r1_ + i] = r
+            b[dr1_ + i] = fma(b[x1_ + i], b[vx1_ + i], b[y1_ + i] * b[vy1_ + i]) * (flat * inverse)
+            seen |= 1 if b[moves_ + i] * b[window_ + i] != 0.0 else 0
 
+        for i in range(W if seen != 0 else 0):
+            omega, alpha, drive = b[speed1_ + i], b[alpha1_ + i], b[drive_ + i]
             x0, y0, x1, y1 = b[x0_ + i], b[y0_ + i], b[x1_ + i], b[y1_ + i]
             vx0, vy0, vx1, vy1 = b[vx0_ + i], b[vy0_ + i], b[vx1_ + i], b[vy1_ + i]
             rho0, rho1 = fma(x0, x0, y0 * y0), fma(x1, x1, y1 * y1)
             outward0, outward1 = fma(x0, vx0, y0 * vy0), fma(x1, vx1, y1 * vy1)
-            r0, r1 = b[r0_ + i], np.sqrt(rho1)
-            per_r = 1.0 / max(r1, 1e-30)
-            dr0, dr1 = b[dr0_ + i], outward1 * per_r
-            u0, du0 = b[u0_ + i], b[du0_ + i]
-            b[u1_ + i] = u
-            b[du1_ + i] = du
-            b[ddu1_ + i] = ddu
-            b[T1_ + i] = torque
-            b[dT1_ + i] = dtorque
-            b[r1_ + i] = r1
-            b[dr1_ + i] = dr1
+            r0, r1, dr0, dr1 = b[r0_ + i], b[r1_ + i], b[dr0_ + i], b[dr1_ + i]
+            u0, u, du0, du = b[u0_ + i], b[u1_ + i], b[du0_ + i], b[du1_ + i]
 
             # What happens inside the step. The bit is no bit where the lane is not observed.
             bit = (1 << i) if b[moves_ + i] * b[window_ + i] != 0.0 else 0
@@ -174,7 +179,7 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             speed_turns |= bit if turns(b[alpha0_ + i], alpha) else 0
             twist_turns |= bit if turns(b[speed0_ + i] - drive, omega - drive) else 0
             u_turns |= bit if turns(du0, du) else 0
-            torque_tops |= bit if b[dT0_ + i] > 0.0 and dtorque <= 0.0 else 0
+            torque_tops |= bit if b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0 else 0
             rho_turns |= bit if turns(outward0, outward1) else 0
             passing |= bit if (y0 < 0.0) != (y1 < 0.0) else 0
             level = b[gap_ + i] * b[gap_ + i]
@@ -371,9 +376,10 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
                 b[level_ + i] = (np.rint(level / store[SPACING]) + 1.0) * store[SPACING]
 
         for i in range(W):
-            if b[moves_ + i] != 0.0:
-                for k in range(0, ends_count * W, W):
-                    b[before_ + k + i] = b[now_ + k + i]
+            moves = b[moves_ + i] != 0.0
+            for k in range(0, ends_count * W, W):
+                before, now = b[before_ + k + i], b[now_ + k + i]
+                b[before_ + k + i] = now if moves else before
 
     @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
               W, lobes, companions)
