@@ -61,7 +61,7 @@ def test_exponents_have_the_same_bits_in_every_lane() -> None:
 @pytest.mark.parametrize("case", [BOUNCING, RUBBING], ids=["bouncing", "rubbing"])
 def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(case: Case) -> None:
     """Against two neighbouring runs, 4e-6 natural sizes apart, over lift-offs or impacts on the wall. At contacts
-    these miss by some 1e-10, which is 1e-4 of their distance; a wrong term of the Jacobian shows in the first digits."""
+    these miss by some 1e-10, which is 1e-4 of their distance; a wrong term of the Jacobian shows in the first digit."""
     time, distance = 3.0, 2e-6
     simulation = Simulation(transient=0.0, observe=time, rtol=1e-12, max_steps=10**7)
     size = sizes(table_of(case))[0]
