@@ -1,17 +1,20 @@
 """What kind of motion a response is: equilibrium, period-n, quasi-periodic, chaotic, or not settled.
 
 The returns to the Poincare section tell a period; where there is none, the largest Lyapunov exponent tells chaos from
-quasi-periodicity, or, where it was not measured, the 0-1 test. Plain numpy, rerunnable on a file.
+quasi-periodicity, or, where it was not measured, the 0-1 test. Rerunnable on a file.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from numba import types
 
+from nsdrill.abi import compiled
 from nsdrill.observe.thresholds import Motion
 from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
 
@@ -19,7 +22,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 REPEATS = 3  # so often must a period be seen
 STANDS_OUT = 0.2  # scatter of what is the same, in parts of that of all returns, below which a longer period is one
 LEAST_RETURNS = 100  # for the 0-1 test
-FREQUENCIES = 60  # of the 0-1 test
+FREQUENCIES = 64  # of the 0-1 test
 
 
 def in_the_bit_frame(section: Mapping[str, Array]) -> Array:
@@ -36,39 +39,56 @@ def in_the_bit_frame(section: Mapping[str, Array]) -> Array:
 
 
 def period(returns: Array, sizes: Array, t: Motion) -> Array:
-    """The least number of returns after which all of them repeat, 0 where none is found: int [points].
+    """The least number of returns after which all of them repeat, 0 where none is found: int16 [points].
 
     ``returns`` has shape (points, returns, 8), oldest first and NaN where there are none, ``sizes`` (points, 8) is the
     natural size of each state. Two returns are the same where every state differs by less than ``absolute`` times its
     size plus ``relative`` times its range over all returns. A period of two or more must stand out besides: a
     motion that spirals towards its goal comes near some of its returns again and again.
     """
-    points, count, _ = returns.shape
-    found = np.zeros(points, dtype=np.int16)
-    seen = np.count_nonzero(np.isfinite(returns[:, :, 0]), axis=1)
-    high, low = _largest(returns, 1), -_largest(-returns, 1)
-    allowed = t.absolute * sizes + t.relative * (high - low)
-    for n in range(1, min(t.longest_period, count // REPEATS) + 1):
-        open_ = np.flatnonzero((found == 0) & (seen >= REPEATS * n))
-        if not len(open_):
-            continue
-        padded = np.full((len(open_), -(-count // n) * n, 8), np.nan)
-        padded[:, :count] = returns[open_]
-        cycles = padded.reshape(len(open_), -1, n, 8)
-        spread = _largest(cycles, 1) + _largest(-cycles, 1)
-        # A place in the cycle that lies in the part without returns has none: it says nothing.
-        if n > 1:
-            limit = np.minimum(allowed, STANDS_OUT * np.max((high - low) / sizes, axis=1, keepdims=True) * sizes)
-        else:
-            limit = allowed
-        same = np.all((spread <= limit[open_, None, :]) | ~np.isfinite(spread), axis=(1, 2))
-        found[open_[same]] = n
+    found = np.zeros(len(returns), dtype=np.int16)
+    _make_period()(np.ascontiguousarray(returns), np.ascontiguousarray(sizes), t.absolute, t.relative, t.longest_period,
+                   found, np.empty((2, 8)))
     return found
 
 
-def _largest(values: Array, axis: int) -> Array:
-    """The greatest along an axis, NaN left out, -inf where there is nothing else."""
-    return np.where(np.isfinite(values), values, -np.inf).max(axis=axis)
+@lru_cache
+def _make_period() -> Any:
+    @compiled(types.void(types.float64[:, :, ::1], types.float64[:, ::1], types.float64, types.float64, types.int64,
+                         types.int16[::1], types.float64[:, ::1]))
+    def least_periods(returns, sizes, absolute, relative, longest, found, limits):  # type: ignore[no-untyped-def]
+        for point in range(len(returns)):
+            states = returns[point]
+            seen = 0
+            while seen < len(states) and math.isfinite(states[seen, 0]):
+                seen += 1
+            widest = 0.0
+            for j in range(8):
+                low, high = np.inf, -np.inf
+                for k in range(seen):
+                    low, high = min(low, states[k, j]), max(high, states[k, j])
+                widest = max(widest, (high - low) / sizes[point, j]) if seen > 0 else 0.0
+                limits[0, j] = absolute * sizes[point, j] + relative * (high - low)
+            for j in range(8):
+                limits[1, j] = min(limits[0, j], STANDS_OUT * widest * sizes[point, j])
+            for n in range(1, min(longest, seen // REPEATS) + 1):
+                repeats = True
+                for j in range(8):
+                    allowed = limits[0 if n == 1 else 1, j]
+                    for place in range(n):
+                        low, high = np.inf, -np.inf
+                        for k in range(place, seen, n):
+                            low, high = min(low, states[k, j]), max(high, states[k, j])
+                        if high - low > allowed:
+                            repeats = False
+                            break
+                    if not repeats:
+                        break
+                if repeats:
+                    found[point] = n
+                    break
+
+    return least_periods
 
 
 def zero_one(returns: Array, sizes: Array) -> Array:
@@ -81,34 +101,50 @@ def zero_one(returns: Array, sizes: Array) -> Array:
     """
     out = np.full(len(returns), np.nan)
     frequencies = np.random.Generator(np.random.PCG64(1)).uniform(math.pi / 5, 4 * math.pi / 5, FREQUENCIES)
+    phase = np.outer(np.arange(1, returns.shape[1] + 1), frequencies)
+    cosine, sine = np.cos(phase), np.sin(phase)
+    p, q = np.empty_like(phase), np.empty_like(phase)
+    displace = _make_displacement()
     for number, states in enumerate(returns):
         states = states[np.isfinite(states[:, 0])]
-        if len(states) < LEAST_RETURNS:
+        count, cut = len(states), len(states) // 10
+        if count < LEAST_RETURNS:
             continue
-        scatter = states.std(axis=0)
-        observable = ((states - states.mean(axis=0)) / np.maximum(scatter, 1e-9 * sizes[number])).sum(axis=1)
-        out[number] = _growth(observable, frequencies)
+        scatter = np.maximum(states.std(axis=0), 1e-9 * sizes[number])
+        observable = ((states - states.mean(axis=0)) / scatter).sum(axis=1)
+        displacement = np.zeros((cut, FREQUENCIES))
+        displace(observable, cosine, sine, p, q, displacement)
+        # The mean of the observable is zero, and so is the oscillating part of the displacement.
+        grown = displacement - displacement.mean(axis=0)
+        even = np.arange(1, cut + 1) - 0.5 * (cut + 1)
+        size = np.sqrt(np.sum(grown * grown, axis=0) * np.sum(even * even))
+        out[number] = np.median(np.divide(even @ grown, size, out=np.zeros(len(size)), where=size > 0))
     return out
 
 
-def _growth(observable: Array, frequencies: Array) -> float:
-    count = len(observable)
-    cut = count // 10
-    phase = np.outer(frequencies, np.arange(1, count + 1))
-    p = np.cumsum(observable * np.cos(phase), axis=1)
-    q = np.cumsum(observable * np.sin(phase), axis=1)
-    steps = np.arange(1, cut + 1)
-    displacement = np.empty((len(frequencies), cut))
-    for n in steps:
-        dp, dq = p[:, n : count - cut + n] - p[:, : count - cut], q[:, n : count - cut + n] - q[:, : count - cut]
-        displacement[:, n - 1] = np.mean(dp * dp + dq * dq, axis=1)
-    mean = observable.mean()
-    oscillation = mean * mean * (1 - np.cos(np.outer(frequencies, steps))) / (1 - np.cos(frequencies))[:, None]
-    grown = displacement - oscillation
-    grown -= grown.mean(axis=1, keepdims=True)
-    even = steps - steps.mean()
-    size = np.sqrt(np.sum(grown * grown, axis=1) * np.sum(even * even))
-    return float(np.median(np.divide(grown @ even, size, out=np.zeros(len(size)), where=size > 0)))
+@lru_cache
+def _make_displacement() -> Any:
+    """Mean square displacements after 1, 2, ... returns: the inner loop runs over the frequencies, and so is packed."""
+
+    @compiled(types.void(types.float64[::1], *[types.float64[:, ::1]] * 5))
+    def displace(observable, cosine, sine, p, q, displacement):  # type: ignore[no-untyped-def]
+        for c in range(FREQUENCIES):
+            p[0, c], q[0, c] = observable[0] * cosine[0, c], observable[0] * sine[0, c]
+        for k in range(1, len(observable)):
+            for c in range(FREQUENCIES):
+                p[k, c] = p[k - 1, c] + observable[k] * cosine[k, c]
+                q[k, c] = q[k - 1, c] + observable[k] * sine[k, c]
+        cut = len(displacement)
+        count = len(observable) - cut
+        for n in range(cut):
+            for k in range(count):
+                for c in range(FREQUENCIES):
+                    dp, dq = p[k + n + 1, c] - p[k, c], q[k + n + 1, c] - q[k, c]
+                    displacement[n, c] += dp * dp + dq * dq
+            for c in range(FREQUENCIES):
+                displacement[n, c] /= count
+
+    return displace
 
 
 def classify_motion(
@@ -123,7 +159,8 @@ def classify_motion(
     still = (
         (features["axial_max"] - features["axial_min"] <= t.absolute * sizes[..., 4])
         & (features["bit_speed_max"] - features["bit_speed_min"] <= t.absolute * sizes[..., 7])
-        & (features["radius_max"] - -_largest(-features["section_radius"], -1) <= t.absolute * sizes[..., 0])
+        & (features["radius_max"] - np.nan_to_num(features["section_radius"], nan=np.inf).min(axis=-1)
+           <= t.absolute * sizes[..., 0])
     )
     enough = np.count_nonzero(np.isfinite(features["section_radius"]), axis=-1) >= REPEATS
     if "lyapunov_exponent" in features:
