@@ -2,9 +2,9 @@
 
     python -m benchmarks.extras [--rounds 5] [--out extras]
 
-480 operating points with the default times (300 s, then 200 s observed), one thread, 16 lanes: with the features alone, with 200 returns kept of
-each point, and with the exponent besides, in interleaved rounds. Processor time, labels included; ratios are taken
-within a round.
+480 operating points with the default times (300 s, then 200 s observed), one thread, 16 lanes: with the features alone,
+with 200 returns kept of each point, and with the exponent besides, in interleaved rounds. Processor time, labels
+included; ratios are taken within a round.
 """
 
 from __future__ import annotations
