@@ -185,8 +185,10 @@ def test_messages_elsewhere(basins: Results) -> None:
     with pytest.raises(InputError, match="every operating point has one start"):
         plot.draw(make_results(rotary_speed=SPEEDS), start=0)
     plane = with_starts(make_results(rotary_speed=SPEEDS, depth=[1000.0, 2000.0]))
-    with pytest.raises(InputError, match=r"over depth and rotary_speed; allowed: over one axis.*--depth"):
-        plot.draw(plane)
+    assert plot.kinds_for(plane) == ("window", "basin")
+    with pytest.raises(InputError, match=r"it shows one axis: select a value of the others"):
+        plot.draw(plane, "shares")
+    assert plot.draw(plane, "shares", at={"depth": 1000.0}).axes
     waiting = {name: values.copy() for name, values in basins.variables.items()}
     waiting["attractor"][:] = 0
     assert np.all(waiting["status"] == OK)

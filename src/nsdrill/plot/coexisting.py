@@ -26,7 +26,7 @@ PANELS = (("radius_max", "Greatest radius"), ("axial_max", "Axial range"), ("sti
 
 
 def draw(results: Results, units: str = "si") -> Figure:
-    axis, found = along(results, "attractors")
+    axis, found = along(results)
     x = quantity(axis, units)
     centres = np.asarray(results.coords[axis], float) / x.scale
     figure = new_figure(FULL_WIDTH, HEIGHT)

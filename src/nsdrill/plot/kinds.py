@@ -107,9 +107,10 @@ def fits_columns(data: Results) -> bool:
 
 
 def _start_kinds(data: Results) -> tuple[str, ...]:
-    """Of operating points with several starts; along axes there is no line to draw but one start's own."""
-    if not data.swept:
-        return ("basin",)
+    """Of operating points with several starts; along axes there is no line to draw but one start's own. Over two axes
+    only the window sums the starts up."""
+    if len(data.swept) != 1:
+        return ("window", "basin") if data.swept else ("basin",)
     return tuple(START_KINDS) if not data.slice else ("basin", "shares", "attractors")
 
 
@@ -149,7 +150,7 @@ def _advice(data: Results | Trace, kind: str) -> str:
     if kind in START_KINDS and isinstance(data, Results):
         if "start" not in data.coords:
             return " (it needs several starts of every operating point: initial.ensemble or initial.slice)"
-        return " (it needs a swept axis)"
+        return " (it shows one axis: select a value of the others)" if data.swept else " (it needs a swept axis)"
     if kind in SWEEP_KINDS and isinstance(data, Results):
         return f" (it shows one axis, or two of which one has at most {FEW} values: select one value of the others)"
     if kind in RAMP_KINDS and isinstance(data, Trace):

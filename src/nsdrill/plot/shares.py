@@ -27,7 +27,7 @@ MOST_BARS = 80  # with more operating points every second, third ... has its int
 
 
 def draw(results: Results, units: str = "si") -> Figure:
-    axis, found = along(results, "shares")
+    axis, found = along(results)
     x = quantity(axis, units)
     centres = np.asarray(results.coords[axis], float) / x.scale
     borders = edges(centres)

@@ -12,14 +12,8 @@ from nsdrill.plot.style import RESPONSES
 from nsdrill.variables import BY_NAME
 
 
-def along(results: Results, kind: str) -> tuple[str, list[tuple[list[Attractor], dict[str, int]]]]:
-    """The swept axis, and the attractors and counts of every operating point along it; InputError where two are
-    swept."""
-    if len(results.swept) > 1:
-        others = " or ".join(f"--{name.replace('_', '-')}" for name in results.swept)
-        raise InputError(
-            f"plot kind {kind!r}: found a sweep over {' and '.join(results.swept)}; allowed: over one axis. Select a "
-            f"value of the others with {others}.")
+def along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, int]]]]:
+    """The swept axis, and the attractors and counts of every operating point along it."""
     found = list(describe(flat(results)))
     if not any(attractors for attractors, _ in found):
         raise InputError(
