@@ -132,7 +132,7 @@ def _handles(found: list[Attractor], counts: dict[str, int], colours: list[str],
         handles.append(_handle(label, colour, marker, cells))
     if rest := found[len(colours):]:
         members = sum(one.members for one in rest)
-        label = f"{len(rest)} smaller groups, {members} starts"
+        label = f"{len(rest)} smaller group{'s' * (len(rest) > 1)}, {members} starts"
         handles.append(_handle(label, OTHERS if cells else "#808080", "o", cells))
     if counts["failed"]:
         handles.append(_handle(f"failed ({counts['failed']})", FAILED if cells else "black", "x", cells))
