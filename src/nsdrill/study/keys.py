@@ -35,7 +35,7 @@ _LIMITS: dict[str, dict[str, Any]] = {
     "initial.twist": {"units": "rad", **_ANYWHERE},
     "initial.bit_speed": {"units": "rad/s", **_ANYWHERE},
     "initial.drive_angle": {"units": "rad", **_ANYWHERE},
-    "initial.ensemble": {"low": 0, "strict": False, "high": 1_000_000},
+    "initial.ensemble": {"low": 0, "strict": False, "high": 100_000},
     "initial.seed": {"low": 0, "strict": False, "high": 10**15},
     "initial.spread": {"low": 0.0, "strict": True, "high": 1.0},
     "simulation.transient": {"units": "s", "low": 0.0, "strict": False},

@@ -15,6 +15,7 @@ from nsdrill.units import USUAL, format_quantity
 from nsdrill.variables import STATE_NAMES
 
 MOST_POINTS = 10**8
+MOST_STARTS = 10**6  # of one operating point: they are compared with each other
 
 # (lower key, upper key, True where they may be equal, the key to blame where both are given)
 _ORDER: tuple[tuple[str, str, bool, str], ...] = (
@@ -142,6 +143,9 @@ class Checker:
         if plane and len(plane) != 2:
             yield self.fault(SLICE, f"{len(plane)} of them ({', '.join(plane)})", "two states")
             return
+        if self._starts_of_a_point() > MOST_STARTS:
+            found = f"{self._starts_of_a_point():.3g} starts of every operating point"
+            yield self.fault(key, found, f"at most {bound_text(MOST_STARTS)}")
         procedure = self.resolved["sweep"]["procedure"]
         if procedure != "same" and self._sound("sweep.procedure"):
             found = f"starts of their own at every point, with sweep.procedure: {procedure}, which carries the state on"
