@@ -12,6 +12,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from nsdrill.app.attractors import attractors
     from nsdrill.app.check import check
     from nsdrill.app.hysteresis import hysteresis
     from nsdrill.app.run import run
@@ -29,6 +30,7 @@ _HOME = {
     "NsdrillError": "errors",
     "Study": "study",
     "StudyError": "errors",
+    "attractors": "app.attractors",
     "check": "app.check",
     "hysteresis": "app.hysteresis",
     "load_study": "study",
@@ -47,6 +49,7 @@ __all__ = [
     "NsdrillError",
     "Study",
     "StudyError",
+    "attractors",
     "check",
     "hysteresis",
     "load_study",

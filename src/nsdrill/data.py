@@ -5,6 +5,7 @@ The file rooms fill and read these, the plots draw them; neither knows the other
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -18,8 +19,9 @@ class Results:
     """The results of a sweep.
 
     ``coords`` holds the 1-D coordinates (``procedure``, ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s], ``peak``,
-    ``state``); ``variables`` one array per entry of :data:`nsdrill.variables.VARIABLES`, shaped by its ``dims``;
-    ``attrs`` the root attributes of the file.
+    ``state``), and ``start`` where every operating point is started from several states; ``variables`` one array per
+    entry of :data:`nsdrill.variables.VARIABLES`, shaped by its ``dims`` with ``start`` after the axes; ``attrs`` the
+    root attributes of the file.
     """
 
     coords: dict[str, Array]
@@ -30,10 +32,20 @@ class Results:
         return self.variables[name] if name in self.variables else self.coords[name]
 
     @property
-    def shape(self) -> tuple[int, int, int, int]:
-        """(procedures, depths, WOBs, speeds)."""
-        p, d, w, s = (len(self.coords[name]) for name in ("procedure", "depth", "wob", "rotary_speed"))
-        return p, d, w, s
+    def grid(self) -> tuple[str, ...]:
+        """The dimensions over which points are numbered, the last fastest."""
+        return tuple(name for name in ("procedure", "depth", "wob", "rotary_speed", "start") if name in self.coords)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """(procedures, depths, WOBs, speeds), and the number of starts where each operating point has several."""
+        return tuple(len(self.coords[name]) for name in self.grid)
+
+    @property
+    def slice(self) -> dict[str, Any]:
+        """Where the starts are a slice, its two states, {state: {from, to, points}} in SI; else empty."""
+        resolved = json.loads(self.attrs.get("study_resolved") or "{}")
+        return dict(resolved.get("initial", {}).get("slice", {}))
 
     @property
     def swept(self) -> list[str]:

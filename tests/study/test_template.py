@@ -10,7 +10,7 @@ from nsdrill.model.parameters import Initial, Operation, Parameters
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.study import json_schema, parse_study, template_text
 from nsdrill.study.document import parse
-from nsdrill.study.keys import SECTIONS, all_leaves
+from nsdrill.study.keys import SECTIONS, SLICE, all_leaves
 from nsdrill.study.meanings import MEANINGS
 
 SWEEP_KEYS = {f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along")}
@@ -41,7 +41,7 @@ def test_the_template_has_every_key_with_its_meaning() -> None:
 def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
     groups = {key.rpartition(".")[0] for key in all_leaves()}
     groups |= {group.rpartition(".")[0] for group in groups} - {""}
-    assert set(MEANINGS) == set(all_leaves()) | groups | set(SECTIONS) | SWEEP_KEYS | {"title", "sweep"}
+    assert set(MEANINGS) == set(all_leaves()) | groups | set(SECTIONS) | SWEEP_KEYS | {"title", "sweep", SLICE}
 
 
 def test_defaults_as_text_read_back_exactly() -> None:

@@ -12,6 +12,8 @@ import numpy as np
 
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
+from nsdrill.app.attractors import attractors, labels_of
+from nsdrill.app.run import plan_of
 from nsdrill.data import Results, Trace
 from nsdrill.errors import FileError
 from nsdrill.model.rhs import pack, sizes
@@ -79,10 +81,16 @@ def _summarize_results(results: Results) -> dict[str, Any]:
             "depth": float(results.coords["depth"][d]),
             "wob": float(results.coords["wob"][w]),
             "rotary_speed": float(results.coords["rotary_speed"][s]),
-            "status": flag_words(BY_NAME["status"], int(status[p, d, w, s])),
+            **({"start": int(start[0])} if start else {}),
+            "status": flag_words(BY_NAME["status"], int(status[p, d, w, s, *start])),
         }
-        for p, d, w, s in failed
+        for p, d, w, s, *start in failed
     ]
+    if "start" in results.coords:
+        summary["starts"] = len(results.coords["start"])
+        summary["slice"] = results.slice
+        summary["operating_points"] = attractors(results)
+        return summary
     summary["hysteresis"] = hysteresis(results)
     if len(results.swept) == 1:
         summary["intervals"] = intervals(results)
@@ -166,6 +174,9 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
     thresholds = change_thresholds(study.thresholds, overrides)
     results = read_results(path, [v.name for v in VARIABLES if v.room in ("feature", "label", "section")] + ["status"])
     labels = classify(results.variables, results["status"], thresholds, _sizes(study, results))
+    if "start" in results.coords:
+        plan = plan_of(study)
+        labels["attractor"] = labels_of(study, plan, {**results.variables, **labels}, thresholds.attractors.tolerance)
     changed = {
         name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     now = datetime.now(UTC).isoformat(timespec="seconds")

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.app.attractors import mark
 from nsdrill.app.provenance import provenance
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
@@ -35,7 +36,7 @@ from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Engine, Progress, Start
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
-from nsdrill.variables import OK, PENDING
+from nsdrill.variables import OK, PENDING, Kept
 
 Watch = Callable[[Progress], None]
 SYNC_SECONDS = 1.0
@@ -78,7 +79,7 @@ def run(
     """
     check_sweep(study)
     if path is None:
-        log = MemoryLog(_header(study), plan_of(study).points, study.record.kept())
+        log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
         _compute(study, log, workers or processors(), lambda progress: None, None)
         return collect(log)
     run_study(study, path, workers=workers, overwrite=overwrite, resume=resume, retry_failed=retry_failed)
@@ -112,7 +113,7 @@ def run_study(
     part = part_path(path)
     log: RunLog
     if state == "new":
-        log = RunLog.create(part, _header(study), plan.points, study.record.kept())
+        log = RunLog.create(part, _header(study), plan.points, kept_of(study))
     elif state == "resume":
         log = RunLog.open(part)
     else:
@@ -148,7 +149,12 @@ def run_study(
 
 def plan_of(study: Study) -> Plan:
     """The points and chains of a study; one point for a study that sweeps nothing."""
-    return Plan(study.axes, study.procedure, study.along)
+    return Plan(study.axes, study.procedure, study.along, study.initial.starts)
+
+
+def kept_of(study: Study) -> Kept:
+    """What is kept of each point of a study."""
+    return study.record.kept(study.initial.starts)
 
 
 def work_of(study: Study) -> Work:
@@ -182,6 +188,8 @@ def processors() -> int:
 
 def _header(study: Study) -> dict[str, Any]:
     coords = {"procedure": list(plan_of(study).procedures), **study.axes}
+    if study.initial.starts:
+        coords["start"] = list(range(study.initial.starts))
     return {"coords": coords, "attrs": provenance(study, "run")}
 
 
@@ -198,7 +206,7 @@ def _compute(
     if lanes is None:
         lanes = choose_lanes(-(-plan.chains // workers))
     compiled_parts(lanes, *work.variant)
-    kind = record_dtype(study.record.kept())
+    kind = record_dtype(kept_of(study))
     synced = time.monotonic()
 
     def deliver(points: np.ndarray, columns: dict[str, np.ndarray]) -> None:
@@ -217,6 +225,8 @@ def _compute(
         engine = Engine(work, executor or threads, workers, lanes, deliver, watch, remote=executor is not None)
         progress = engine.run(starts, pending)
     log.sync()
+    if plan.starts:
+        mark(study, plan, log)
     return progress
 
 

@@ -16,9 +16,10 @@ from nsdrill.data import Trace
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.kernel.settings import Simulation
+from nsdrill.model.ensemble import starting_states
 from nsdrill.model.forces import forces
 from nsdrill.model.parameters import Operation
-from nsdrill.model.rhs import STATES, drifts, first_step, initial_states, model_for, pack, sizes
+from nsdrill.model.rhs import STATES, drifts, first_step, model_for, pack, sizes
 from nsdrill.model.schedule import Schedule
 from nsdrill.observe.features import OBSERVED
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
@@ -48,12 +49,14 @@ def simulate(
     depth: float | None = None,
     wob: float | None = None,
     rotary_speed: float | None = None,
+    start: int | None = None,
     duration: float | None = None,
     sample: float = DEFAULT_SAMPLE,
 ) -> Trajectory:
     """Simulate one operating point of a study: depth [m], weight on bit [N], speed [rad/s], by default those of its
-    ``operation``, for ``duration`` [s] (default: transient and observed time, or until the last knot where the study
-    has ramps), sampled every ``sample`` [s]. A value given here takes the place of a ramp of the study."""
+    ``operation``, from the start number ``start`` where the study has several, for ``duration`` [s] (default: transient
+    and observed time, or until the last knot where the study has ramps), sampled every ``sample`` [s]. A value given
+    here takes the place of a ramp of the study."""
     try:
         schedule = scheduled(study, {"depth": depth, "wob": wob, "rotary_speed": rotary_speed})
         operation = schedule.start
@@ -71,8 +74,11 @@ def simulate(
             raise InputError(f"--duration: found {duration:g} s; allowed: more than 0 s.")
         # The marks cut steps: without a transient of its own the run is one observed window.
         simulation = replace(simulation, transient=0.0, observe=duration)
-    initial = initial_states(study.parameters, study.initial, operation.depth, operation.wob, operation.rotary_speed)[0]
-    return _trace(study, schedule, simulation, initial, sample, "simulate", {})
+    number = _start("the study", start, study.initial.starts)
+    initial = starting_states(
+        study.parameters, study.initial, operation.depth, operation.wob, operation.rotary_speed, number)[0]
+    extra = {"start": number} if study.initial.starts else {}
+    return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
 
 
 def replay(
@@ -82,11 +88,13 @@ def replay(
     wob: float | None = None,
     rotary_speed: float | None = None,
     procedure: str | None = None,
+    start: int | None = None,
     sample: float = DEFAULT_SAMPLE,
 ) -> Trajectory:
     """Run the point of the results file ``path`` nearest to these values again, from its stored initial state.
 
-    An axis with a single value may be left out, and so may the procedure where there is one only. InputError for
+    An axis with a single value may be left out, and so may the procedure where there is one only; the number of the
+    ``start`` is needed where every operating point has several, and only there. InputError for
     values beyond the sweep.
     """
     attrs = read_attributes(path)
@@ -109,20 +117,37 @@ def replay(
         if len(plan.procedures) > 1:
             raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
         procedure = plan.procedures[0]
+    begun = _start(path, start, plan.starts)
     try:
-        number, found = plan.find(**wanted, procedure=procedure)
+        number, found = plan.find(**wanted, procedure=procedure, start=begun)
     except ValueError as error:
         raise InputError(f"{path}: {error}.") from error
-    point = read_point(path, *(int(i) for i in np.unravel_index(number, plan.shape)))
+    point = read_point(path, *(int(i) for i in np.unravel_index(number, plan.grid)))
     if point["status"] == PENDING:
         raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
     schedule = Schedule(Operation(*found), {})
-    extra = {"procedure": procedure, "replay_of": str(path)}
+    extra: dict[str, Any] = {"procedure": procedure, "replay_of": str(path)}
+    if plan.starts:
+        extra["start"] = begun
     initial = np.asarray(point["initial_state"], dtype=float)
     result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra)
     same = result.status == int(point["status"]) and bool(
         np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True))
     return replace(result, same_bits=same)
+
+
+def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int:
+    """The number of the start that is asked for, 0 where there is one only; InputError where there is none such."""
+    if start is None:
+        if starts:
+            raise InputError(
+                f"{where}: every operating point has {starts} starts. Say which one with --start, 0 to {starts - 1}.")
+        return 0
+    if not starts:
+        raise InputError(f"{where}: --start: found {start}; allowed: nothing, as every operating point has one start.")
+    if not 0 <= start < starts:
+        raise InputError(f"{where}: --start: found {start}; allowed: 0 to {starts - 1}.")
+    return start
 
 
 def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.ndarray) -> float:

@@ -83,7 +83,11 @@ def _sweep(study: Study, chains: int) -> str:
         first, last = (format_quantity(float(study.axes[name][i]), units) for i in (0, -1))
         count = len(study.axes[name])
         axes.append(f"{label} {first} to {last} ({count} values)" if count > 1 else f"{label} {first}")
-    if study.procedure == "same" or study.along is None:
+    if starts := study.initial.starts:
+        kind = f"a slice over {' and '.join(study.initial.slice)}" if study.initial.slice else (
+            f"an ensemble, seed {study.initial.seed}")
+        how = f"every operating point from {starts} states, {kind}"
+    elif study.procedure == "same" or study.along is None:
         how = "every point from the same initial state"
     else:
         way = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]

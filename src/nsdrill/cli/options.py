@@ -68,6 +68,10 @@ def quantity(name: str, units: str, text: str, **more: Any) -> Decorator:
     return click.option(name, type=Quantity(units), metavar="Q", help=text, **more)
 
 
+start = click.option(
+    "--start", type=int, metavar="K", help="Number of the start, from 0, where every operating point has several.")
+
+
 def file_argument(name: str) -> Decorator:
     """A file to read."""
     return click.argument(name, type=FileName())

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
         "plot map.h5 --wob 20kN -o cut.pdf --units field",
         "plot trace.h5 --kind orbit -o orbit.svg",
         "plot trace.h5 --kind ramp --over out.h5 -o ramp.png",
+        "plot ensemble.h5 --kind basin --rotary-speed 3rad/s --states z,vz -o basin.png",
     ),
 )
 @options.file_argument("file")
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 @options.quantity("--depth", "m", "Cut a sweep of several axes at this depth.")
 @options.quantity("--wob", "N", "Cut at this weight on bit.")
 @options.quantity("--rotary-speed", "rad/s", "Cut at this top-drive speed.")
+@options.start
+@click.option("--states", metavar="A,B", help="The two states of a basin drawn from an ensemble: z,vz say.")
 @click.option(
     "--over", type=options.FileName(), metavar="OUT.h5",
     help="With the trace of a ramp and --kind ramp: draw it over the peaks of this sweep.",
@@ -40,7 +43,7 @@ if TYPE_CHECKING:
 @options.overwrite
 def command(
     file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
-    rotary_speed: float | None, over: str | None, overwrite: bool,
+    rotary_speed: float | None, start: int | None, states: str | None, over: str | None, overwrite: bool,
 ) -> int:  # fmt: skip
     """Draw FILE: a results file, the .part file of a run that goes on, or a trace."""
     from nsdrill.cli.reading import outline, read
@@ -64,10 +67,15 @@ def command(
     if at and isinstance(data, Trace):
         option = "--" + next(iter(at)).replace("_", "-")
         raise InputError(f"{option}: found with a trace, which is of one point; allowed: with a results file.")
-    if not isinstance(data, Trace):
-        data = read(file, needed(data, kind, at))
+    if isinstance(data, Trace):
+        for option, value in (("--start", start), ("--states", states)):
+            if value is not None:
+                raise InputError(f"{option}: found with a trace; allowed: with the results of several starts.")
+    else:
+        data = read(file, needed(data, kind, at, start))
     behind = None if over is None else _sweep(over, output)
-    save(draw(data, kind, units=units, at=at or None, over=behind), output)
+    pair = None if states is None else [name.strip() for name in states.split(",")]
+    save(draw(data, kind, units=units, at=at or None, over=behind, start=start, states=pair), output)
     click.echo(f"{output}: drawn.", err=True)
     return 0
 

@@ -13,6 +13,7 @@ from nsdrill.cli.simulate import finish
     epilog=options.examples(
         "replay out.h5 --depth 3000m -o trace.h5",
         "replay out.h5 --rotary-speed 60rpm --procedure down -o trace.h5 --sample 1ms",
+        "replay ensemble.h5 --rotary-speed 3rad/s --start 17 -o trace.h5",
     ),
 )
 @options.file_argument("results")
@@ -23,11 +24,12 @@ from nsdrill.cli.simulate import finish
 @click.option(
     "--procedure", type=click.Choice(["same", "up", "down"]), help="Which sweep. Needed where the file has up and down."
 )
+@options.start
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
 @options.overwrite
 def command(
     results: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None,
-    procedure: str | None, sample: float | None, overwrite: bool,
+    procedure: str | None, start: int | None, sample: float | None, overwrite: bool,
 ) -> int:  # fmt: skip
     """Run one point of RESULTS again, from its stored initial state and bit for bit, and write its trajectory.
 
@@ -40,15 +42,16 @@ def command(
 
     claim_file(output, overwrite)
     result = replay(
-        results, depth=depth, wob=wob, rotary_speed=rotary_speed, procedure=procedure,
+        results, depth=depth, wob=wob, rotary_speed=rotary_speed, procedure=procedure, start=start,
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )  # fmt: skip
     attrs = result.trace.attrs
     asked = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     near = any(value is not None and abs(value - attrs[name]) > 1e-3 * abs(value) for name, value in asked.items())
+    which = "" if start is None else f", start {start}"
     click.echo(
         f"Point: {format_quantity(attrs['depth'], 'm')}, {format_quantity(attrs['wob'], 'kN')}, "
-        f"{format_quantity(attrs['rotary_speed'], 'rad/s')}, {attrs['procedure']}"
+        f"{format_quantity(attrs['rotary_speed'], 'rad/s')}, {attrs['procedure']}{which}"
         f"{', the nearest of the sweep' if near else ''}.",
         err=True,
     )

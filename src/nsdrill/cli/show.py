@@ -34,7 +34,7 @@ def command(file: str, as_json: bool) -> int:
     return 0
 
 
-def _value(name: str, value: float, *, field: bool = False) -> str:
+def value_text(name: str, value: float, *, field: bool = False) -> str:
     from nsdrill.units import format_quantity
 
     _, si, other = AXES[name]
@@ -49,11 +49,14 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
     click.echo(f"  made           {s['created']} by nsdrill {s['nsdrill_version']}")
     for name, axis in s["axes"].items():
         label = AXES[name][0]
-        text = _value(name, axis["from"], field=axis["points"] == 1)
+        text = value_text(name, axis["from"], field=axis["points"] == 1)
         if axis["points"] > 1:
-            text += f" to {_value(name, axis['to'])}, {axis['points']} values"
+            text += f" to {value_text(name, axis['to'])}, {axis['points']} values"
         click.echo(f"  {label:14s} {text}")
     status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
+    if starts := s.get("starts"):
+        kind = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"
+        click.echo(f"  starts         {starts} of every operating point, {kind}")
     click.echo(f"  points         {s['points']}: {status}; {s['settled']} settled")
     if s["thresholds"]:
         click.echo(f"  labels         with {', '.join(s['thresholds'])}")
@@ -63,19 +66,23 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
         if total:
             click.echo(f"\nResponses, {procedure}:")
         for word, count in counts.items():
-            click.echo(f"  {_words(word):32s} {count:8d}  {100 * count / total:5.1f} %")
+            click.echo(f"  {in_words(word):32s} {count:8d}  {100 * count / total:5.1f} %")
         if kinds := s["whirl_kinds"][procedure]:
-            click.echo("  whirl: " + ", ".join(f"{count} {_words(word)}" for word, count in kinds.items()))
+            click.echo("  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items()))
         if motions := s.get("motions", {}).get(procedure):
-            click.echo("  motion: " + ", ".join(f"{count} {_words(word)}" for word, count in motions.items()))
+            click.echo("  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items()))
         for name, grades in s["severities"][procedure].items():
             if set(grades) - {"none"}:
-                what = _words(name).removesuffix(" severity")
-                counted = ", ".join(f"{count} {_words(word)}" for word, count in grades.items())
+                what = in_words(name).removesuffix(" severity")
+                counted = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
                 click.echo(f"  severity, {what}: {counted}")
     if intervals := s.get("intervals"):
         _show_intervals(intervals)
-    if hysteresis := s["hysteresis"]:
+    if "operating_points" in s:
+        from nsdrill.cli.attractors import show_attractors
+
+        show_attractors(s)
+    if hysteresis := s.get("hysteresis"):
         _show_hysteresis(hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1])
     if s["ranges"]:
         click.echo("\nLeast and greatest over all points:")
@@ -83,13 +90,14 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
     if failed := s["failed"]:
         click.echo(f"\nFailed points ({len(failed)}), to look at with nsdrill replay:")
         for point in failed[:MOST_FAILED]:
-            where = ", ".join(_value(name, point[name]) for name in AXES)
-            click.echo(f"  {_words(point['status'])}: {where}, {point['procedure']}")
+            where = ", ".join(value_text(name, point[name]) for name in AXES)
+            where += f", start {point['start']}" if "start" in point else ""
+            click.echo(f"  {in_words(point['status'])}: {where}, {point['procedure']}")
         if len(failed) > MOST_FAILED:
             click.echo(f"  and {len(failed) - MOST_FAILED} more (all with --json)")
 
 
-def _words(flag: str) -> str:
+def in_words(flag: str) -> str:
     """``bit_bounce+stick_slip`` as people write it."""
     for name, word in (("bit_bounce", "bit-bounce"), ("stick_slip", "stick-slip"), ("quasi_", "quasi-"), ("_", " ")):
         flag = flag.replace(name, word)
@@ -100,11 +108,11 @@ def _show_intervals(intervals: list[dict[str, Any]]) -> None:
     click.echo("\nAlong the sweep:")
     for row in intervals[:MOST_INTERVALS]:
         name = row["axis"]
-        ends = _value(name, row["from"])
+        ends = value_text(name, row["from"])
         if row["points"] > 1:
-            ends += f" to {_value(name, row['to'])}"
+            ends += f" to {value_text(name, row['to'])}"
         points = "1 point" if row["points"] == 1 else f"{row['points']} points"
-        click.echo(f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {_words(row['response'])}")
+        click.echo(f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {in_words(row['response'])}")
     if len(intervals) > MOST_INTERVALS:
         click.echo(f"  and {len(intervals) - MOST_INTERVALS} more (all with --json)")
 
@@ -115,21 +123,21 @@ def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str]) -> None:
     click.echo(f"\nWhere up and down differ, along the {AXES[axis][0]}:")
     before = None
     for row in rows[:MOST_INTERVALS]:
-        here = ", ".join(_value(name, row[name]) if name in AXES else f"{name} {row[name]}" for name in held)
+        here = ", ".join(value_text(name, row[name]) if name in AXES else f"{name} {row[name]}" for name in held)
         if here and here != before:
             click.echo(f"  at {here}")
         before = here
-        ends = _value(axis, row["from"])
+        ends = value_text(axis, row["from"])
         if row["points"] > 1:
-            ends += f" to {_value(axis, row['to'])}"
+            ends += f" to {value_text(axis, row['to'])}"
         points = "1 point" if row["points"] == 1 else f"{row['points']} points"
-        click.echo(f"  {ends:32s} {points:>12s}  {_words('+'.join(row['differs'])):22s}  up {_words(row['up'])}; "
-                   f"down {_words(row['down'])}{'; open end' if row['open'] else ''}")
+        click.echo(f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up {in_words(row['up'])}; "
+                   f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}")
     if len(rows) > MOST_INTERVALS:
         click.echo(f"  and {len(rows) - MOST_INTERVALS} more (all with --json)")
     steps = [row["step"] for row in rows if row["step"] is not None]
     if steps:
-        click.echo(f"  The true ends lie outside, within one step of the axis: up to {_value(axis, max(steps))}.")
+        click.echo(f"  The true ends lie outside, within one step of the axis: up to {value_text(axis, max(steps))}.")
     if any(row["open"] for row in rows):
         click.echo("  An end is open where the sweep ended or a point failed: nothing bounds it there.")
 
@@ -149,12 +157,12 @@ def _show_trace(file: str, s: dict[str, Any]) -> None:
             ramp = s["ramps"][name]
             click.echo(f"  {label:14s} ramp: {knots_text(ramp['time'], ramp['value'], AXES[name][1])}")
         elif name in s:
-            click.echo(f"  {label:14s} {_value(name, s[name], field=True)}")
+            click.echo(f"  {label:14s} {value_text(name, s[name], field=True)}")
     if "procedure" in s:
         click.echo(f"  procedure      {s['procedure']}")
     click.echo(
         f"  samples        {s['samples']} over {s['duration']:g} s; {s.get('steps', '?')} steps; "
-        f"ended {_words(str(s.get('status', '')))}")
+        f"ended {in_words(str(s.get('status', '')))}")
     if s["ranges"]:
         click.echo("\nLeast and greatest:")
         _show_ranges(s["ranges"])

@@ -31,6 +31,7 @@ ENDINGS = {
 @options.quantity("--depth", "m", "Depth. Default: operation.depth of the study, value or ramp.")
 @options.quantity("--wob", "N", "Weight on bit. Default: operation.wob.")
 @options.quantity("--rotary-speed", "rad/s", "Top-drive speed. Default: operation.rotary_speed.")
+@options.start
 @options.quantity(
     "--duration", "s", "Simulated time. Default: the study's transient and observed time; with a ramp, its last knot.")
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
@@ -38,7 +39,7 @@ ENDINGS = {
 @options.overwrite
 def command(
     study: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None,
-    duration: float | None, sample: float | None, overrides: tuple[str, ...], overwrite: bool,
+    start: int | None, duration: float | None, sample: float | None, overrides: tuple[str, ...], overwrite: bool,
 ) -> int:  # fmt: skip
     """Simulate one operating point of STUDY, or along its ramps, and write the trajectory.
 
@@ -55,7 +56,7 @@ def command(
 
     claim_file(output, overwrite)
     result = simulate(
-        loaded, depth=depth, wob=wob, rotary_speed=rotary_speed, duration=duration,
+        loaded, depth=depth, wob=wob, rotary_speed=rotary_speed, start=start, duration=duration,
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )  # fmt: skip
     return finish(result, output)

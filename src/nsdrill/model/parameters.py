@@ -230,7 +230,12 @@ class Operation(_Checked):
 @dataclass(frozen=True)
 class Initial:
     """The state at the start. ``None`` stands for the natural value: ``z`` for the static position under the weight on
-    bit, ``bit_speed`` for the top-drive speed."""
+    bit, ``bit_speed`` for the top-drive speed.
+
+    With an ``ensemble`` of two or more every operating point is started from so many states, drawn as
+    :mod:`nsdrill.model.ensemble` says; with a ``slice``, {state: {from, to, points}} of two states in SI, from all
+    pairs of their values, the other states as given.
+    """
 
     x: float = 1e-3
     y: float = 0.0
@@ -241,6 +246,17 @@ class Initial:
     twist: float = 0.0
     bit_speed: float | None = None
     drive_angle: float = 0.0
+    ensemble: int = 0
+    seed: int = 0
+    spread: float = 1.0
+    slice: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    @property
+    def starts(self) -> int:
+        """How many states each operating point is started from, where there are several; else 0."""
+        if self.slice:
+            return math.prod(int(axis["points"]) for axis in self.slice.values())
+        return self.ensemble if self.ensemble > 1 else 0
 
 
 def describe(record: Any, visit: Callable[[str, Any, Any], None], prefix: str = "") -> None:

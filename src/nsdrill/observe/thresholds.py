@@ -92,6 +92,14 @@ class Motion:
 
 
 @dataclass(frozen=True)
+class Attractors:
+    """Attractors: two starts of an operating point are on the same one where their scaled features, and those of a
+    chain of other starts between them, differ by less than ``tolerance`` (:mod:`nsdrill.analysis.attractors`)."""
+
+    tolerance: float = parameter(0.05, "", "R: see Coexistence", "convention")
+
+
+@dataclass(frozen=True)
 class Thresholds:
     """All thresholds; ``stuck_below`` [rad/s] is the bit speed under which the bit counts as stuck."""
 
@@ -100,6 +108,7 @@ class Thresholds:
     whirl: Whirl = field(default_factory=Whirl)
     settled: Settled = field(default_factory=Settled)
     motion: Motion = field(default_factory=Motion)
+    attractors: Attractors = field(default_factory=Attractors)
     stuck_below: float = parameter(5 * math.pi / 30, "rad/s", "field practice: bit-stuck time below 5 rpm", "high")
 
 

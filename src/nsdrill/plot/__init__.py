@@ -5,12 +5,20 @@ matplotlib is imported when something is drawn, and pyplot never: no window, no 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.kinds import DESCRIPTIONS, SWEEP_KINDS, choose_kind, fits_columns, kinds_for, variables_for
+from nsdrill.plot.kinds import (
+    DESCRIPTIONS,
+    START_KINDS,
+    SWEEP_KINDS,
+    choose_kind,
+    fits_columns,
+    kinds_for,
+    variables_for,
+)  # fmt: skip
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
 from nsdrill.plot.saving import FORMATS, check_suffix, save
 
@@ -24,13 +32,14 @@ __all__ = [
 
 def draw(
     data: Results | Trace, kind: str | None = None, *, units: str = "si", at: Mapping[str, float] | None = None,
-    over: Results | None = None,
+    over: Results | None = None, start: int | None = None, states: Sequence[str] | None = None,
 ) -> Figure:  # fmt: skip
     """Draw ``data`` in one of its :func:`kinds_for`, the first of them if ``kind`` is None.
 
     ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` holds axes of a sweep at one of their
     values, in SI: ``{"wob": 22240.0}`` draws the cut of a map. ``over`` is a sweep for the kind ``ramp`` to be drawn
-    over.
+    over. ``start`` draws one start of every operating point, where there are several; ``states`` are the two over which
+    an ensemble's ``basin`` is drawn.
     """
     check_units(units)
     from nsdrill.plot.style import house_style, settle
@@ -41,7 +50,7 @@ def draw(
         else:
             if over is not None:
                 raise InputError("--over: found with a sweep; allowed: with the trace of a ramp and --kind ramp.")
-            figure = _draw_sweep(data, kind, units, at)
+            figure = _draw_sweep(_cut(data, at, start), kind, units, states)
         settle(figure)
     return figure
 
@@ -58,17 +67,19 @@ def draw_window(data: Results, severity: int | None = None, *, units: str = "si"
     return figure
 
 
-def needed(outline: Results, kind: str | None = None, at: Mapping[str, float] | None = None) -> tuple[str, ...]:
+def needed(
+    outline: Results, kind: str | None = None, at: Mapping[str, float] | None = None, start: int | None = None
+) -> tuple[str, ...]:
     """The variables that :func:`draw` uses of a sweep with these coordinates; ``outline`` has no numbers in it."""
-    return variables_for(choose_kind(_cut(outline, at), kind))
+    return variables_for(choose_kind(_cut(outline, at, start), kind))
 
 
-def _cut(data: Results, at: Mapping[str, float] | None) -> Results:
-    from nsdrill.plot.slices import AXES, ordered
+def _cut(data: Results, at: Mapping[str, float] | None, start: int | None = None) -> Results:
+    from nsdrill.plot.slices import AXES, one_start, ordered
 
     if unknown := set(at or ()) - set(AXES):
         raise InputError(f"at: found {', '.join(sorted(unknown))}; allowed: {', '.join(AXES)}.")
-    return ordered(data, at)
+    return ordered(data if start is None else one_start(data, start), at)
 
 
 def _draw_trace(trace: Trace, kind: str | None, units: str, over: Results | None) -> Figure:
@@ -84,11 +95,16 @@ def _draw_trace(trace: Trace, kind: str | None, units: str, over: Results | None
     return traces.draw(trace, kind, units)
 
 
-def _draw_sweep(data: Results, kind: str | None, units: str, at: Mapping[str, float] | None) -> Figure:
-    from nsdrill.plot import bifurcation, maps, motion, poincare, summary, window
+def _draw_sweep(data: Results, kind: str | None, units: str, states: Sequence[str] | None) -> Figure:
+    from nsdrill.plot import basin, bifurcation, coexisting, maps, motion, poincare, shares, summary, window
 
-    data = _cut(data, at)
     kind = choose_kind(data, kind)
+    if states and kind != "basin":
+        raise InputError(f"--states: found with the kind {kind!r}; allowed: with basin.")
+    if kind == "basin":
+        return basin.draw(data, units, states)
+    if kind in START_KINDS:
+        return shares.draw(data, units) if kind == "shares" else coexisting.draw(data, units)
     if kind == "window":
         return window.draw(data, units)
     if kind == "bifurcation":

@@ -27,6 +27,11 @@ MAP_KINDS = {
     "motion": SECTION_KINDS["motion"],
     "window": "where all procedures are safe, where only some, and the recommended operating point",
 }
+START_KINDS = {
+    "shares": "shares of the starts by response and attractor along one axis, with 95 % intervals",
+    "attractors": "radius, axial range and stick-slip index of each attractor along one axis, size by share",
+    "basin": "which start goes to which attractor, over two states; of one operating point",
+}
 ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
 SUMMARY = ("stick_slip_index", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio")
 TRACE_KINDS = {
@@ -43,7 +48,7 @@ _VALUES = {name: v.long_name for name, v in BY_NAME.items() if v.dtype == "f8" a
 _VALUES |= {alias: _VALUES[name] for alias, name in ALIASES.items()}
 
 DESCRIPTIONS = {
-    **SWEEP_KINDS, **SECTION_KINDS, **POINT_KINDS, **MAP_KINDS, **TRACE_KINDS, **RAMP_KINDS,
+    **SWEEP_KINDS, **SECTION_KINDS, **POINT_KINDS, **MAP_KINDS, **START_KINDS, **TRACE_KINDS, **RAMP_KINDS,
     **{k: f"{words}: one value" for k, words in _VALUES.items()},
 }  # fmt: skip
 
@@ -64,6 +69,10 @@ def variables_for(kind: str) -> tuple[str, ...]:
         "motion": ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),
         "section": ("motion", "period", *SECTION),
         "window": ("trusted",) if "trusted" in BY_NAME else (),
+        "shares": ("attractor", "whirl_kind", "settled"),
+        "attractors": (
+            "attractor", "whirl_kind", "settled", "radius_max", "axial_min", "axial_max", "stick_slip_index"),
+        "basin": ("attractor", "whirl_kind", "settled", "initial_state"),
     }.get(kind, (name,) if (name := value_name(kind)) else ())
     return ("status", "response", *shown)
 
@@ -72,6 +81,8 @@ def kinds_for(data: Results | Trace) -> tuple[str, ...]:
     """The kinds in which ``data`` can be drawn, the default first."""
     if isinstance(data, Trace):
         return (*TRACE_KINDS, *(RAMP_KINDS if moving(data) else ()))
+    if "start" in data.coords:
+        return _start_kinds(data)
     first = ("stick_slip_index", *ALIASES, "whirl_ratio")  # the named ones before the rest
     values = tuple(dict.fromkeys((*first, *(name for name in _VALUES if name in data.variables))))
     values = tuple(kind for kind in values if ALIASES.get(kind, kind) in data.variables)
@@ -95,6 +106,14 @@ def fits_columns(data: Results) -> bool:
     return len(lengths) < 2 or (len(lengths) == 2 and lengths[0] <= FEW)
 
 
+def _start_kinds(data: Results) -> tuple[str, ...]:
+    """Of operating points with several starts; along axes there is no line to draw but one start's own. Over two axes
+    only the window sums the starts up."""
+    if len(data.swept) != 1:
+        return ("window", "basin") if data.swept else ("basin",)
+    return tuple(START_KINDS) if not data.slice else ("basin", "shares", "attractors")
+
+
 def choose_kind(data: Results | Trace, kind: str | None) -> str:
     """The kind to draw: the one asked for, the default if none was; an error that lists the choices otherwise."""
     allowed = kinds_for(data)
@@ -103,6 +122,10 @@ def choose_kind(data: Results | Trace, kind: str | None) -> str:
     if kind in allowed:
         return kind
     listing = "\n".join(f"  {name:<24} {DESCRIPTIONS[name]}" for name in allowed)
+    if isinstance(data, Results) and "start" in data.coords and kind in DESCRIPTIONS and kind not in START_KINDS:
+        raise InputError(
+            f"plot kind: found {kind!r}, which draws one start of every operating point, with {_what(data)}; allowed "
+            f"here:\n{listing}\nor {kind!r} with --start, 0 to {len(data.coords['start']) - 1}.")
     if kind in DESCRIPTIONS:
         raise InputError(f"plot kind: found {kind!r}, which does not fit {_what(data)}{_advice(data, kind)}; "
                          f"allowed here:\n{listing}")
@@ -115,7 +138,8 @@ def _what(data: Results | Trace) -> str:
     if isinstance(data, Trace):
         return "a trace"
     axes = [f"{axis} ({len(data.coords[axis])} values)" for axis in data.swept]
-    return f"a sweep over {' and '.join(axes)}" if axes else "a single point"
+    what = f"a sweep over {' and '.join(axes)}" if axes else "a single point"
+    return f"{what} with {len(data.coords['start'])} starts each" if "start" in data.coords else what
 
 
 def _advice(data: Results | Trace, kind: str) -> str:
@@ -123,6 +147,10 @@ def _advice(data: Results | Trace, kind: str) -> str:
         return " (it shows one operating point: select a value of every axis)"
     if kind in (*SECTION_KINDS, *POINT_KINDS) and isinstance(data, Results) and "motion" not in data.variables:
         return " (no returns to the Poincare section were recorded: run with record.poincare)"
+    if kind in START_KINDS and isinstance(data, Results):
+        if "start" not in data.coords:
+            return " (it needs several starts of every operating point: initial.ensemble or initial.slice)"
+        return " (it shows one axis: select a value of the others)" if data.swept else " (it needs a swept axis)"
     if kind in SWEEP_KINDS and isinstance(data, Results):
         return f" (it shows one axis, or two of which one has at most {FEW} values: select one value of the others)"
     if kind in RAMP_KINDS and isinstance(data, Trace):

@@ -29,6 +29,19 @@ def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
     return Results(coords, variables, results.attrs)
 
 
+def one_start(results: Results, start: int) -> Results:
+    """The results of one start of every operating point, as of a sweep without others."""
+    if "start" not in results.coords:
+        raise InputError(f"--start: found {start}; allowed: nothing, as every operating point has one start.")
+    count = len(results.coords["start"])
+    if not 0 <= start < count:
+        raise InputError(f"--start: found {start}; allowed: 0 to {count - 1}.")
+    coords = {name: values for name, values in results.coords.items() if name != "start"}
+    place = results.grid.index("start")
+    variables = {name: v.take(start, axis=place) for name, v in results.variables.items() if name != "attractor"}
+    return Results(coords, variables, results.attrs)
+
+
 def _index_of(axis: str, values: Array, wanted: float) -> int:
     nearest = int(np.argmin(np.abs(values - wanted)))
     if not np.isclose(values[nearest], wanted, rtol=1e-6, atol=0.0):

@@ -20,7 +20,7 @@ _ROOMS = ("run", "label", "feature")
 def to_csv(
     results: Results, path: str | os.PathLike[str], *, peaks: bool = False, section: bool = False, states: bool = False
 ) -> None:
-    """One row per point: the four coordinates, every variable, and the flags once more in words.
+    """One row per point: its coordinates, every variable, and the flags once more in words.
 
     Peaks, returns to the section and states take a column per entry, ``axial_peaks_0 [m]``, if asked for.
     Numbers have as many digits as give back the same bits; a missing one is ``nan``. Written row by row.
@@ -30,10 +30,11 @@ def to_csv(
     chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].room in rooms]
     with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow([*(_heading(name, COORDINATES[name][0]) for name in POINT), *_headings(results, chosen)])
+        heads = ["start" if name == "start" else _heading(name, COORDINATES[name][0]) for name in results.grid]
+        writer.writerow([*heads, *_headings(results, chosen)])
         words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
         for place in np.ndindex(*results.shape):
-            row: list[object] = [results.coords[n][i].item() for n, i in zip(POINT, place, strict=True)]
+            row: list[object] = [results.coords[n][i].item() for n, i in zip(results.grid, place, strict=True)]
             for variable in chosen:
                 value: Array = results.variables[variable.name][place]
                 row.extend(np.atleast_1d(value).tolist())
@@ -75,7 +76,7 @@ def _headings(results: Results, chosen: Iterable[Variable]) -> list[str]:
         elif variable.flag_meanings is not None:
             names.extend((variable.name, f"{variable.name}_words"))
         else:
-            names.append(_heading(variable.name, "" if variable.room == "run" else variable.units))
+            names.append(_heading(variable.name, "" if variable.dtype.startswith("i") else variable.units))
     return names
 
 

@@ -35,6 +35,9 @@ _LIMITS: dict[str, dict[str, Any]] = {
     "initial.twist": {"units": "rad", **_ANYWHERE},
     "initial.bit_speed": {"units": "rad/s", **_ANYWHERE},
     "initial.drive_angle": {"units": "rad", **_ANYWHERE},
+    "initial.ensemble": {"low": 0, "strict": False, "high": 100_000},
+    "initial.seed": {"low": 0, "strict": False, "high": 10**15},
+    "initial.spread": {"low": 0.0, "strict": True, "high": 1.0},
     "simulation.transient": {"units": "s", "low": 0.0, "strict": False},
     "simulation.observe": {"units": "s", "low": 0.0, "strict": True},
     "simulation.rtol": {"low": 1e-13, "strict": False, "high": 1e-2},
@@ -44,6 +47,8 @@ _LIMITS: dict[str, dict[str, Any]] = {
     "classify.motion.longest_period": {"low": 1, "strict": False, "high": 1000},
 }
 """Units and ranges of the keys whose dataclasses do not carry them."""
+
+SLICE = "initial.slice"  # its values are ranges of states, as the axes of the sweep are: no leaf
 
 
 @dataclass(frozen=True)
@@ -150,6 +155,8 @@ def leaves(cls: type, prefix: str) -> Iterator[Leaf]:
     for item in fields(cls):
         kind = hints[item.name]
         key = f"{prefix}.{item.name}"
+        if key == SLICE:
+            continue
         if is_dataclass(kind) and isinstance(kind, type):
             yield from leaves(kind, key)
         else:

@@ -13,13 +13,14 @@ from nsdrill.errors import Fault, StudyError
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study import overrides as setting
 from nsdrill.study.document import Document, KeyPath, dotted, parse, read_text
-from nsdrill.study.keys import SECTIONS, all_leaves, did_you_mean, shown
+from nsdrill.study.keys import SECTIONS, SLICE, all_leaves, did_you_mean, shown
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE, has_ramp, take_ramps
 from nsdrill.study.relations import Checker
 from nsdrill.study.resolved import build, study_from_resolved
 from nsdrill.study.study import AXES, Study
 from nsdrill.units import QuantityError
+from nsdrill.variables import STATE_NAMES
 
 _RANGE = ("from", "to", "points")
 _MOST_FAULTS = 100  # told of one file; nobody reads more
@@ -100,8 +101,7 @@ def _validate(document: Document, stand_in: bool = False) -> tuple[dict[str, Any
     faults = [_fault(document, _path(detail["loc"]), detail) for detail in details]
     faulty = {fault.key for fault in faults}
     while True:  # more than once where taking one value out shows another in a new light, a law and its stiffness
-        paths = [_path(detail["loc"]) for detail in details]
-        paths = [path[:2] if path[0] in ("sweep", "operation") else path for path in paths]
+        paths = [_whole(_path(detail["loc"])) for detail in details]
         faulty |= {dotted(path) for path in paths}
         data = {"sweep": {}, **_without(data, paths)}
         try:
@@ -117,6 +117,13 @@ def _path(loc: tuple[str | int, ...]) -> KeyPath:
     if len(loc) > 2 and loc[0] in ("sweep", "operation") and loc[1] in AXES:
         return (*loc[:2], *loc[3:])
     return loc
+
+
+def _whole(path: KeyPath) -> KeyPath:
+    """The path of the range or ramp that ``path`` lies in, as one without one of its values is none; else itself."""
+    if path[0] in ("sweep", "operation"):
+        return path[:2]
+    return path[:3] if path[:2] == ("initial", "slice") else path
 
 
 def _without(data: Any, paths: list[KeyPath]) -> Any:
@@ -160,10 +167,12 @@ def _fault(document: Document, path: KeyPath, detail: Any) -> Fault:
 
 
 def _children(prefix: str) -> list[str]:
-    if prefix.startswith("sweep."):
+    if prefix.startswith(("sweep.", f"{SLICE}.")):
         return list(_RANGE)
     if prefix.startswith("operation."):
         return ["ramp"]
+    if prefix == SLICE:
+        return list(STATE_NAMES)
     start = f"{prefix}." if prefix else ""
     return [key[len(start):] for key in MEANINGS if key.startswith(start) and "." not in key[len(start):]]
 
@@ -195,11 +204,19 @@ def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any],
     made: dict[str, Any] = {}
     for axis in AXES:
         if axis in sweep:
-            value, fault = _ascending(document, axis, sweep[axis])
+            value, fault = _ascending(document, ("sweep", axis), sweep[axis])
             if fault is None:
                 made[axis] = value
             else:
                 faults.append(fault)
+    ranges = given.get("initial", {}).get("slice", {})
+    plane: dict[str, Any] = {}
+    resolved["initial"]["slice"] = plane
+    for state in STATE_NAMES:
+        if state in ranges:
+            value, fault = _ascending(document, ("initial", "slice", state), ranges[state])
+            plane |= {state: value} if fault is None else {}
+            faults += [fault] if fault else []
     procedure, along = sweep.get("procedure", "same"), sweep.get("along")
     if procedure == "same":
         along = None  # nothing is carried
@@ -211,19 +228,18 @@ def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any],
 
 def _merged(defaults: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
     return {
-        name: _merged(value, given.get(name, {})) if isinstance(value, dict) else given.get(name, value)
+        name: _merged(value, given.get(name, {})) if value and isinstance(value, dict) else given.get(name, value)
         for name, value in defaults.items()
     }
 
 
-def _ascending(document: Document, axis: str, value: Any) -> tuple[Any, Fault | None]:
+def _ascending(document: Document, path: KeyPath, value: Any) -> tuple[Any, Fault | None]:
     """An axis in ascending order: a list, or {from, to, points} as that, however many points it has."""
-    path: KeyPath = ("sweep", axis)
     place = document.place(path)
     key = dotted(path)
     if isinstance(value, dict):
         low, high = sorted((value["from"], value["to"]))
-        if low == high or (high - low) / (value["points"] - 1) <= 4 * math.ulp(high):
+        if low == high or (high - low) / (value["points"] - 1) <= 4 * math.ulp(max(abs(low), abs(high))):
             return None, Fault(key, "values that are the same", "from and to that differ", place.line, place.column)
         return {"from": low, "to": high, "points": value["points"]}, None
     values = sorted(value) if isinstance(value, list) else [value]
@@ -233,7 +249,7 @@ def _ascending(document: Document, axis: str, value: Any) -> tuple[Any, Fault | 
         if first == second:
             at = [index for index, item in enumerate(value) if item == second][1]
             place = document.place((*path, at))
-            raw = document.data["sweep"][axis][at]
+            raw = document.data["sweep"][path[-1]][at]
             found = f"{shown(raw)}, which is there a second time"
             return None, Fault(dotted((*path, at)), found, "each value once", place.line, place.column)
     return values, None

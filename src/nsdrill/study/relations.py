@@ -8,12 +8,14 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.study.document import Document, KeyPath, dotted
-from nsdrill.study.keys import Leaf, bound_text, shown
+from nsdrill.study.keys import SLICE, Leaf, bound_text, shown
 from nsdrill.study.ramps import has_ramp
 from nsdrill.study.study import AXES
 from nsdrill.units import USUAL, format_quantity
+from nsdrill.variables import STATE_NAMES
 
 MOST_POINTS = 10**8
+MOST_STARTS = 10**6  # of one operating point: they are compared with each other
 
 # (lower key, upper key, True where they may be equal, the key to blame where both are given)
 _ORDER: tuple[tuple[str, str, bool, str], ...] = (
@@ -51,6 +53,7 @@ class Checker:
         yield from self.order()
         yield from self._depths()
         yield from self._initial()
+        yield from self._starts()
         yield from self._sweep()
 
     def order(self, section: str = "") -> Iterator[Fault]:
@@ -116,11 +119,43 @@ class Checker:
         if not self._sound(*keys):
             return
         gap = (self._value("well.diameter") - self._value("drillstring.collar.outer_diameter")) / 2
-        radius = math.hypot(self._value("initial.x"), self._value("initial.y"))
-        if gap > 0.0 and radius > gap:
+        plane = self._value(SLICE)
+        reach = {name: max(abs(plane[name]["from"]), abs(plane[name]["to"])) if name in plane
+                 else self._value(f"initial.{name}") for name in ("x", "y")}
+        radius = math.hypot(reach["x"], reach["y"])
+        if gap > 0.0 and radius > gap and not plane.keys().isdisjoint(reach):
+            found = f"starts as far as {format_quantity(radius, 'mm')} off the axis"
+            yield self.fault(SLICE, found, f"within the gap between collar and wall, {format_quantity(gap, 'mm')}")
+        elif gap > 0.0 and radius > gap:
             key = next((key for key in keys if self._given(key)), keys[0])
             found = f"{self._text(key)}, with which the collar starts {format_quantity(radius, 'mm')} off the axis"
             yield self.fault(key, found, f"within the gap between collar and wall, {format_quantity(gap, 'mm')}")
+
+    def _starts(self) -> Iterator[Fault]:
+        """An ensemble or a slice, not both, without carried state, and nothing given that it would not use."""
+        plane, count = self._value(SLICE), self._value("initial.ensemble")
+        if any(bad.startswith((SLICE, "initial.ensemble")) for bad in self.faulty) or (not plane and count < 2):
+            return
+        key = SLICE if plane else "initial.ensemble"
+        if plane and count > 1:
+            yield self.fault("initial.ensemble", f"{count} beside initial.slice", "one of the two")
+            return
+        if plane and len(plane) != 2:
+            yield self.fault(SLICE, f"{len(plane)} of them ({', '.join(plane)})", "two states")
+            return
+        if self._starts_of_a_point() > MOST_STARTS:
+            found = f"{self._starts_of_a_point():.3g} starts of every operating point"
+            yield self.fault(key, found, f"at most {bound_text(MOST_STARTS)}")
+        procedure = self.resolved["sweep"]["procedure"]
+        if procedure != "same" and self._sound("sweep.procedure"):
+            found = f"starts of their own at every point, with sweep.procedure: {procedure}, which carries the state on"
+            yield self.fault(key, found, "with sweep.procedure: same")
+        drawn = plane if plane else [name for name in STATE_NAMES if f"initial.{name}" in self.leaves]
+        for name in drawn:
+            leaf = self.leaves[f"initial.{name}"]
+            if self._given(leaf.key) and self._sound(leaf.key) and self._value(leaf.key) != leaf.default:
+                what = "which initial.slice varies" if plane else "with an ensemble, which draws all states"
+                yield self.fault(leaf.key, f"{self._text(leaf.key)}, {what}", "left out")
 
     def _sweep(self) -> Iterator[Fault]:
         """At least one axis, not too many points, and an axis along which to carry."""
@@ -135,14 +170,22 @@ class Checker:
             yield self.fault("sweep", "no axis", allowed)
             return
         total = math.prod(size(sweep[axis]) for axis in swept)
-        if total > MOST_POINTS:
-            yield self.fault("sweep", f"{total:.3g} points over all axes", f"at most {bound_text(MOST_POINTS)}")
+        starts = self._starts_of_a_point()
+        if total * starts > MOST_POINTS:
+            counted = f"{total * starts:.3g} points over all axes{' and starts' if starts > 1 else ''}"
+            yield self.fault("sweep", counted, f"at most {bound_text(MOST_POINTS)}")
         along = sweep["along"]
         if along is not None and along not in swept:
             yield self.fault("sweep.along", f"{along}, which is not swept", f"a swept axis: {' or '.join(swept)}")
         elif along is None and sweep["procedure"] != "same" and len(swept) > 1:
             found = f"none, with procedure {sweep['procedure']} and {len(swept)} axes"
             yield self.fault("sweep.along", found, f"the axis along which the state is carried: {' or '.join(swept)}")
+
+    def _starts_of_a_point(self) -> int:
+        plane = self._value(SLICE)
+        if not self._sound("initial"):
+            return 1
+        return math.prod(size(axis) for axis in plane.values()) if plane else max(1, self._value("initial.ensemble"))
 
     def fault(self, key: str, found: str, allowed: str, path: KeyPath | None = None) -> Fault:
         """A fault at the place of ``key``."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import typing
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Annotated, Any
 
@@ -24,11 +24,12 @@ from pydantic import (
     create_model,
 )
 
-from nsdrill.study.keys import SECTIONS, Leaf, leaf, shown
+from nsdrill.study.keys import SECTIONS, SLICE, Leaf, leaf, leaves, shown
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME, knots, pair
 from nsdrill.study.study import AXES, Procedure
 from nsdrill.units import USUAL, QuantityError
+from nsdrill.variables import STATE_NAMES
 
 QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[A-Za-zµμ°1].*$"
 STIFFNESS = {"linear": "N/m", "hertz": "N/m^1.5"}
@@ -90,7 +91,9 @@ def _section(prefix: str, cls: type) -> tuple[Any, Any]:
     members: dict[str, Any] = {}
     for item in fields(cls):
         key, hint = f"{prefix}.{item.name}", hints[item.name]
-        if is_dataclass(hint) and isinstance(hint, type):
+        if key == SLICE:
+            members[item.name] = _slice_model(cls)
+        elif is_dataclass(hint) and isinstance(hint, type):
             members[item.name] = _section(key, hint)
         elif prefix == "operation":
             members[item.name] = _operating(leaf(key, item, hint))
@@ -167,13 +170,7 @@ def _sweep_model() -> type[BaseModel]:
 def _axis(name: str, value: Leaf) -> tuple[Any, Any]:
     """An axis: {from, to, points}, a list of quantities, or one quantity."""
     one = Annotated[Any, PlainValidator(value.read), WithJsonSchema(json_of(value))]
-    whole = Annotated[Any, PlainValidator(POINTS.read), WithJsonSchema(json_of(POINTS))]
-    ends: dict[str, Any] = {
-        "from_": (one, Field(alias="from", description="One end")),
-        "to": (one, Field(description="The other end")),
-        "points": (whole, Field(description="Number of equally spaced values, both ends among them")),
-    }
-    span = create_model(f"Range_{name}", __config__=_STRICT, **ends)
+    span = _range(name, one)
     annotated = Annotated[
         Annotated[span, Tag("range")] | Annotated[list[one], Tag("list")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
         Discriminator(_form),
@@ -184,6 +181,31 @@ def _axis(name: str, value: Leaf) -> tuple[Any, Any]:
 
 def _value_or_mapping(raw: Any) -> str:
     return "ramp" if isinstance(raw, dict | BaseModel) else "value"
+
+
+def _range(name: str, one: Any) -> type[BaseModel]:
+    """{from, to, points}, the ends of the type ``one``."""
+    whole = Annotated[Any, PlainValidator(POINTS.read), WithJsonSchema(json_of(POINTS))]
+    ends: dict[str, Any] = {
+        "from_": (one, Field(alias="from", description="One end")),
+        "to": (one, Field(description="The other end")),
+        "points": (whole, Field(description="Number of equally spaced values, both ends among them")),
+    }
+    return create_model(f"Range_{name}", __config__=_STRICT, **ends)
+
+
+def _slice_model(initial: type) -> tuple[Any, Any]:
+    """The slice: ranges of states by their names."""
+    members: dict[str, Any] = {}
+    for found in leaves(initial, "initial"):
+        name = found.key.removeprefix("initial.")
+        if name in STATE_NAMES:
+            number = replace(found, nullable=False)
+            one = Annotated[Any, PlainValidator(number.read), WithJsonSchema(json_of(number))]
+            members[name] = (_range(f"initial_{name}", one), Field(default=None, description=found.meaning))
+    model = create_model("Slice", __config__=_STRICT, **members)
+    annotated = Annotated[model, BeforeValidator(_empty)]  # type: ignore[valid-type]
+    return annotated, Field(default_factory=model, description=MEANINGS[SLICE])
 
 
 def _form(raw: Any) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from nsdrill.study.keys import SECTIONS, Leaf, leaves
+from nsdrill.study.keys import SECTIONS, SLICE, Leaf, leaves
 from nsdrill.study.meanings import MEANINGS
 
 _INDENT = "  "
@@ -50,6 +50,9 @@ def _section(section: str, cls: type) -> Iterator[str]:
             told.add(group)
             yield _line(_INDENT * (len(groups) - 1), groups[-1], "", MEANINGS[group])
         yield _line(_INDENT * len(groups), name, leaf.default_text, _comment(leaf))
+    if section == "initial":
+        yield f"  # {MEANINGS[SLICE]}:"
+        yield "  # slice: {x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}"
 
 
 def _comment(leaf: Leaf) -> str:

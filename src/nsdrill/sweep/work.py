@@ -14,6 +14,7 @@ from nsdrill.kernel.gang import Compiled, Finished, Gang
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.stepper import make_stepper
+from nsdrill.model.ensemble import starting_states
 from nsdrill.model.parameters import Initial, Parameters
 from nsdrill.model.rhs import (
     AUX,
@@ -21,7 +22,6 @@ from nsdrill.model.rhs import (
     STATES,
     drifts,
     first_step,
-    initial_states,
     make_right_hand_side,
     pack,
     sizes,
@@ -74,7 +74,7 @@ class Work:
         """Lane parameters, state sizes, drifts, first steps and initial states of these points."""
         depth, wob, speed = self.plan.values(points)
         table = pack(self.parameters, depth, wob, speed, self.thresholds.stuck_below)
-        initial = initial_states(self.parameters, self.initial, depth, wob, speed)
+        initial = starting_states(self.parameters, self.initial, depth, wob, speed, self.plan.starts_of(points))
         size, drift = sizes(table), drifts(table)
         if self.record.exponent:  # the deviation stands between the states and the drive angle, and has no drift
             initial = np.concatenate([initial[:, :-1], seed_deviation(size), initial[:, -1:]], axis=1)
@@ -113,6 +113,7 @@ class Work:
             "rejected": done.rejected,
             **measured,
             **labels,
+            **({"attractor": np.zeros(len(size), np.int16)} if self.plan.starts else {}),  # known when all starts are
             **{name: heights[:, i] for i, name in enumerate(PEAKS)},
             "initial_state": self.own_state(done.initial),
             "final_state": self.own_state(done.final),

@@ -1,0 +1,127 @@
+"""The states from which an operating point is started: the one given, many drawn at random, or a grid over two of them.
+
+**Draws.** Start ``k`` has nine numbers of its own, uniform in [0, 1): the words 9 k ... 9 k + 8 of the Philox 4x64
+counter-based generator (Salmon et al. 2011) whose key is the seed, their upper 53 bits. So start ``k`` is the same
+however many there are, and the same at every operating point: differences between operating points are not noise of the
+draw.
+
+**Sizes.** The numbers are scaled by natural sizes of the operating point, so that the ensemble reaches everywhere a
+string can be without anything being broken: with ``spread`` Q = 1, and for smaller Q nearer to steady drilling,
+
+====================  ==========================================================================================
+lateral position      uniform over the disc of radius Q c0 about the hole axis, c0 the gap: never beyond the wall
+lateral velocity      uniform over the disc of radius Q max(c0 w_b, R_c Omega): the gap times the bending
+                      frequency, or the speed of rolling along the wall, whichever is faster
+axial position        uniform within Q 2 (d + s0) of the static position -d, d = W/(k_a + k_c): from off
+                      the rock to some three times the static penetration
+axial velocity        uniform within Q 2 s0 n_b Omega of zero
+twist                 uniform from (1 - Q) psi_0 to (1 - Q) psi_0 - Q 1.5 T_s/k_t, psi_0 = -T_0/k_t the twist of steady
+                      drilling: from an unwound string to half as much again as the torque at rest T_s winds it up
+bit speed             uniform within Q Omega of Omega: from stuck to twice the drive speed
+drive angle           uniform over a turn
+====================  ==========================================================================================
+
+T_s and T_0 are the torques of rock and torsional damping at mean bit force W, with the static friction coefficient and
+with that of the drive speed. Only sums, products and square roots of correctly rounded arithmetic depend on the
+operating point, so the states have the same bits wherever they are made.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from nsdrill.model.coefficients import derive
+from nsdrill.model.parameters import Initial, Parameters
+from nsdrill.model.rhs import initial_states
+from nsdrill.variables import STATE_NAMES
+
+Array = np.ndarray[Any, np.dtype[Any]]
+DRAWS = 9
+BEYOND = 1.5  # times the wind-up under the torque at rest
+OFF_THE_ROCK = 2.0  # times static penetration and lobe amplitude together
+LOBE_SPEEDS = 2.0  # times the greatest speed of the rock under the bit
+
+
+def starting_states(
+    parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any, start: Any = 0
+) -> Array:
+    """States with the drive angle last, shape (points, 9), of the starts ``start`` (numbers from 0; without meaning
+    where ``initial`` has one state only) at the operating points depth [m], wob [N], rotary_speed [rad/s]: 1-D arrays
+    of one length, or scalars."""
+    if not initial.starts:
+        return initial_states(parameters, initial, depth, wob, rotary_speed)
+    depth, wob, rotary_speed, start = np.broadcast_arrays(
+        *(np.atleast_1d(np.asarray(value, float)) for value in (depth, wob, rotary_speed)), np.atleast_1d(start))
+    if start.size and (start.min() < 0 or start.max() >= initial.starts):
+        raise ValueError(f"start: found {start.min()} to {start.max()}, allowed: 0 to {initial.starts - 1}")
+    if initial.slice:
+        return _slice(parameters, initial, depth, wob, rotary_speed, start)
+    return _ensemble(parameters, initial, depth, wob, rotary_speed, start)
+
+
+def hypercube(seed: int, count: int) -> Array:
+    """The numbers of ``count`` starts: [count, DRAWS], uniform in [0, 1)."""
+    words = np.random.Philox(key=seed).random_raw(count * DRAWS)
+    return np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(count, DRAWS)
+
+
+def slice_values(initial: Initial) -> dict[str, Array]:
+    """The two states of a slice and their values, in the order of the states; the second runs faster over the
+    starts."""
+    return {
+        name: np.linspace(axis["from"], axis["to"], int(axis["points"]))
+        for name in STATE_NAMES if (axis := initial.slice.get(name))
+    }
+
+
+def _slice(parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array) -> Array:
+    states = initial_states(parameters, initial, depth, wob, speed)
+    axes = slice_values(initial)
+    places = np.unravel_index(start, [len(values) for values in axes.values()])
+    for (name, values), place in zip(axes.items(), places, strict=True):
+        states[:, STATE_NAMES.index(name)] = values[place]
+    return states
+
+
+def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array) -> Array:
+    k, bit, q = derive(parameters, depth, wob, speed), parameters.bit, initial.spread
+    u = _shapes(initial.seed, initial.ensemble)[start]
+    gap = q * k.gap
+    fastest = q * np.maximum(k.gap * np.sqrt(k.k_bend / k.m_l), k.collar_radius * speed)
+    rest = wob / (k.k_a + bit.rock_stiffness)
+    lobes = bit.lobes * speed * bit.surface_amplitude
+    damping = parameters.drillstring.torsional_damping * speed
+    law, arm = bit.friction, 2 / 3 * k.bit_radius
+    running = (law.static - law.dynamic) / (1 + law.decay * speed) + law.dynamic
+    static = (wob * (arm * law.static + k.cutting_arm) + damping) / k.k_t
+    steady = (wob * (arm * running + k.cutting_arm) + damping) / k.k_t
+    by_name = {
+        "x": gap * u[:, 0], "y": gap * u[:, 1], "vx": fastest * u[:, 2], "vy": fastest * u[:, 3],
+        "z": q * OFF_THE_ROCK * (rest + bit.surface_amplitude) * u[:, 4] - rest,
+        "vz": q * LOBE_SPEEDS * lobes * u[:, 5],
+        "twist": -((1 - q) * steady + q * BEYOND * static * u[:, 6]),
+        "bit_speed": speed * (1 + q * u[:, 7]),
+        "drive_angle": u[:, 8],
+    }
+    return np.stack([by_name[name] for name in STATE_NAMES], axis=1)
+
+
+@lru_cache(maxsize=4)
+def _shapes(seed: int, count: int) -> Array:
+    """Of every start: x, y and vx, vy in the unit disc; z and vz in (-1, 1); twist in (0, 1); bit speed in (-1, 1); the
+    drive angle in a turn. Made one by one with the scalar functions, whose bits do not depend on the length of an
+    array."""
+    shapes = hypercube(seed, count)
+    for first in (0, 2):
+        polar = shapes[:, first : first + 2]
+        polar[:] = [(math.sqrt(a) * math.cos(2 * math.pi * b), math.sqrt(a) * math.sin(2 * math.pi * b))
+                    for a, b in polar.tolist()]
+    for column in (4, 5, 7):
+        shapes[:, column] = 2 * shapes[:, column] - 1
+    shapes[:, 8] *= 2 * math.pi
+    shapes.setflags(write=False)
+    return shapes

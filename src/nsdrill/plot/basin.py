@@ -1,0 +1,146 @@
+"""Basins: which start goes to which attractor, over two states of the start, at one operating point.
+
+A slice fills a plane with cells. The starts of an ensemble differ in all states; over two of them they are dots, and
+basins that lie apart in the whole may overlap there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex, to_rgb
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from nsdrill.analysis.attractors import Attractor, describe
+from nsdrill.data import Array, Results
+from nsdrill.errors import InputError
+from nsdrill.plot.columns import legend_below
+from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
+from nsdrill.plot.slices import edges
+from nsdrill.plot.starts import flat, words
+from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, new_figure
+from nsdrill.variables import OK, PENDING, STATE_NAMES
+
+HEIGHT = 4.4
+NAMED, LEAST = 8, 0.005  # so many attractors have an entry of their own in the legend, with such a share or more
+DEFAULT_STATES = ("z", "vz")
+OTHERS, FAILED, WAITING = "#F2F2F2", "#FFFFFF", "#FFFFFF"
+# Attractors of one response: its own colour, then towards white and towards black by turns.
+TINTS = (0.0, 0.55, -0.45, 0.3, -0.25, 0.75, -0.65, 0.45)
+MARKERS = ("o", "^", "s", "D", "v", "P", "X", "p")
+
+
+def draw(results: Results, units: str = "si", states: Sequence[str] | None = None) -> Figure:
+    if results.swept:
+        options = " and ".join(f"--{name.replace('_', '-')}" for name in results.swept)
+        many = ", ".join(f"{len(results.coords[name])} values of {name}" for name in results.swept)
+        raise InputError(f"plot kind 'basin': found {many}; allowed: one operating point. Select it with {options}.")
+    variables = flat(results)
+    (found, counts), = describe(variables)
+    if counts["ungrouped"]:
+        raise InputError(
+            "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run.")
+    names = _states(results, states)
+    colours = tinted(found)
+    figure = new_figure(FULL_WIDTH, HEIGHT)
+    axes = figure.add_subplot()
+    status, number = variables["status"][0], variables["attractor"][0].astype(int)
+    if results.slice:
+        _draw_cells(axes, results, number, status, colours, names, units)
+    else:
+        initial = np.asarray(results["initial_state"]).reshape(len(status), len(STATE_NAMES))
+        _draw_dots(axes, initial, number, status, found, colours, names, units)
+    axes.set_xlabel(quantity(names[0], units).label)
+    axes.set_ylabel(quantity(names[1], units).label)
+    point = operating_point(fixed_values(results), units)
+    figure.suptitle(heading(results.attrs, f"{point}; {counts['starts']} starts"), parse_math=False)
+    legend_below(figure, _handles(found, counts, colours, cells=bool(results.slice)), 2)
+    return figure
+
+
+def _states(results: Results, asked: Sequence[str] | None) -> tuple[str, str]:
+    """The states across and up."""
+    plane = tuple(name for name in STATE_NAMES if name in results.slice)
+    if plane:
+        if asked and set(asked) != set(plane):
+            raise InputError(f"--states: found {','.join(asked)}; allowed: those of the slice, {','.join(plane)}.")
+        across, up = tuple(asked) if asked else plane
+        return across, up
+    chosen = tuple(asked or DEFAULT_STATES)
+    if len(chosen) != 2 or len(set(chosen)) != 2 or not set(chosen) <= set(STATE_NAMES):
+        raise InputError(f"--states: found {','.join(chosen)}; allowed: two of {', '.join(STATE_NAMES)}, as in z,vz.")
+    return chosen[0], chosen[1]
+
+
+def tinted(found: list[Attractor]) -> list[str]:
+    """The colours of the attractors that are named: that of the response, in another tint for each."""
+    used: dict[int, int] = {}
+    colours = []
+    for one in [one for one in found[:NAMED] if one.share >= LEAST]:
+        turn = used.get(one.response, 0)
+        used[one.response] = turn + 1
+        base, tint = np.array(to_rgb(RESPONSES[one.response].colour)), TINTS[turn % len(TINTS)]
+        red, green, blue = base + (1 - base) * tint if tint >= 0 else base * (1 + tint)
+        colours.append(to_hex((red, green, blue)))
+    return colours
+
+
+def _draw_cells(axes: Axes, results: Results, number: Array, status: Array, colours: list[str], names: tuple[str, str],
+                units: str) -> None:
+    plane = {name: np.linspace(a["from"], a["to"], a["points"]) for name in STATE_NAMES
+             if (a := results.slice.get(name))}
+    shape = tuple(len(values) for values in plane.values())
+    # 0 others, 1 ... the named ones, then failed and waiting.
+    kind = np.where(number <= len(colours), number, 0)
+    kind = np.where(status == OK, kind, len(colours) + 1).reshape(shape)
+    if tuple(plane) == names:  # the first state down the rows of the array: turn it across
+        kind = kind.T
+    x, y = (edges(plane[name] / quantity(name, units).scale) for name in names)
+    cells = ListedColormap([OTHERS, *colours, FAILED], name="basins")
+    axes.pcolormesh(x, y, kind, cmap=cells, norm=BoundaryNorm(np.arange(-0.5, len(colours) + 2), len(colours) + 2),
+                    gid="basins", **SEAMLESS)
+    axes.set_xlim(x[0], x[-1])
+    axes.set_ylim(y[0], y[-1])
+
+
+def _draw_dots(axes: Axes, initial: Array, number: Array, status: Array, found: list[Attractor], colours: list[str],
+               names: tuple[str, str], units: str) -> None:
+    x, y = (initial[:, STATE_NAMES.index(name)] / quantity(name, units).scale for name in names)
+    size = float(np.clip(140 / np.sqrt(len(x)), 1.5, 5.0))
+    for one, colour, marker in zip(found, colours, MARKERS, strict=False):
+        chosen = number == one.number
+        axes.plot(x[chosen], y[chosen], linestyle="none", marker=marker, color=colour, markersize=size,
+                  markeredgecolor="black", markeredgewidth=0.2, gid=f"attractor:{one.number}")
+    rest = number > len(colours)
+    axes.plot(x[rest], y[rest], linestyle="none", marker="o", color="#808080", markersize=0.5 * size, markeredgewidth=0,
+              gid="others")
+    failed = (status != OK) & (status != PENDING)
+    axes.plot(x[failed], y[failed], "kx", markersize=size, markeredgewidth=0.7, linestyle="none", gid="failed")
+
+
+def _handles(found: list[Attractor], counts: dict[str, int], colours: list[str], *, cells: bool) -> list[Artist]:
+    handles: list[Artist] = []
+    for one, colour, marker in zip(found, colours, MARKERS, strict=False):
+        label = f"{one.number}: {words(one)}, {100 * one.share:.3g} %"
+        if not cells:
+            label += f" ({100 * one.low:.0f} to {100 * one.high:.0f})"
+        handles.append(_handle(label, colour, marker, cells))
+    if rest := found[len(colours):]:
+        members = sum(one.members for one in rest)
+        label = f"{len(rest)} smaller group{'s' * (len(rest) > 1)}, {members} starts"
+        handles.append(_handle(label, OTHERS if cells else "#808080", "o", cells))
+    if counts["failed"]:
+        handles.append(_handle(f"failed ({counts['failed']})", FAILED if cells else "black", "x", cells))
+    return handles
+
+
+def _handle(label: str, colour: str, marker: str, cell: bool) -> Artist:
+    if cell:
+        return Patch(facecolor=colour, edgecolor="#808080", linewidth=0.3, label=label)
+    return Line2D([], [], color=colour, marker=marker, linestyle="none", markersize=4.5, markeredgecolor="black",
+                  markeredgewidth=0.2, label=label)

@@ -1,0 +1,88 @@
+"""What each attractor is like, along one axis: a marker for each, its size by share, its colour and shape by response,
+open where most of its members are unsettled."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from nsdrill.analysis.attractors import Attractor
+from nsdrill.data import Results
+from nsdrill.plot.columns import legend_below
+from nsdrill.plot.labels import Quantity, fixed_values, heading, operating_point, quantity
+from nsdrill.plot.slices import edges, robust_limits
+from nsdrill.plot.starts import along
+from nsdrill.plot.style import FULL_WIDTH, REFERENCE, RESPONSES, new_figure
+
+HEIGHT = 6.0
+LARGEST, SMALLEST = 7.0, 1.6  # points of diameter, of the share 1 and of a single start among many
+PANELS = (("radius_max", "Greatest radius"), ("axial_max", "Axial range"), ("stick_slip_index", "Stick-slip index"))
+
+
+def draw(results: Results, units: str = "si") -> Figure:
+    axis, found = along(results)
+    x = quantity(axis, units)
+    centres = np.asarray(results.coords[axis], float) / x.scale
+    figure = new_figure(FULL_WIDTH, HEIGHT)
+    grid = figure.add_gridspec(len(PANELS), 1)
+    panels: list[Axes] = []
+    for row, (name, word) in enumerate(PANELS):
+        axes = figure.add_subplot(grid[row, 0], sharex=panels[0] if panels else None)
+        y = quantity(name, units)
+        points = [(centre, value(one, name) / y.scale, one) for (some, _), centre in zip(found, centres, strict=True)
+                  for one in some]
+        for centre, height, one in sorted(points, key=lambda p: -p[2].share):
+            axes.plot([centre], [height], linestyle="none", **style(one), zorder=3, gid=f"{name}:{one.response}")
+        low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
+        low = min(low, 0.0)
+        axes.set_ylim(low - 0.03 * (high - low), high + 0.06 * (high - low))
+        axes.set_ylabel(Quantity(word, y.unit, y.scale).label)
+        axes.tick_params(labelbottom=row == len(PANELS) - 1)
+        panels.append(axes)
+    panels[0].set_xlim(*edges(centres)[[0, -1]])
+    panels[-1].set_xlabel(x.label)
+    figure.align_ylabels(panels)
+    starts = len(results.coords["start"])
+    point = operating_point(fixed_values(results), units)
+    figure.suptitle(heading(results.attrs, f"{point}; {starts} starts each"), parse_math=False)
+    legend_below(figure, _handles([one for some, _ in found for one in some]), 4)
+    return figure
+
+
+def value(one: Attractor, name: str) -> float:
+    """The median feature of a panel, SI; the axial range is between the medians of the extremes."""
+    if name == "axial_max":
+        return one.features["axial_max"] - one.features["axial_min"]
+    return one.features[name]
+
+
+def size(share: float) -> float:
+    """Diameter in points: the area goes with the share."""
+    return max(SMALLEST, LARGEST * math.sqrt(share))
+
+
+def style(one: Attractor) -> dict[str, Any]:
+    response = RESPONSES[one.response]
+    loose = one.unsettled > one.members / 2
+    return {"marker": response.marker, "color": response.colour, "markersize": size(one.share),
+            "markerfacecolor": "none" if loose else response.colour, "markeredgewidth": 0.7 if loose else 0.0}
+
+
+def _handles(every: list[Attractor]) -> list[Artist]:
+    handles: list[Artist] = [
+        Line2D([], [], color=style.colour, marker=style.marker, linestyle="none", markersize=4.5, markeredgewidth=0,
+               label=style.name)
+        for code, style in enumerate(RESPONSES) if any(one.response == code for one in every)]
+    if any(one.unsettled > one.members / 2 for one in every):
+        handles.append(Line2D([], [], color=REFERENCE, marker="o", markerfacecolor="none", linestyle="none",
+                              markersize=4.5, markeredgewidth=0.7, label="open: most of its starts unsettled"))
+    for share in (1.0, 0.25, 0.05):
+        handles.append(Line2D([], [], color=REFERENCE, marker="o", linestyle="none", markersize=size(share),
+                              markeredgewidth=0, label=f"share {100 * share:.0f} %"))
+    return handles

@@ -1,0 +1,99 @@
+"""Shares of the starts along one axis: a column for every operating point, stacked by response, divided by attractor.
+
+The bars at the borders between responses are 95 % intervals of the share below that border; none where the starts are a
+slice, which is no sample.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from nsdrill.analysis.attractors import Attractor, wilson
+from nsdrill.data import Array, Results
+from nsdrill.plot.columns import legend_below
+from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
+from nsdrill.plot.slices import edges
+from nsdrill.plot.starts import along
+from nsdrill.plot.style import FULL_WIDTH, RESPONSES, new_figure
+
+HEIGHT = 3.6
+LEAST = 0.02  # borders of attractors with a smaller share are not drawn: their columns would be all border
+MOST_BARS = 80  # with more operating points every second, third ... has its interval
+
+
+def draw(results: Results, units: str = "si") -> Figure:
+    axis, found = along(results)
+    x = quantity(axis, units)
+    centres = np.asarray(results.coords[axis], float) / x.scale
+    borders = edges(centres)
+    figure = new_figure(FULL_WIDTH, HEIGHT)
+    axes = figure.add_subplot()
+    present = [code for code in range(len(RESPONSES)) if any(a.response == code for some, _ in found for a in some)]
+    divided = False
+    for (some, _), left, right in zip(found, borders[:-1], borders[1:], strict=True):
+        divided |= draw_column(axes, some, left, right)
+    sampled = not results.slice
+    if sampled:
+        draw_intervals(axes, found, present, centres)
+    axes.set_xlim(borders[0], borders[-1])
+    axes.set_ylim(0, 100)
+    axes.set_xlabel(x.label)
+    axes.set_ylabel("Share of the slice [%]" if results.slice else "Share of the starts [%]")
+    starts = len(results.coords["start"])
+    point = operating_point(fixed_values(results), units)
+    figure.suptitle(heading(results.attrs, f"{point}; {starts} starts each"), parse_math=False)
+    handles: list[Artist] = [Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
+    if divided:
+        handles.append(Line2D([], [], color="white", linewidth=1, label="between attractors",
+                              path_effects=_outlined()))
+    if sampled and len(present) > 1:
+        handles.append(Line2D([], [], color="black", linewidth=0.8, marker="|", linestyle="none", markersize=7,
+                              label="95 % interval"))
+    if failed := sum(counts["failed"] for _, counts in found):
+        handles.append(Patch(facecolor="white", edgecolor="black", linewidth=0.4, label=f"failed, left out ({failed})"))
+    legend_below(figure, handles, 4)
+    return figure
+
+
+def _outlined() -> list[object]:
+    from matplotlib.patheffects import Normal, Stroke
+
+    return [Stroke(linewidth=2.2, foreground="#808080"), Normal()]
+
+
+def draw_column(axes: Axes, some: list[Attractor], left: float, right: float) -> bool:
+    """The attractors of one operating point, lowest response first; whether a border between two was drawn."""
+    bottom, divided = 0.0, False
+    before: Attractor | None = None
+    for one in sorted(some, key=lambda a: (a.response, a.number)):
+        height = 100 * one.share
+        axes.fill_between([left, right], bottom, bottom + height, facecolor=RESPONSES[one.response].colour,
+                          edgecolor=RESPONSES[one.response].colour, linewidth=0.2,
+                          gid=f"attractor:{one.number}:{one.response}")
+        if before is not None and before.response == one.response and max(before.share, one.share) >= LEAST:
+            axes.plot([left, right], [bottom, bottom], color="white", linewidth=0.6, solid_capstyle="butt", zorder=2.5)
+            divided = True
+        bottom += height
+        before = one
+    return divided
+
+
+def draw_intervals(
+    axes: Axes, found: list[tuple[list[Attractor], dict[str, int]]], present: list[int], x: Array
+) -> None:
+    """At every border between responses the interval of the share below it."""
+    every = -(-len(found) // MOST_BARS)
+    for (some, _), centre in list(zip(found, x, strict=True))[::every]:
+        total = sum(one.members for one in some)
+        for code in present[:-1]:
+            below = sum(one.members for one in some if one.response <= code)
+            here = any(one.response == code for one in some)
+            if total and (here or below in (0, total)) and 0 < below < total:
+                low, high = wilson(below, total)
+                axes.plot([centre, centre], [100 * low, 100 * high], color="black", linewidth=0.9, zorder=3,
+                          gid=f"interval:{code}")

@@ -1,0 +1,185 @@
+"""Groups of starts: known ones are found, labels part them, shares have their intervals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from nsdrill.analysis.attractors import UNSETTLED_SHARE, describe, label, linked, scaled, wilson
+from nsdrill.variables import (
+    BIT_BOUNCE,
+    CHAOTIC,
+    DIVERGED,
+    OK,
+    PENDING,
+    PERIODIC,
+    QUASI_PERIODIC,
+    STICK_SLIP,
+    UNDETERMINED,
+    UNSETTLED,
+    VARIABLES,
+    WHIRL,
+)
+
+GAP, SPEED, TOLERANCE = 0.0762, 3.0, 0.05
+
+
+def starts(count: int, **features: object) -> dict[str, np.ndarray]:
+    """``count`` starts of one operating point in smooth drilling, but for ``features``."""
+    made = {
+        "status": OK, "response": 0, "whirl_kind": 0, "settled": 1, "lift_off_fraction": 0.0,
+        "wall_contact_fraction": 0.0, "stuck_fraction": 0.0, "stick_slip_index": 4.0, "radius_mean": 4e-3,
+        "whirl_speed_mean": SPEED, "axial_acceleration_rms": 0.1, "half_difference": 0.01,
+    } | features  # fmt: skip
+    kinds = {v.name: v.dtype for v in VARIABLES}
+    return {name: np.broadcast_to(np.asarray(value, kinds[name]), count).copy() for name, value in made.items()}
+
+
+def found(*groups: dict[str, np.ndarray], tolerance: float = TOLERANCE) -> list[int]:
+    one = {name: np.concatenate([group[name] for group in groups])[None] for name in groups[0]}
+    return label(one, np.array([SPEED]), np.array([GAP]), tolerance)[0].tolist()
+
+
+BOUNCE = {"response": BIT_BOUNCE, "lift_off_fraction": 0.7, "axial_acceleration_rms": 0.4}
+
+
+def test_a_bistable_point() -> None:
+    """Smooth drilling and bounce beside each other, as near 2000 m in the worked example."""
+    rng = np.random.default_rng(1)
+    bounce = starts(7, **BOUNCE | {"lift_off_fraction": 0.7 + 0.01 * rng.standard_normal(7)})
+    assert found(starts(5), bounce, starts(4)) == [1] * 5 + [2] * 7 + [1] * 4
+    assert found(starts(3), bounce) == [2] * 3 + [1] * 7, "the largest is the first"
+
+
+def test_two_bounces_with_the_same_labels_are_told_apart() -> None:
+    assert found(starts(4, **BOUNCE), starts(2, **BOUNCE | {"lift_off_fraction": 0.78})) == [1] * 4 + [2] * 2
+
+
+@pytest.mark.parametrize(
+    ("name", "step"),
+    [("lift_off_fraction", 1), ("wall_contact_fraction", 1), ("stuck_fraction", 1), ("stick_slip_index", 200),
+     ("radius_mean", GAP)])  # fmt: skip
+def test_the_scales(name: str, step: float) -> None:
+    base = float(starts(1)[name][0])
+    assert found(starts(2), starts(1, **{name: base + 0.9 * TOLERANCE * step})) == [1, 1, 1]
+    assert found(starts(2), starts(1, **{name: base + 1.1 * TOLERANCE * step})) == [1, 1, 2]
+
+
+def test_ten_percent_of_acceleration_is_one_tolerance() -> None:
+    assert found(starts(2), starts(1, axial_acceleration_rms=0.1 * np.exp(0.09))) == [1, 1, 1]
+    assert found(starts(2), starts(1, axial_acceleration_rms=0.1 * np.exp(0.11))) == [1, 1, 2]
+
+
+def test_the_direction_of_whirl_counts_on_a_large_orbit_only() -> None:
+    assert found(starts(2), starts(1, whirl_speed_mean=0.9 * SPEED, radius_mean=4e-3)) == [1, 1, 1]
+    wide = {"radius_mean": 0.9 * GAP}
+    assert found(starts(2, **wide), starts(1, **wide, whirl_speed_mean=-1.48 * SPEED)) == [1, 1, 2]
+
+
+@pytest.mark.parametrize("change", [{"response": WHIRL}, {"response": STICK_SLIP}, {"whirl_kind": 2}])
+def test_labels_part(change: dict[str, int]) -> None:
+    assert found(starts(2), starts(1, **change)) == [1, 1, 2]
+
+
+def test_a_chain_is_one_group() -> None:
+    chain = starts(30, radius_mean=np.linspace(0, 1, 30) * GAP)
+    assert found(chain) == [1] * 30
+    gap = np.delete(np.linspace(0, 1, 30), [10, 11]) * GAP
+    assert found(starts(28, radius_mean=gap)) == [2] * 10 + [1] * 18
+
+
+def test_unsettled_motions_may_scatter_more() -> None:
+    far = {"lift_off_fraction": 0.7 + 0.4 * UNSETTLED_SHARE * 0.99}
+    loose, firm = {"half_difference": 0.4, "settled": 0}, {"half_difference": 0.01}
+    assert found(starts(2, **BOUNCE | loose), starts(1, **BOUNCE | far | loose)) == [1, 1, 1]
+    assert found(starts(2, **BOUNCE | loose), starts(1, **BOUNCE | far | firm)) == [1, 1, 2], "the steadier one decides"
+
+
+def test_a_start_on_its_way_bridges_nothing() -> None:
+    """It changes from one motion to the other within the window, so that its means lie between theirs."""
+    chain = 0.6 + 0.02 * np.arange(11)
+    ends = starts(3, **BOUNCE | {"lift_off_fraction": 0.6}), starts(2, **BOUNCE | {"lift_off_fraction": 0.8})
+    between = {"lift_off_fraction": chain[1:-1], "half_difference": 0.02, "settled": 0}
+    # Those within the tolerance of an end go with it, the five others are for themselves.
+    assert found(*ends, starts(9, **BOUNCE | between)) == [1] * 3 + [3] * 2 + [1] * 2 + [2] * 5 + [3] * 2
+    # Were they settled, they would be a chain.
+    assert set(found(*ends, starts(9, **BOUNCE | between | {"settled": 1}))) == {1}
+
+
+def test_kinds_of_motion_part_where_they_are_decided() -> None:
+    def of(count: int, motion: int, period: int = 0) -> dict[str, np.ndarray]:
+        return starts(count, **BOUNCE, motion=motion, period=period)
+
+    assert found(of(3, PERIODIC, 1), of(2, PERIODIC, 3), of(1, CHAOTIC)) == [1] * 3 + [2] * 2 + [3]
+    assert found(of(3, QUASI_PERIODIC), of(2, CHAOTIC), of(1, PERIODIC, 2)) == [1] * 5 + [2], "the 0-1 test errs"
+    # One that is not decided goes with the nearest, and does not bridge the others.
+    near = starts(1, **BOUNCE | {"lift_off_fraction": 0.72}, motion=UNSETTLED, period=0)
+    three = starts(2, **BOUNCE | {"lift_off_fraction": 0.73}, motion=PERIODIC, period=3)
+    assert found(of(3, PERIODIC, 1), three, near) == [1] * 3 + [2] * 2 + [2]
+    assert found(of(2, UNDETERMINED), of(1, UNSETTLED)) == [1, 1, 1]
+
+
+def test_failed_starts_are_on_none() -> None:
+    bad = starts(2, status=DIVERGED) | {"radius_mean": np.full(2, np.nan)}
+    assert found(bad, starts(3), starts(1, status=PENDING)) == [0, 0, 1, 1, 1, 0]
+    assert found(bad) == [0, 0]
+
+
+def test_a_bit_that_does_not_turn() -> None:
+    stuck = {"response": STICK_SLIP, "stick_slip_index": np.inf, "stuck_fraction": 1.0, "axial_acceleration_rms": 0.0}
+    assert found(starts(2, **stuck), starts(1, **stuck | {"stick_slip_index": np.nan})) == [1, 1, 1]
+
+
+def test_the_order_of_the_starts_changes_no_group() -> None:
+    rng = np.random.default_rng(7)
+    features = {"lift_off_fraction": rng.uniform(0, 1, 60), "radius_mean": rng.uniform(0, GAP, 60)}
+    straight = np.array(found(starts(60, **features)))
+    turn = rng.permutation(60)
+    turned = np.array(found(starts(60, **{name: values[turn] for name, values in features.items()})))
+    same = straight[turn][:, None] == straight[turn][None]
+    assert np.array_equal(same, turned[:, None] == turned[None])
+    assert len(set(straight)) > 3
+
+
+def test_linkage_is_that_of_scipy() -> None:
+    hierarchy = pytest.importorskip("scipy.cluster.hierarchy")
+    vectors = np.random.default_rng(2).uniform(0, 1, (300, 3))
+    mine = linked(vectors, np.zeros(300), 0.09)
+    theirs = hierarchy.fcluster(hierarchy.linkage(vectors, "single", metric="chebyshev"), 0.09, "distance")
+    assert 10 < len(set(theirs)) < 290
+    assert np.array_equal(mine[:, None] == mine[None], theirs[:, None] == theirs[None])
+
+
+def test_points_are_grouped_each_for_itself() -> None:
+    one = {name: np.stack([a, b]) for (name, a), b in zip(
+        starts(3).items(), starts(3, lift_off_fraction=[0, 0.5, 0.5]).values(), strict=True)}
+    assert label(one, np.full(2, SPEED), np.full(2, GAP), TOLERANCE).tolist() == [[1, 1, 1], [2, 1, 1]]
+    assert scaled(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)).shape == (2, 3, 7)
+
+
+# Known intervals: Wilson 1927 as tabulated by Newcombe 1998, Statist. Med. 17:857-872, table I, method 3.
+@pytest.mark.parametrize(
+    ("count", "total", "low", "high"),
+    [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)])
+def test_known_intervals(count: int, total: int, low: float, high: float) -> None:
+    assert wilson(count, total) == pytest.approx((low, high), abs=5e-5)
+
+
+def test_intervals_at_the_ends() -> None:
+    assert wilson(0, 10)[0] == 0.0
+    assert wilson(10, 10)[1] == 1.0
+    assert wilson(0, 0) == (0.0, 1.0)
+
+
+def test_what_is_told_of_attractors() -> None:
+    parts = [starts(6, **BOUNCE, radius_max=[1, 2, 3, 4, 5, 60.0]), starts(2, radius_max=0.5, settled=0),
+             starts(1, status=DIVERGED, radius_max=np.nan), starts(1, status=PENDING, radius_max=np.nan)]
+    one = {name: np.concatenate([part[name] for part in parts])[None] for name in parts[0]}
+    one["attractor"] = label(one, np.array([SPEED]), np.array([GAP]), TOLERANCE)
+    ((first, second), counts), = describe(one)
+    assert counts == {"starts": 10, "failed": 1, "pending": 1, "unsettled": 2, "ungrouped": 0}
+    assert (first.response, first.members, first.unsettled, first.share) == (BIT_BOUNCE, 6, 0, 0.75)
+    assert (second.response, second.members, second.unsettled, second.share) == (0, 2, 2, 0.25)
+    assert (first.low, first.high) == wilson(6, 8)
+    assert first.features["radius_max"] == 3.5, "the median"
+    assert first.motion is None

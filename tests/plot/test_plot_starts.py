@@ -1,0 +1,196 @@
+"""Pictures of several starts: shares that add up, markers that mean a share, basins in their places."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from made_up import make_results
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from nsdrill import plot
+from nsdrill.analysis.attractors import wilson
+from nsdrill.data import Results
+from nsdrill.errors import InputError
+from nsdrill.plot.style import RESPONSES
+from nsdrill.variables import BIT_BOUNCE, OK, STEP_LIMIT, WHIRL
+
+STARTS = 20
+SPEEDS = np.linspace(2.0, 8.0, 7)
+
+
+def with_starts(results: Results, starts: int = STARTS, plane: dict[str, object] | None = None) -> Results:
+    """Starts beside each other: the first few smooth, then bouncing in two ways, with whirl at high speed."""
+    rng = np.random.default_rng(4)
+    variables = {}
+    for name, values in results.variables.items():
+        variables[name] = np.repeat(np.expand_dims(values, 4), starts, axis=4)
+    variables["attractor"] = np.zeros(variables["status"].shape, np.int16)
+    k = np.arange(starts)
+    for place in np.ndindex(*results.variables["status"].shape):
+        calm = int(starts * (0.6 - 0.08 * place[3]))
+        other = calm + (starts - calm) // 3
+        response = np.where(k < calm, 0, BIT_BOUNCE | (WHIRL if place[3] > 4 else 0))
+        groups = np.where(k < calm, 0, np.where(k < other, 1, 2))
+        names, counts = np.unique(groups, return_counts=True)
+        rank = {int(n): i + 1 for i, n in enumerate(names[np.argsort(-counts, kind="stable")])}
+        variables["attractor"][place] = [rank[int(g)] for g in groups]
+        variables["response"][place], variables["whirl_kind"][place] = response, np.where(response & WHIRL, 3, 0)
+        variables["settled"][place] = groups < 2
+        variables["radius_max"][place] = 0.005 + 0.03 * groups
+        variables["axial_max"][place], variables["axial_min"][place] = 1e-3 + 8e-3 * groups, -2e-3
+        variables["stick_slip_index"][place] = 5 + 8 * groups
+        variables["initial_state"][place] = rng.uniform(-1e-2, 1e-2, (starts, 9))
+    attrs = results.attrs | {"study_resolved": json.dumps({"initial": {"slice": plane or {}}})}
+    return Results(results.coords | {"start": np.arange(starts)}, variables, attrs)
+
+
+@pytest.fixture(scope="module")
+def ensemble() -> Results:
+    return with_starts(make_results(rotary_speed=SPEEDS))
+
+
+@pytest.fixture(scope="module")
+def basins() -> Results:
+    plane = {"x": {"from": -0.07, "to": 0.07, "points": 5}, "vx": {"from": -1.0, "to": 1.0, "points": 4}}
+    return with_starts(make_results(rotary_speed=[3.0]), plane=plane)
+
+
+def words(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_the_kinds(ensemble: Results, basins: Results) -> None:
+    assert plot.kinds_for(ensemble) == ("shares", "attractors", "basin")
+    assert plot.kinds_for(basins) == ("basin",)
+    assert "status" in plot.needed(ensemble)
+    assert "initial_state" in plot.needed(basins)
+
+
+def test_columns_are_the_shares(ensemble: Results) -> None:
+    figure = plot.draw(ensemble)
+    (axes,) = figure.axes
+    for column, speed in enumerate(SPEEDS):
+        heights: dict[int, float] = {}
+        for area in axes.collections:
+            x, y = area.get_paths()[0].vertices.T
+            if x.min() < speed < x.max():
+                code = int(str(area.get_gid()).split(":")[2])
+                heights[code] = heights.get(code, 0.0) + y.max() - y.min()
+                assert to_hex(area.get_facecolor()[0]) == RESPONSES[code].colour.lower()
+        found = ensemble["response"][0, 0, 0, column]
+        expected = {int(code): 100 * float(np.mean(found == code)) for code in np.unique(found)}
+        assert heights == pytest.approx(expected)
+        assert sum(heights.values()) == pytest.approx(100)
+    assert {"no critical response", "bit-bounce", "bit-bounce + whirl", "95 % interval", "between attractors"} == set(
+        words(figure))
+
+
+def test_intervals_are_wilsons(ensemble: Results) -> None:
+    figure = plot.draw(ensemble, "shares")
+    bars = [line for line in figure.axes[0].get_lines() if str(line.get_gid()) == "interval:0"]
+    assert len(bars) == len(SPEEDS)
+    for bar in bars:
+        column = int(np.argmin(np.abs(SPEEDS - bar.get_xdata()[0])))
+        calm = int(np.sum(ensemble["response"][0, 0, 0, column] == 0))
+        assert np.array(bar.get_ydata()) / 100 == pytest.approx(wilson(calm, STARTS))
+
+
+def test_failed_starts_are_left_out_and_counted(ensemble: Results) -> None:
+    variables = {name: values.copy() for name, values in ensemble.variables.items()}
+    variables["status"][0, 0, 0, 2, :3], variables["attractor"][0, 0, 0, 2, :3] = STEP_LIMIT, 0
+    figure = plot.draw(Results(ensemble.coords, variables, ensemble.attrs), "shares")
+    assert "failed, left out (3)" in words(figure)
+
+
+def test_attractors_by_share_and_response(ensemble: Results) -> None:
+    figure = plot.draw(ensemble, "attractors")
+    assert [axes.get_ylabel() for axes in figure.axes] == [
+        "Greatest radius [mm]", "Axial range [mm]", "Stick-slip index [%]"]
+    markers = [line for line in figure.axes[0].get_lines() if str(line.get_gid()).startswith("radius_max")]
+    assert len(markers) == 3 * len(SPEEDS)
+    for line in markers:
+        code = int(str(line.get_gid()).split(":")[1])
+        assert to_hex(line.get_color()) == RESPONSES[code].colour.lower()
+        opened = line.get_markerfacecolor() == "none"
+        assert opened == (line.get_ydata()[0] == pytest.approx(65)), "the second bounce is unsettled"
+    column = [line for line in markers if line.get_xdata()[0] == SPEEDS[0]]
+    sizes = {round(float(line.get_ydata()[0])): line.get_markersize() for line in column}
+    members = {5: 12, 35: 2, 65: 6}
+    assert sizes[5] ** 2 / sizes[65] ** 2 == pytest.approx(members[5] / members[65])
+
+
+def test_cells_of_a_slice_lie_where_they_began(basins: Results) -> None:
+    figure = plot.draw(basins)
+    (axes,) = figure.axes
+    mesh = axes.collections[0]
+    numbers = np.asarray(mesh.get_array()).reshape(4, 5)  # vx up, x across
+    stored = basins["attractor"][0, 0, 0, 0].reshape(5, 4)  # x slow, vx fast
+    assert np.array_equal(numbers, stored.T)
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("$x$ [mm]", "$\\dot x$ [m/s]")
+    assert axes.get_xlim() == pytest.approx((-87.5, 87.5))
+    assert words(figure)[0] == "1: no critical response, 60 %"
+    turned = plot.draw(basins, states=("vx", "x")).axes[0].collections[0]
+    assert np.array_equal(np.asarray(turned.get_array()).reshape(5, 4), stored)
+
+
+def test_dots_of_an_ensemble(ensemble: Results) -> None:
+    figure = plot.draw(ensemble, "basin", at={"rotary_speed": 3.0}, states=("twist", "bit_speed"))
+    (axes,) = figure.axes
+    states = ensemble["initial_state"][0, 0, 0, 1]
+    numbers = ensemble["attractor"][0, 0, 0, 1]
+    for line in axes.get_lines():
+        kind, _, number = str(line.get_gid()).partition(":")
+        if kind == "attractor":
+            assert line.get_xdata().tolist() == states[numbers == int(number), 6].tolist()
+            assert line.get_ydata().tolist() == states[numbers == int(number), 7].tolist()
+    assert axes.get_xlabel() == "Twist [rad]"
+    assert "%" in words(figure)[0]
+    assert "to" in words(figure)[0], "with its interval"
+
+
+def test_one_start_is_a_sweep_as_any_other(ensemble: Results) -> None:
+    figure = plot.draw(ensemble, "bifurcation", start=3)
+    lines = [line for axes in figure.axes for line in axes.get_lines()]
+    markers = [line for line in lines if str(line.get_gid()).startswith("axial_peaks")]
+    drawn = sum(len(line.get_xdata()) for line in markers)
+    assert drawn == np.isfinite(ensemble["axial_peaks"][:, :, :, :, 3]).sum()
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"kind": "bifurcation"}, r"draws one start.*20 starts each.*shares.*'bifurcation' with --start, 0 to 19"),
+        ({"kind": "nonsense"}, r"not known.*shares"),
+        ({"kind": "basin"}, r"7 values of rotary_speed; allowed: one operating point.*--rotary-speed"),
+        ({"kind": "basin", "at": {"rotary_speed": 3.0}, "states": ("x",)}, r"--states: found x; allowed: two of x, vx"),
+        ({"kind": "basin", "at": {"rotary_speed": 3.0}, "states": ("x", "q")}, r"found x,q"),
+        ({"kind": "shares", "states": ("x", "y")}, r"--states: found with the kind 'shares'; allowed: with basin"),
+        ({"kind": "bifurcation", "start": 20}, r"--start: found 20; allowed: 0 to 19"),
+        ({"kind": "shares", "at": {"rotary_speed": 3.0}}, r"needs a swept axis"),
+    ],
+)
+def test_messages(ensemble: Results, asked: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=f"(?s){message}"):
+        plot.draw(ensemble, **asked)  # type: ignore[arg-type]
+
+
+def test_messages_elsewhere(basins: Results) -> None:
+    with pytest.raises(InputError, match="those of the slice, x,vx"):
+        plot.draw(basins, states=("x", "y"))
+    with pytest.raises(InputError, match=r"initial\.ensemble or initial\.slice"):
+        plot.draw(make_results(rotary_speed=SPEEDS), "shares")
+    with pytest.raises(InputError, match="every operating point has one start"):
+        plot.draw(make_results(rotary_speed=SPEEDS), start=0)
+    plane = with_starts(make_results(rotary_speed=SPEEDS, depth=[1000.0, 2000.0]))
+    assert plot.kinds_for(plane) == ("window", "basin")
+    with pytest.raises(InputError, match=r"it shows one axis: select a value of the others"):
+        plot.draw(plane, "shares")
+    assert plot.draw(plane, "shares", at={"depth": 1000.0}).axes
+    waiting = {name: values.copy() for name, values in basins.variables.items()}
+    waiting["attractor"][:] = 0
+    assert np.all(waiting["status"] == OK)
+    with pytest.raises(InputError, match="not grouped into attractors yet"):
+        plot.draw(Results(basins.coords, waiting, basins.attrs))
