@@ -13,7 +13,7 @@ STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_ang
 PROCEDURES = ("same", "up", "down")
 FORMAT_VERSION = 1
 
-PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW = range(5)
+PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED = range(6)
 BIT_BOUNCE, STICK_SLIP, WHIRL = 1, 2, 4
 NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR = range(5)
 UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(6)
@@ -81,8 +81,8 @@ def _section(name: str, units: str, long_name: str) -> Variable:
 
 
 VARIABLES: tuple[Variable, ...] = (
-    Variable("status", "i1", "1", "how the run ended", "run", flag_values=(0, 1, 2, 3, 4),
-             flag_meanings="pending ok diverged step_limit step_underflow"),
+    Variable("status", "i1", "1", "how the run ended", "run", flag_values=(0, 1, 2, 3, 4, 5),
+             flag_meanings="pending ok diverged step_limit step_underflow inferred"),
     Variable("response", "i1", "1", "critical responses present", "label", flag_masks=(1, 2, 4),
              flag_meanings="bit_bounce stick_slip whirl"),
     Variable("whirl_kind", "i1", "1", "kind of whirl", "label", flag_values=(0, 1, 2, 3, 4),

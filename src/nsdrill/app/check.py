@@ -37,7 +37,8 @@ LEAST_PERIODS = 4
 
 @dataclass(frozen=True)
 class Report:
-    """What ``check`` finds at the study's ``operation``: coefficients, figures, and warnings in plain sentences."""
+    """What ``check`` finds at the study's ``operation``: coefficients, figures, and warnings in plain sentences. Of a
+    refined sweep ``points`` are those of the finest grid, ``coarse_points`` those that are run in any case."""
 
     operation: Operation
     coefficients: Coefficients
@@ -46,6 +47,7 @@ class Report:
     points: int
     chains: int
     ramps: dict[str, Ramp]
+    coarse_points: int
 
     def as_json(self) -> dict[str, Any]:
         """Plain data for ``--json``."""
@@ -66,6 +68,7 @@ class Report:
                           for name, ramp in self.ramps.items()}} if self.ramps else {}),
             "points": self.points,
             "chains": self.chains,
+            "coarse_points": self.coarse_points,
             "warnings": self.warnings,
         }
 
@@ -79,8 +82,17 @@ def check(study: Study) -> Report:
         operation = replace(operation, depth=float(study.axes["depth"][0]))
     k = derive(study.parameters, operation.depth, operation.wob, operation.rotary_speed)
     points, chains = (plan.points, plan.chains) if study.swept else (0, 0)
-    return Report(
-        operation, k, figures(study.parameters, operation), _warnings(study), points, chains, study.ramps)
+    coarse = points
+    for axis in study.refined:
+        coarse = coarse // len(study.axes[axis]) * coarse_length(study, axis)
+    return Report(operation, k, figures(study.parameters, operation), _warnings(study), points, chains, study.ramps,
+                  coarse)
+
+
+def coarse_length(study: Study, axis: str) -> int:
+    """How many values of an axis are run before it is refined."""
+    values = len(study.axes[axis])
+    return (values - 1) // 2**study.refine + 1 if axis in study.refined else values
 
 
 def _warnings(study: Study) -> list[str]:

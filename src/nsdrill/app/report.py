@@ -12,14 +12,16 @@ import numpy as np
 
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
+from nsdrill.app.refinement import infer_again
+from nsdrill.app.run import plan_of
 from nsdrill.data import Results, Trace
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, InputError
 from nsdrill.model.rhs import pack, sizes
 from nsdrill.observe.classify import classify
 from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
-from nsdrill.variables import BY_NAME, OK, PENDING, TRACE_VARIABLES, VARIABLES
+from nsdrill.variables import BY_NAME, INFERRED, OK, PENDING, TRACE_VARIABLES, VARIABLES
 
 TRACE_UNITS = {variable.name: variable.units for variable in TRACE_VARIABLES}
 TRACE_MEANINGS = {variable.name: variable.long_name for variable in TRACE_VARIABLES}
@@ -37,7 +39,7 @@ def summarize(data: Results | Trace) -> dict[str, Any]:
 
 def _summarize_results(results: Results) -> dict[str, Any]:
     status = results["status"]
-    ok = status == OK
+    ok, known = status == OK, (status == OK) | (status == INFERRED)
     summary: dict[str, Any] = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
@@ -54,11 +56,10 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         "ranges": {},
     }
     for i, procedure in enumerate(summary["procedures"]):
-        chosen = ok[i]
-        summary["responses"][procedure] = _counts("response", results["response"][i][chosen])
-        kinds = results["whirl_kind"][i][chosen]
+        summary["responses"][procedure] = _counts("response", results["response"][i][known[i]])
+        kinds = results["whirl_kind"][i][ok[i]]
         summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
-        summary["severities"][procedure] = {name: _counts(name, results[name][i][chosen]) for name in SEVERITIES}
+        summary["severities"][procedure] = {name: _counts(name, results[name][i][ok[i]]) for name in SEVERITIES}
     if "motion" in results.variables:
         summary["motions"] = {
             procedure: _counts("motion", results["motion"][i][ok[i]])
@@ -72,7 +73,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
                 "min": float(values.min()), "max": float(values.max()), "units": BY_NAME[name].units,
                 "meaning": BY_NAME[name].long_name,
             }  # fmt: skip
-    failed = np.argwhere(~ok & (status != PENDING))
+    failed = np.argwhere(~known & (status != PENDING))
     summary["failed"] = [
         {
             "procedure": summary["procedures"][p],
@@ -86,7 +87,17 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     summary["hysteresis"] = hysteresis(results)
     if len(results.swept) == 1:
         summary["intervals"] = intervals(results)
+    if "points_run" in results.attrs:
+        summary["refinement"] = refinement_of(results)
     return summary
+
+
+def refinement_of(results: Results) -> dict[str, Any]:
+    """What the root attributes say of a refined sweep."""
+    kept = {name: results.attrs[name] for name in ("refine", "points_run", "points_inferred", "border_spacing")}
+    if isinstance(kept["border_spacing"], str):  # as a file holds it
+        kept["border_spacing"] = json.loads(kept["border_spacing"])
+    return kept
 
 
 def _axis(results: Results, name: str) -> dict[str, Any]:
@@ -107,6 +118,7 @@ def intervals(results: Results) -> list[dict[str, Any]]:
     for i, procedure in enumerate(results.coords["procedure"]):
         response = results["response"][i].ravel()
         status = results["status"][i].ravel()
+        status = np.where(status == INFERRED, OK, status)
         start = 0
         for end in range(1, len(values) + 1):
             if end < len(values) and response[end] == response[start] and status[end] == status[start]:
@@ -166,6 +178,13 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
     thresholds = change_thresholds(study.thresholds, overrides)
     results = read_results(path, [v.name for v in VARIABLES if v.room in ("feature", "label", "section")] + ["status"])
     labels = classify(results.variables, results["status"], thresholds, _sizes(study, results))
+    if study.refined:
+        labels["response"], missing = infer_again(study, plan_of(study), results["status"], labels["response"])
+        if missing:
+            raise InputError(
+                f"{path}: with these thresholds the responses differ between neighbours where the map was not refined; "
+                f"at least {missing} more points would have to be run. Nothing was changed. Run the study with these "
+                "thresholds: nsdrill run with the same --set.")
     changed = {
         name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     now = datetime.now(UTC).isoformat(timespec="seconds")

@@ -55,6 +55,10 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
         click.echo(f"  {label:14s} {text}")
     status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
     click.echo(f"  points         {s['points']}: {status}; {s['settled']} settled")
+    if refinement := s.get("refinement"):
+        from nsdrill.cli.refined import saving
+
+        click.echo(f"  refined        {saving(refinement)}")
     if s["thresholds"]:
         click.echo(f"  labels         with {', '.join(s['thresholds'])}")
     for procedure in s["procedures"]:

@@ -40,6 +40,7 @@ from nsdrill.plot.style import (
     WINE,
     new_figure,
 )
+from nsdrill.variables import INFERRED
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across; depth goes down, as in a log
 WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}  # panels in a row, of so many; 4 of any other number
@@ -85,6 +86,9 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
     outcomes = outcome(planes["status"], planes["response"])
     name = value_name(kind)
     variable = "response" if name or kind == "map" else kind
+    inferred = planes["status"] == INFERRED
+    if variable != "response":  # all that is known of an inferred point
+        outcomes = np.where(inferred, PENDING_POINT, outcomes)
     compared = np.where(outcomes < 0, outcomes, planes[variable])
     differs = disagreement(planes.procedures, compared)
     number = len(planes.procedures) * len(planes.panel_values)
@@ -103,13 +107,15 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
     cells = _cells(planes, units)
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
+            if kind == "map":
+                hatch(grid[row][column], cells, inferred[column, row], "....", "none", "white", "inferred")
             hatch(grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000",
                   "failed")
         if differs is not None:
             axes = grid[row][-1]
             hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
             hatch(axes, cells, differs[row] == 1, "//////", SHADE, "#404040", "differs")
-    handles += _remarks(outcomes, differs)
+    handles += _remarks(outcomes, differs, inferred, named=kind == "map")
     legend_below(figure, handles, 4 if len(handles) != 5 else 5)
     return figure
 
@@ -240,10 +246,16 @@ def hatch(axes: Axes, cells: tuple[Array, Array], chosen: Array, pattern: str, f
                                            hatch=pattern, gid=gid), autolim=False)
 
 
-def _remarks(outcomes: Array, differs: Array | None) -> list[Artist]:
-    """Legend entries for what is not a colour of the map: failed, not run, compared."""
+def _remarks(outcomes: Array, differs: Array | None, inferred: Array, *, named: bool) -> list[Artist]:
+    """Legend entries for what is not a colour of the map: failed, not run, inferred (with a colour if ``named``),
+    compared."""
     handles: list[Artist] = []
-    failed, pending = int((outcomes == FAILED_POINT).sum()), int((outcomes == PENDING_POINT).sum())
+    failed = int((outcomes == FAILED_POINT).sum())
+    pending, passed_over = int(((outcomes == PENDING_POINT) & ~inferred).sum()), int(inferred.sum())
+    if passed_over:
+        what = "dotted: inferred" if named else "not run, inferred responses"
+        handles.append(Patch(facecolor=GREY if named else "white", edgecolor="white" if named else GREY, linewidth=0.4,
+                             hatch="...." if named else None, label=f"{what} ({passed_over} of {outcomes.size})"))
     if failed:
         handles.append(Patch(facecolor="white", edgecolor="black", linewidth=0.4, hatch="xxxxxx",
                              label=f"failed ({failed} of {outcomes.size})"))

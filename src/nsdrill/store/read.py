@@ -22,6 +22,7 @@ from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import (
     BY_NAME,
     FORMAT_VERSION,
+    INFERRED,
     PENDING,
     POINT,
     PROCEDURES,
@@ -119,7 +120,8 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
                 for name, dataset in datasets.items():
                     values = dataset[place]
                     records[name] = values.reshape(stop - start, *values.shape[len(shape):])
-                ran = np.flatnonzero(records["status"] != PENDING)
+                # What was inferred did not run, and a log holds runs only.
+                ran = np.flatnonzero((records["status"] != PENDING) & (records["status"] != INFERRED))
                 log.write(start + ran, records[ran])
             log.sync()
         except BaseException:

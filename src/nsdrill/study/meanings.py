@@ -71,6 +71,7 @@ MEANINGS: dict[str, str] = {
     "sweep.rotary_speed": "Speeds of the top drive",
     "sweep.procedure": "Start each point from the same state, or carry the state up, down, or both ways",
     "sweep.along": "The axis along which the state is carried; needed where several are swept",
+    "sweep.refine": "How often the spacing of axes {from, to, points} is halved where the responses differ",
     "simulation": "How each point is integrated",
     "simulation.transient": "Time before the motion is observed",
     "simulation.observe": "Time observed",
