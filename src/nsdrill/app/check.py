@@ -8,6 +8,7 @@ from itertools import product
 from typing import Any
 
 from nsdrill.app.run import plan_of
+from nsdrill.app.trust import checks
 from nsdrill.model.coefficients import UNITS, Coefficients, derive
 from nsdrill.model.figures import Figure, figures, lateral_stiffness
 from nsdrill.model.parameters import Operation
@@ -96,10 +97,20 @@ def coarse_length(study: Study, axis: str) -> int:
 
 
 def _warnings(study: Study) -> list[str]:
-    checks = [_buckled, _slow, _eccentric]
+    looks = [_buckled, _slow, _eccentric]
     if study.swept:  # else there is no observed window
-        checks += [_few_turns, _few_periods]
-    return [warning for check in checks if (warning := check(study)) is not None]
+        looks += [_few_turns, _few_periods, _verified]
+    return [warning for look in looks if (warning := look(study)) is not None]
+
+
+def _verified(study: Study) -> str | None:
+    if not study.simulation.verify:
+        return None
+    tight, _ = checks(study.simulation)
+    return (
+        f"Verify: every point is run again with the tolerance {tight.simulation.rtol:g} and continued for another "
+        f"{study.simulation.transient + study.simulation.observe:g} s. The study takes about 4 times as long."
+    )
 
 
 def _ends(study: Study, axis: str) -> tuple[float, float]:

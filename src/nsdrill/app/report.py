@@ -12,16 +12,15 @@ import numpy as np
 
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
-from nsdrill.app.refinement import infer_again
-from nsdrill.app.run import plan_of
 from nsdrill.data import Results, Trace
 from nsdrill.errors import FileError, InputError
 from nsdrill.model.rhs import pack, sizes
 from nsdrill.observe.classify import classify
+from nsdrill.observe.trust import AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
 from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
-from nsdrill.variables import BY_NAME, INFERRED, OK, PENDING, TRACE_VARIABLES, VARIABLES
+from nsdrill.variables import BY_NAME, CHECKS, INFERRED, OK, PENDING, TRACE_VARIABLES, VARIABLES
 
 TRACE_UNITS = {variable.name: variable.units for variable in TRACE_VARIABLES}
 TRACE_MEANINGS = {variable.name: variable.long_name for variable in TRACE_VARIABLES}
@@ -30,6 +29,7 @@ SUMMARY = (
     "bit_torque_max", "wall_force_max", "surface_torque_max", "lateral_acceleration_rms",
 )  # fmt: skip
 SEVERITIES = ("bounce_severity", "stick_slip_severity", "whirl_severity")
+VERDICTS = {"agree": AGREES, "features_differ": FEATURES_DIFFER, "response_differs": RESPONSE_DIFFERS}
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
@@ -87,6 +87,8 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     summary["hysteresis"] = hysteresis(results)
     if len(results.swept) == 1:
         summary["intervals"] = intervals(results)
+    if "trusted" in results.variables:
+        summary["trust"] = trust_of(results)
     if "points_run" in results.attrs:
         summary["refinement"] = refinement_of(results)
     return summary
@@ -98,6 +100,24 @@ def refinement_of(results: Results) -> dict[str, Any]:
     if isinstance(kept["border_spacing"], str):  # as a file holds it
         kept["border_spacing"] = json.loads(kept["border_spacing"])
     return kept
+
+
+def trust_of(results: Results) -> dict[str, Any]:
+    """What the checks found: points by verdict, checks that did not end well, and which responses changed to what."""
+    verdicts = verdict(results)
+    counts = {name: int(np.count_nonzero(verdicts == code)) for name, code in VERDICTS.items()}
+    changed, failed = [], {}
+    for check in CHECKS:
+        status, response = results[f"{check}_status"], results[f"{check}_response"]
+        failed[check] = int(np.count_nonzero((status != OK) & (status != PENDING)))
+        differs = (status == OK) & (response != results["response"])
+        pairs, points = np.unique(np.stack([results["response"][differs], response[differs]]), axis=1,
+                                  return_counts=True)
+        changed += [
+            {"check": check, "from": flag_words(BY_NAME["response"], int(a)),
+             "to": flag_words(BY_NAME["response"], int(b)), "points": int(n)}
+            for (a, b), n in zip(pairs.T, points, strict=True)]
+    return {**counts, "failed_checks": failed, "changed": sorted(changed, key=lambda row: -row["points"])}
 
 
 def _axis(results: Results, name: str) -> dict[str, Any]:
@@ -169,6 +189,8 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
 
     Gives, for each label, how many points changed and how many there are.
     """
+    from nsdrill.app.refinement import infer_again
+    from nsdrill.app.run import plan_of
     from nsdrill.study import change_thresholds
 
     attrs = read_attributes(path)
@@ -176,8 +198,11 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
         raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
     study = study_from_resolved(json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path))
     thresholds = change_thresholds(study.thresholds, overrides)
-    results = read_results(path, [v.name for v in VARIABLES if v.room in ("feature", "label", "section")] + ["status"])
+    rooms = ("feature", "label", "section", "trust")
+    results = read_results(path, [v.name for v in VARIABLES if v.room in rooms] + ["status"])
     labels = classify(results.variables, results["status"], thresholds, _sizes(study, results))
+    if "trusted" in results.variables:
+        labels |= trust_labels(results.variables, labels["response"], thresholds)
     if study.refined:
         labels["response"], missing = infer_again(study, plan_of(study), results["status"], labels["response"])
         if missing:

@@ -8,7 +8,7 @@ import time
 from collections.abc import Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 from nsdrill.app.passes import Passes, Watch, sweep
 from nsdrill.app.provenance import provenance
 from nsdrill.app.refinement import Refining
+from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
 from nsdrill.store import (
@@ -37,7 +38,7 @@ from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Progress
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
-from nsdrill.variables import OK, PENDING
+from nsdrill.variables import OK, PENDING, Kept
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ def run(
     """
     check_sweep(study)
     if path is None:
-        log = MemoryLog(_header(study), plan_of(study).points, study.record.kept())
+        log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
         _compute(study, log, workers or processors(), lambda progress: None, None)
         return collect(_results(study, plan_of(study), log))
     run_study(study, path, workers=workers, overwrite=overwrite, resume=resume, retry_failed=retry_failed)
@@ -113,7 +114,7 @@ def run_study(
     part = part_path(path)
     log: RunLog
     if state == "new":
-        log = RunLog.create(part, _header(study), plan.points, study.record.kept())
+        log = RunLog.create(part, _header(study), plan.points, kept_of(study))
     elif state == "resume":
         log = RunLog.open(part)
     else:
@@ -159,6 +160,11 @@ def work_of(study: Study) -> Work:
         plan_of(study), study.parameters, study.initial, study.simulation, study.thresholds, study.record)
 
 
+def kept_of(study: Study) -> Kept:
+    """What is kept of each point."""
+    return replace(study.record.kept(), verify=study.simulation.verify)
+
+
 def check_sweep(study: Study) -> None:
     """InputError where the study is not one of a sweep, whose points each have one constant operating point."""
     source = study.source or "the study"
@@ -195,7 +201,7 @@ def _failed(log: Sink) -> int:
 def _compute(
     study: Study, log: Sink, workers: int, watch: Watch, executor: Executor | None, lanes: int | None = None
 ) -> Progress:
-    """Run all that is missing: the points, those of the refinement."""
+    """Run all that is missing: the points, those of the refinement, the checks."""
     work = work_of(study)
     if lanes is None:
         lanes = choose_lanes(-(-work.plan.chains // workers))
@@ -207,13 +213,16 @@ def _compute(
             Refining(study, work.plan, log).run(passes, work)
         else:
             sweep(passes, work)
+        if study.simulation.verify:
+            verify(passes, work)
     log.sync()
     return passes.progress
 
 
 def _complete(study: Study, plan: Plan, log: Sink) -> bool:
     """Whether nothing is left to run."""
-    return Refining(study, plan, log).complete if study.refined else bool(log.done().all())
+    there = Refining(study, plan, log).complete if study.refined else bool(log.done().all())
+    return there and (not study.simulation.verify or verified(log))
 
 
 def _results(study: Study, plan: Plan, log: Sink) -> Source:
@@ -230,14 +239,16 @@ def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
         for chain in range(plan.chains):
             points = plan.points_of(chain, np.arange(plan.chain_length))
             again[points] = np.logical_or.accumulate(again[points])
-    if not again.any() and not np.any(status == PENDING):
+    checked = study.simulation.verify and any_failed(log)
+    if not again.any() and not checked and not np.any(status == PENDING):
         return log
     old, new = log.header["attrs"], provenance(study, "run --retry-failed")
     before = json.loads(old["study_resolved"])["simulation"]["max_steps"]
     change = "" if before == study.simulation.max_steps else (
         f" simulation.max_steps={study.simulation.max_steps} (was {before})")
     told = {name: new[name] for name in new if name.startswith("study")}
-    return renew(log, {**old, **told, "history": f"{old['history']}\n{new['history']}{change}"}, again)
+    return renew(log, {**old, **told, "history": f"{old['history']}\n{new['history']}{change}"}, again,
+                 *([forget_failed] if checked else []))
 
 
 def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> None:

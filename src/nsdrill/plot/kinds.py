@@ -39,6 +39,7 @@ TRACE_KINDS = {
 RAMP_KINDS = {
     "ramp": "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp",
 }
+TRUST = ("trusted", "tight_response", "long_response", "tight_status", "long_status")  # where points were checked
 _VALUES = {name: v.long_name for name, v in BY_NAME.items() if v.dtype == "f8" and v.dims == POINT}
 _VALUES |= {alias: _VALUES[name] for alias, name in ALIASES.items()}
 
@@ -65,7 +66,7 @@ def variables_for(kind: str) -> tuple[str, ...]:
         "section": ("motion", "period", *SECTION),
         "window": ("trusted",) if "trusted" in BY_NAME else (),
     }.get(kind, (name,) if (name := value_name(kind)) else ())
-    return ("status", "response", *shown)
+    return ("status", "response", *TRUST, *shown)
 
 
 def kinds_for(data: Results | Trace) -> tuple[str, ...]:

@@ -21,8 +21,10 @@ from nsdrill.analysis.hysteresis import disagreement
 from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT, outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.observe.trust import verdict
 from nsdrill.plot.bands import bounds
 from nsdrill.plot.columns import legend_below
+from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.kinds import MAX_PANELS, value_name
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import AXES, edges, robust_limits
@@ -105,10 +107,14 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
     else:
         handles = _draw_values(figure, grid, planes, name, outcomes, units)
     cells = _cells(planes, units)
+    verdicts = verdict(planes) if "trusted" in results.variables else None
+    width = 72 * FULL_WIDTH / len(grid[0]) / max(len(cells[0]), len(cells[1]))
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
             if kind == "map":
                 hatch(grid[row][column], cells, inferred[column, row], "....", "none", "white", "inferred")
+            if verdicts is not None:
+                draw_doubts(grid[row][column], *cells, verdicts[column, row], width)
             hatch(grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000",
                   "failed")
         if differs is not None:
@@ -116,6 +122,8 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
             hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
             hatch(axes, cells, differs[row] == 1, "//////", SHADE, "#404040", "differs")
     handles += _remarks(outcomes, differs, inferred, named=kind == "map")
+    if verdicts is not None:
+        handles += doubt_handles(verdicts)
     legend_below(figure, handles, 4 if len(handles) != 5 else 5)
     return figure
 

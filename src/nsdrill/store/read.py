@@ -208,7 +208,7 @@ def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], Kept]:
             coords[name] = hdf5.read_coordinate(path, file, name)
     ordered = {name: coords[name] for name in (*POINT, "start", "peak", "crossing", "state") if name in coords}
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
-    return ordered, Kept(peaks, returns, exponent="lyapunov_exponent" in file, starts=starts)
+    return ordered, Kept(peaks, returns, exponent="lyapunov_exponent" in file, starts=starts, verify="trusted" in file)
 
 
 def _dataset(path: PathLike, file: Any, variable: Variable, kept: Kept) -> Any:
