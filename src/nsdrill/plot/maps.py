@@ -46,6 +46,7 @@ from nsdrill.variables import INFERRED
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across; depth goes down, as in a log
 WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}  # panels in a row, of so many; 4 of any other number
+WORDS = 1.3  # inches that title, axis labels and legend take
 CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "response": tuple((style.name, style.colour) for style in RESPONSES),
     "whirl_kind": (("no whirl", GREY), ("forward", SKY), ("backward", ORANGE), ("backward rolling", VERMILLION),
@@ -108,13 +109,14 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
         handles = _draw_values(figure, grid, planes, name, outcomes, units)
     cells = _cells(planes, units)
     verdicts = verdict(planes) if "trusted" in results.variables else None
-    width = 72 * FULL_WIDTH / len(grid[0]) / max(len(cells[0]), len(cells[1]))
+    across = FULL_WIDTH / len(grid[0]) / len(cells[0])
+    cell = 72 * min(across, (figure.get_figheight() - WORDS) / len(grid) / len(cells[1]))
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
             if kind == "map":
                 hatch(grid[row][column], cells, inferred[column, row], "....", "none", "white", "inferred")
             if verdicts is not None:
-                draw_doubts(grid[row][column], *cells, verdicts[column, row], width)
+                draw_doubts(grid[row][column], *cells, verdicts[column, row], cell)
             hatch(grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000",
                   "failed")
         if differs is not None:
@@ -137,7 +139,7 @@ def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[lis
     wrap = WRAP.get(rows, 4) if columns == 1 else columns
     deep = -(-rows * columns // wrap)
     width = FULL_WIDTH / wrap
-    figure = new_figure(FULL_WIDTH, 1.3 + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width))
+    figure = new_figure(FULL_WIDTH, WORDS + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width))
     grid = figure.add_gridspec(deep, wrap)
     x, y = quantity(planes.x, units), quantity(planes.y, units)
     panels: list[Axes] = []
