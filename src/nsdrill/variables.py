@@ -13,7 +13,7 @@ STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_ang
 PROCEDURES = ("same", "up", "down")
 FORMAT_VERSION = 1
 
-PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW = range(5)
+PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED = range(6)
 BIT_BOUNCE, STICK_SLIP, WHIRL = 1, 2, 4
 NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR = range(5)
 UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(6)
@@ -22,8 +22,9 @@ UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(
 @dataclass(frozen=True)
 class Variable:
     """One variable. ``room`` says who makes it: ``run`` (bookkeeping), ``feature`` (measured during the run; a new
-    classification leaves it alone), ``label`` (made from features by the classification), ``peaks``, ``section``,
-    ``states``. Where ``only`` names something to keep (:class:`Kept`), the variable is there only if that is kept."""
+    classification leaves it alone), ``label`` (made from features by the classification), ``trust`` (measured by the
+    checks of a point), ``peaks``, ``section``, ``states``. Where ``only`` names something to keep (:class:`Kept`), the
+    variable is there only if that is kept."""
 
     name: str
     dtype: str
@@ -40,13 +41,14 @@ class Variable:
 @dataclass(frozen=True)
 class Kept:
     """What is kept of each point beside features and labels: how many peaks and returns to the Poincare section, and
-    whether the Lyapunov exponent; and from how many states each operating point is started, 0 where from one only,
-    without a dimension for it."""
+    whether the Lyapunov exponent; from how many states each operating point is started, 0 where from one only,
+    without a dimension for it; and whether there are checks of each point."""
 
     peaks: int = 0
     returns: int = 0
     exponent: bool = False
     starts: int = 0
+    verify: bool = False
 
     @property
     def grid(self) -> tuple[str, ...]:
@@ -80,9 +82,29 @@ def _section(name: str, units: str, long_name: str) -> Variable:
                     (*POINT, "crossing"), only="returns")
 
 
+CHECKS = ("tight", "long")
+CHECK_FEATURES = ("lift_off_fraction", "stick_slip_index", "wall_contact_fraction")  # those that responses follow from
+_CHECKED = {"tight": "with a smaller tolerance", "long": "continued for longer"}
+
+
+def _check(name: str) -> tuple[Variable, ...]:
+    """What is known of the point from one of its checks."""
+    how = _CHECKED[name]
+    return (
+        Variable(f"{name}_response", "i1", "1", f"critical responses when {how}", "label", flag_masks=(1, 2, 4),
+                 flag_meanings="bit_bounce stick_slip whirl", only="verify"),
+        Variable(f"{name}_difference", "f8", "1", f"largest difference of the features when {how}, in natural sizes",
+                 "trust", only="verify"),
+        Variable(f"{name}_status", "i1", "1", f"how the run ended when {how}", "trust", flag_values=(0, 1, 2, 3, 4),
+                 flag_meanings="unchecked ok diverged step_limit step_underflow", only="verify"),
+        *(Variable(f"{name}_{feature}", "f8", "percent" if feature == "stick_slip_index" else "1",
+                   f"{feature} when {how}", "trust", only="verify") for feature in CHECK_FEATURES),
+    )
+
+
 VARIABLES: tuple[Variable, ...] = (
-    Variable("status", "i1", "1", "how the run ended", "run", flag_values=(0, 1, 2, 3, 4),
-             flag_meanings="pending ok diverged step_limit step_underflow"),
+    Variable("status", "i1", "1", "how the run ended", "run", flag_values=(0, 1, 2, 3, 4, 5),
+             flag_meanings="pending ok diverged step_limit step_underflow inferred"),
     Variable("response", "i1", "1", "critical responses present", "label", flag_masks=(1, 2, 4),
              flag_meanings="bit_bounce stick_slip whirl"),
     Variable("whirl_kind", "i1", "1", "kind of whirl", "label", flag_values=(0, 1, 2, 3, 4),
@@ -128,6 +150,10 @@ VARIABLES: tuple[Variable, ...] = (
     _feature("zero_one", "1", "0-1 test for chaos on the returns: near 0 regular, near 1 chaotic", "returns"),
     _feature("lyapunov_exponent", "s-1", "largest Lyapunov exponent", "exponent"),
     _feature("lyapunov_error", "s-1", "standard error of the largest Lyapunov exponent", "exponent"),
+    Variable("trusted", "i1", "1", "both checks find the same response and nearly the same features", "label",
+             flag_values=(0, 1), flag_meanings="untrusted trusted", only="verify"),
+    *_check("tight"),
+    *_check("long"),
     Variable("steps", "i8", "1", "accepted steps", "run"),
     Variable("rejected", "i8", "1", "rejected steps", "run"),
     _peaks("axial_peaks", "m", "last local maxima of the bit position"),

@@ -13,7 +13,7 @@ from nsdrill.study.document import parse
 from nsdrill.study.keys import SECTIONS, SLICE, all_leaves
 from nsdrill.study.meanings import MEANINGS
 
-SWEEP_KEYS = {f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along")}
+SWEEP_KEYS = {f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along", "refine")}
 
 
 def test_the_template_is_the_defaults() -> None:

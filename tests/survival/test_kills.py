@@ -40,6 +40,14 @@ sweep:
   procedure: up-down
   along: rotary_speed
 """
+REFINED = """
+simulation: {transient: 150 s, observe: 50 s, verify: true}
+record: {peaks: 4}
+sweep:
+  wob: {from: 10 kN, to: 100 kN, points: 8}
+  rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 7}
+  refine: 2
+"""
 
 
 def start(study: Path, out: Path, *more: str) -> subprocess.Popen[bytes]:
@@ -65,6 +73,7 @@ def same(one: Path, two: Path) -> list[str]:
     [
         pytest.param(GRID, (), (0.8, 2.4), id="grid"),
         pytest.param(CHAINS, (), (0.8, 2.4), id="chains"),
+        pytest.param(REFINED, (), (1.2, 3.5), id="refined and checked"),
         pytest.param(
             CHAINS, ("--engine", "dask"), (4.0, 8.0), id="chains-dask",
             marks=pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")),

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.variables import OK, PENDING
+from nsdrill.variables import INFERRED, OK, PENDING
 
 PENDING_POINT, FAILED_POINT = -1, -2  # outcomes beside the response bits, which are never negative
-_KNOWN = (OK, 5)  # 5: not run, its labels inferred because all points around it agree
+_KNOWN = (OK, INFERRED)
 
 
 def known(status: Array) -> Array:

@@ -8,6 +8,7 @@ from itertools import product
 from typing import Any
 
 from nsdrill.app.run import plan_of
+from nsdrill.app.trust import checks
 from nsdrill.model.coefficients import UNITS, Coefficients, derive
 from nsdrill.model.figures import Figure, figures, lateral_stiffness
 from nsdrill.model.parameters import Operation
@@ -37,7 +38,8 @@ LEAST_PERIODS = 4
 
 @dataclass(frozen=True)
 class Report:
-    """What ``check`` finds at the study's ``operation``: coefficients, figures, and warnings in plain sentences."""
+    """What ``check`` finds at the study's ``operation``: coefficients, figures, and warnings in plain sentences. Of a
+    refined sweep ``points`` are those of the finest grid, ``coarse_points`` those that are run in any case."""
 
     operation: Operation
     coefficients: Coefficients
@@ -46,6 +48,7 @@ class Report:
     points: int
     chains: int
     ramps: dict[str, Ramp]
+    coarse_points: int
 
     def as_json(self) -> dict[str, Any]:
         """Plain data for ``--json``."""
@@ -66,6 +69,7 @@ class Report:
                           for name, ramp in self.ramps.items()}} if self.ramps else {}),
             "points": self.points,
             "chains": self.chains,
+            "coarse_points": self.coarse_points,
             "warnings": self.warnings,
         }
 
@@ -79,15 +83,34 @@ def check(study: Study) -> Report:
         operation = replace(operation, depth=float(study.axes["depth"][0]))
     k = derive(study.parameters, operation.depth, operation.wob, operation.rotary_speed)
     points, chains = (plan.points, plan.chains) if study.swept else (0, 0)
-    return Report(
-        operation, k, figures(study.parameters, operation), _warnings(study), points, chains, study.ramps)
+    coarse = points
+    for axis in study.refined:
+        coarse = coarse // len(study.axes[axis]) * coarse_length(study, axis)
+    return Report(operation, k, figures(study.parameters, operation), _warnings(study), points, chains, study.ramps,
+                  coarse)
+
+
+def coarse_length(study: Study, axis: str) -> int:
+    """How many values of an axis are run before it is refined."""
+    values = len(study.axes[axis])
+    return (values - 1) // 2**study.refine + 1 if axis in study.refined else values
 
 
 def _warnings(study: Study) -> list[str]:
-    checks = [_buckled, _slow, _eccentric]
+    looks = [_buckled, _slow, _eccentric]
     if study.swept:  # else there is no observed window
-        checks += [_few_turns, _few_periods]
-    return [warning for check in checks if (warning := check(study)) is not None]
+        looks += [_few_turns, _few_periods, _verified]
+    return [warning for look in looks if (warning := look(study)) is not None]
+
+
+def _verified(study: Study) -> str | None:
+    if not study.simulation.verify:
+        return None
+    tight, _ = checks(study.simulation)
+    return (
+        f"Verify: every point is run again with the tolerance {tight.simulation.rtol:g} and continued for another "
+        f"{study.simulation.transient + study.simulation.observe:g} s. The study takes about 4 times as long."
+    )
 
 
 def _ends(study: Study, axis: str) -> tuple[float, float]:

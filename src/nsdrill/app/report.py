@@ -15,13 +15,14 @@ from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.app.attractors import attractors, labels_of
 from nsdrill.app.run import plan_of
 from nsdrill.data import Results, Trace
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, InputError
 from nsdrill.model.rhs import pack, sizes
 from nsdrill.observe.classify import classify
+from nsdrill.observe.trust import AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
 from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
-from nsdrill.variables import BY_NAME, OK, PENDING, TRACE_VARIABLES, VARIABLES
+from nsdrill.variables import BY_NAME, CHECKS, INFERRED, OK, PENDING, TRACE_VARIABLES, VARIABLES
 
 TRACE_UNITS = {variable.name: variable.units for variable in TRACE_VARIABLES}
 TRACE_MEANINGS = {variable.name: variable.long_name for variable in TRACE_VARIABLES}
@@ -30,6 +31,7 @@ SUMMARY = (
     "bit_torque_max", "wall_force_max", "surface_torque_max", "lateral_acceleration_rms",
 )  # fmt: skip
 SEVERITIES = ("bounce_severity", "stick_slip_severity", "whirl_severity")
+VERDICTS = {"agree": AGREES, "features_differ": FEATURES_DIFFER, "response_differs": RESPONSE_DIFFERS}
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
@@ -39,7 +41,7 @@ def summarize(data: Results | Trace) -> dict[str, Any]:
 
 def _summarize_results(results: Results) -> dict[str, Any]:
     status = results["status"]
-    ok = status == OK
+    ok, known = status == OK, (status == OK) | (status == INFERRED)
     summary: dict[str, Any] = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
@@ -56,11 +58,10 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         "ranges": {},
     }
     for i, procedure in enumerate(summary["procedures"]):
-        chosen = ok[i]
-        summary["responses"][procedure] = _counts("response", results["response"][i][chosen])
-        kinds = results["whirl_kind"][i][chosen]
+        summary["responses"][procedure] = _counts("response", results["response"][i][known[i]])
+        kinds = results["whirl_kind"][i][ok[i]]
         summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
-        summary["severities"][procedure] = {name: _counts(name, results[name][i][chosen]) for name in SEVERITIES}
+        summary["severities"][procedure] = {name: _counts(name, results[name][i][ok[i]]) for name in SEVERITIES}
     if "motion" in results.variables:
         summary["motions"] = {
             procedure: _counts("motion", results["motion"][i][ok[i]])
@@ -74,7 +75,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
                 "min": float(values.min()), "max": float(values.max()), "units": BY_NAME[name].units,
                 "meaning": BY_NAME[name].long_name,
             }  # fmt: skip
-    failed = np.argwhere(~ok & (status != PENDING))
+    failed = np.argwhere(~known & (status != PENDING))
     summary["failed"] = [
         {
             "procedure": summary["procedures"][p],
@@ -94,7 +95,37 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     summary["hysteresis"] = hysteresis(results)
     if len(results.swept) == 1:
         summary["intervals"] = intervals(results)
+    if "trusted" in results.variables:
+        summary["trust"] = trust_of(results)
+    if "points_run" in results.attrs:
+        summary["refinement"] = refinement_of(results)
     return summary
+
+
+def refinement_of(results: Results) -> dict[str, Any]:
+    """What the root attributes say of a refined sweep."""
+    kept = {name: results.attrs[name] for name in ("refine", "points_run", "points_inferred", "border_spacing")}
+    if isinstance(kept["border_spacing"], str):  # as a file holds it
+        kept["border_spacing"] = json.loads(kept["border_spacing"])
+    return kept
+
+
+def trust_of(results: Results) -> dict[str, Any]:
+    """What the checks found: points by verdict, checks that did not end well, and which responses changed to what."""
+    verdicts = verdict(results)
+    counts = {name: int(np.count_nonzero(verdicts == code)) for name, code in VERDICTS.items()}
+    changed, failed = [], {}
+    for check in CHECKS:
+        status, response = results[f"{check}_status"], results[f"{check}_response"]
+        failed[check] = int(np.count_nonzero((status != OK) & (status != PENDING)))
+        differs = (status == OK) & (response != results["response"])
+        pairs, points = np.unique(np.stack([results["response"][differs], response[differs]]), axis=1,
+                                  return_counts=True)
+        changed += [
+            {"check": check, "from": flag_words(BY_NAME["response"], int(a)),
+             "to": flag_words(BY_NAME["response"], int(b)), "points": int(n)}
+            for (a, b), n in zip(pairs.T, points, strict=True)]
+    return {**counts, "failed_checks": failed, "changed": sorted(changed, key=lambda row: -row["points"])}
 
 
 def _axis(results: Results, name: str) -> dict[str, Any]:
@@ -115,6 +146,7 @@ def intervals(results: Results) -> list[dict[str, Any]]:
     for i, procedure in enumerate(results.coords["procedure"]):
         response = results["response"][i].ravel()
         status = results["status"][i].ravel()
+        status = np.where(status == INFERRED, OK, status)
         start = 0
         for end in range(1, len(values) + 1):
             if end < len(values) and response[end] == response[start] and status[end] == status[start]:
@@ -165,6 +197,7 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
 
     Gives, for each label, how many points changed and how many there are.
     """
+    from nsdrill.app.refinement import infer_again
     from nsdrill.study import change_thresholds
 
     attrs = read_attributes(path)
@@ -172,11 +205,21 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
         raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
     study = study_from_resolved(json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path))
     thresholds = change_thresholds(study.thresholds, overrides)
-    results = read_results(path, [v.name for v in VARIABLES if v.room in ("feature", "label", "section")] + ["status"])
+    rooms = ("feature", "label", "section", "trust")
+    results = read_results(path, [v.name for v in VARIABLES if v.room in rooms] + ["status"])
     labels = classify(results.variables, results["status"], thresholds, _sizes(study, results))
     if "start" in results.coords:
         plan = plan_of(study)
         labels["attractor"] = labels_of(study, plan, {**results.variables, **labels}, thresholds.attractors.tolerance)
+    if "trusted" in results.variables:
+        labels |= trust_labels(results.variables, labels["response"], thresholds)
+    if study.refined:
+        labels["response"], missing = infer_again(study, plan_of(study), results["status"], labels["response"])
+        if missing:
+            raise InputError(
+                f"{path}: with these thresholds the responses differ between neighbours where the map was not refined; "
+                f"at least {missing} more points would have to be run. Nothing was changed. Run the study with these "
+                "thresholds: nsdrill run with the same --set.")
     changed = {
         name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     now = datetime.now(UTC).isoformat(timespec="seconds")

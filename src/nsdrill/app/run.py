@@ -5,46 +5,47 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from nsdrill.app.attractors import mark
+from nsdrill.app.passes import Passes, Watch, sweep
 from nsdrill.app.provenance import provenance
+from nsdrill.app.refinement import Refining
+from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
 from nsdrill.store import (
     MemoryLog,
     RunLog,
     Sink,
+    Source,
     claim,
     collect,
     log_from_results,
     open_results,
     part_path,
-    record_dtype,
     renew,
     write_results,
 )  # fmt: skip
 from nsdrill.study.resolved import differences, digest
 from nsdrill.study.study import Study
-from nsdrill.sweep.engine import Engine, Progress, Start
+from nsdrill.sweep.engine import Progress
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import OK, PENDING, Kept
 
-Watch = Callable[[Progress], None]
-SYNC_SECONDS = 1.0
-
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a run: points in all and failed, seconds of computing, steps tried, share of lanes in use."""
+    """What became of a run: points in all and failed, seconds of computing, steps tried, points that were there before;
+    ``refinement`` has the root attributes that say how much was run of a refined sweep."""
 
     path: Path | None
     points: int
@@ -52,6 +53,7 @@ class Outcome:
     seconds: float
     steps: int
     already: int
+    refinement: Mapping[str, Any] = field(default_factory=dict)
 
 
 class Interrupted(KeyboardInterrupt):
@@ -81,7 +83,7 @@ def run(
     if path is None:
         log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
         _compute(study, log, workers or processors(), lambda progress: None, None)
-        return collect(log)
+        return collect(_results(study, plan_of(study), log))
     run_study(study, path, workers=workers, overwrite=overwrite, resume=resume, retry_failed=retry_failed)
     return open_results(path)
 
@@ -129,14 +131,15 @@ def run_study(
             if retry_failed:
                 log = _again(study, plan, log)
         already = int(np.count_nonzero(log.done()))
-        if state == "finished" and already == plan.points:
+        if state == "finished" and _complete(study, plan, log):
             log.discard()
             return Outcome(path, plan.points, _failed(log), 0.0, 0, already)
         begun = time.perf_counter()
         try:
             progress = _compute(study, log, workers, watch, executor, lanes)
             seconds = time.perf_counter() - begun
-            write_results(path, log)
+            results = _results(study, plan, log)
+            write_results(path, results)
         except KeyboardInterrupt:
             log.sync()
             raise Interrupted(part, int(np.count_nonzero(log.done())), plan.points) from None
@@ -144,7 +147,7 @@ def run_study(
         log.discard()
     finally:
         log.close()
-    return Outcome(path, plan.points, failed, seconds, progress.lane_steps, already)
+    return Outcome(path, plan.points, failed, seconds, progress.lane_steps, already, getattr(results, "attrs", {}))
 
 
 def plan_of(study: Study) -> Plan:
@@ -154,7 +157,7 @@ def plan_of(study: Study) -> Plan:
 
 def kept_of(study: Study) -> Kept:
     """What is kept of each point of a study."""
-    return study.record.kept(study.initial.starts)
+    return replace(study.record.kept(study.initial.starts), verify=study.simulation.verify)
 
 
 def work_of(study: Study) -> Work:
@@ -201,53 +204,35 @@ def _failed(log: Sink) -> int:
 def _compute(
     study: Study, log: Sink, workers: int, watch: Watch, executor: Executor | None, lanes: int | None = None
 ) -> Progress:
+    """Run all that is missing: the points, those of the refinement, the checks."""
     work = work_of(study)
-    plan = work.plan
     if lanes is None:
-        lanes = choose_lanes(-(-plan.chains // workers))
+        lanes = choose_lanes(-(-work.plan.chains // workers))
     compiled_parts(lanes, *work.variant)
-    kind = record_dtype(kept_of(study))
-    synced = time.monotonic()
-
-    def deliver(points: np.ndarray, columns: dict[str, np.ndarray]) -> None:
-        nonlocal synced
-        records = np.zeros(len(points), kind)
-        for name in kind.names or ():
-            records[name] = columns[name]
-        log.write(points, records)
-        if time.monotonic() - synced > SYNC_SECONDS:
-            log.sync()
-            synced = time.monotonic()
-
     own: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
-    starts, pending = _left(plan, log)
     with own as threads:
-        engine = Engine(work, executor or threads, workers, lanes, deliver, watch, remote=executor is not None)
-        progress = engine.run(starts, pending)
+        passes = Passes(log, executor or threads, workers, lanes, watch, remote=executor is not None)
+        if study.refined:
+            Refining(study, work.plan, log).run(passes, work)
+        else:
+            sweep(passes, work)
+        if study.simulation.verify:
+            verify(passes, work)
     log.sync()
-    if plan.starts:
-        mark(study, plan, log)
-    return progress
+    if work.plan.starts:
+        mark(study, work.plan, log)
+    return passes.progress
 
 
-def _left(plan: Plan, log: Sink) -> tuple[list[Start], np.ndarray]:
-    """What is still to run: where each chain goes on, and which points are pending."""
-    done = log.done()
-    pending = np.flatnonzero(~done)
-    if plan.chain_length == 1:
-        return [], pending
-    starts = []
-    for chain in range(plan.chains):
-        points = plan.points_of(chain, np.arange(plan.chain_length))
-        place = int(np.argmin(done[points])) if not done[points].all() else plan.chain_length
-        if place == plan.chain_length:
-            continue
-        state = None
-        if place > 0:
-            before = log.read(int(points[place - 1]), int(points[place - 1]) + 1)[0]
-            state = np.array(before["final_state"]) if before["status"] == OK else None
-        starts.append(Start(chain, place, state))
-    return starts, pending
+def _complete(study: Study, plan: Plan, log: Sink) -> bool:
+    """Whether nothing is left to run."""
+    there = Refining(study, plan, log).complete if study.refined else bool(log.done().all())
+    return there and (not study.simulation.verify or verified(log))
+
+
+def _results(study: Study, plan: Plan, log: Sink) -> Source:
+    """What goes into the file, from a complete log."""
+    return Refining(study, plan, log).results() if study.refined else log
 
 
 def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
@@ -259,14 +244,16 @@ def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
         for chain in range(plan.chains):
             points = plan.points_of(chain, np.arange(plan.chain_length))
             again[points] = np.logical_or.accumulate(again[points])
-    if not again.any() and not np.any(status == PENDING):
+    checked = study.simulation.verify and any_failed(log)
+    if not again.any() and not checked and not np.any(status == PENDING):
         return log
     old, new = log.header["attrs"], provenance(study, "run --retry-failed")
     before = json.loads(old["study_resolved"])["simulation"]["max_steps"]
     change = "" if before == study.simulation.max_steps else (
         f" simulation.max_steps={study.simulation.max_steps} (was {before})")
     told = {name: new[name] for name in new if name.startswith("study")}
-    return renew(log, {**old, **told, "history": f"{old['history']}\n{new['history']}{change}"}, again)
+    return renew(log, {**old, **told, "history": f"{old['history']}\n{new['history']}{change}"}, again,
+                 *([forget_failed] if checked else []))
 
 
 def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> None:

@@ -23,11 +23,12 @@ from nsdrill.model.rhs import STATES, drifts, first_step, model_for, pack, sizes
 from nsdrill.model.schedule import Schedule
 from nsdrill.observe.features import OBSERVED
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
-from nsdrill.store import read_attributes, read_point
+from nsdrill.store import read_attributes, read_point, read_results
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
+from nsdrill.sweep.plan import AXES, Plan
 from nsdrill.units import format_quantity
-from nsdrill.variables import BY_NAME, OK, PENDING, SCHEDULED
+from nsdrill.variables import BY_NAME, INFERRED, OK, PENDING, SCHEDULED
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MOST_SAMPLES = 50_000_000
@@ -125,6 +126,8 @@ def replay(
     point = read_point(path, *(int(i) for i in np.unravel_index(number, plan.grid)))
     if point["status"] == PENDING:
         raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
+    if point["status"] == INFERRED:
+        raise InputError(f"{path}: {_not_run(path, plan, number)}")
     schedule = Schedule(Operation(*found), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": str(path)}
     if plan.starts:
@@ -150,6 +153,23 @@ def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int
     return start
 
 
+def _not_run(path: str | os.PathLike[str], plan: Plan, number: int) -> str:
+    """That a point was inferred, and which point of the same procedure was run next to it, counted in steps."""
+    status = read_results(path, ["status"])["status"]
+    here = np.array(np.unravel_index(number, plan.shape))
+    ran = np.argwhere(status[here[0]] != INFERRED)
+    nearest = ran[np.argmin(np.sum((ran - here[1:]) ** 2, axis=1))]
+    where = " ".join(
+        f"--{name.replace('_', '-')} {format_quantity(plan.axes[name][i], _UNITS[name]).replace(' ', '')}"
+        for name, i in zip(AXES, nearest, strict=True) if len(plan.axes[name]) > 1)
+    return (
+        "that point was not run: all points around it have one response, so the refinement passed it over. The nearest "
+        f"point that was run: {where}. Or simulate this one: nsdrill simulate.")
+
+
+_UNITS = {"depth": "m", "wob": "kN", "rotary_speed": "rad/s"}
+
+
 def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.ndarray) -> float:
     """``value``, if the nearest of ``values`` may be meant by it: beyond the ends by half a step at most, and by one
     percent where there is a single value."""
@@ -157,7 +177,7 @@ def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.n
     below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else (0.01 * values[0], 0.01 * values[0])
     if values[0] - below <= value <= values[-1] + above:
         return value
-    units = {"depth": "m", "wob": "kN", "rotary_speed": "rad/s"}[name]
+    units = _UNITS[name]
     first, last = format_quantity(values[0], units), format_quantity(values[-1], units)
     allowed = f"from {first} to {last}, as the sweep" if len(steps) else f"{first}, the only value"
     option = "--" + name.replace("_", "-")

@@ -47,8 +47,11 @@ def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
         return 0
     operation = report.operation
     click.echo(f"{study}: valid. {loaded.title}".rstrip())
+    points = _count(report.points, "point")
+    if loaded.refined:
+        points = f"{report.coarse_points} points, refined where the responses differ to at most {report.points}"
     if report.points:
-        click.echo(f"{_count(report.points, 'point')}: {_sweep(loaded, report.chains)}.")
+        click.echo(f"{points}: {_sweep(loaded, report.chains)}.")
     for name, ramp in report.ramps.items():
         label, units = AXES[name]
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
@@ -75,6 +78,7 @@ def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
 
 def _sweep(study: Study, chains: int) -> str:
     """The sweep in words."""
+    from nsdrill.app.check import coarse_length
     from nsdrill.units import format_quantity
 
     axes = []
@@ -82,7 +86,11 @@ def _sweep(study: Study, chains: int) -> str:
         label, units = AXES[name]
         first, last = (format_quantity(float(study.axes[name][i]), units) for i in (0, -1))
         count = len(study.axes[name])
-        axes.append(f"{label} {first} to {last} ({count} values)" if count > 1 else f"{label} {first}")
+        values = f"{count} values"
+        if name in study.refined:
+            values = f"{coarse_length(study, name)} values, refined to {count}"
+        axes.append(f"{label} {first} to {last} ({values})" if count > 1 else f"{label} {first}")
+    most = "at most " if study.refined else ""
     if starts := study.initial.starts:
         kind = f"a slice over {' and '.join(study.initial.slice)}" if study.initial.slice else (
             f"an ensemble, seed {study.initial.seed}")
@@ -91,7 +99,7 @@ def _sweep(study: Study, chains: int) -> str:
         how = "every point from the same initial state"
     else:
         way = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
-        how = f"the state carried {way} along the {AXES[study.along][0]}, in {_count(chains, 'chain')}"
+        how = f"the state carried {way} along the {AXES[study.along][0]}, in {most}{_count(chains, 'chain')}"
     return f"{', '.join(axes)}; {how}"
 
 

@@ -23,16 +23,17 @@ def progress_bar(enabled: bool) -> Iterator[Callable[[Progress], None]]:
 
     columns = (
         TextColumn("points"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[pace]}"),
-        TextColumn("{task.fields[failures]}"), TimeElapsedColumn(),
+        TextColumn("{task.fields[failures]}"), TimeElapsedColumn(), TextColumn("{task.fields[note]}"),
     )  # fmt: skip
     with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("points", total=None, pace="starting", failures="")
+        task = bar.add_task("points", total=None, pace="starting", failures="", note="")
         begun = time.monotonic()
 
         def watch(progress: Progress) -> None:
             failures = f"[red]{progress.failed} failed[/red]" if progress.failed else ""
             bar.update(
                 task, total=progress.total, completed=progress.before + progress.done, failures=failures,
+                note=progress.note,
                 pace=pace(progress.done, progress.total - progress.before - progress.done, time.monotonic() - begun),
             )  # fmt: skip
 

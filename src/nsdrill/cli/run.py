@@ -86,6 +86,10 @@ def command(
 def _say(outcome: Any) -> None:
     ran = outcome.points - outcome.already
     text = f"{outcome.path}: {outcome.points} points"
+    if outcome.refinement:
+        from nsdrill.cli.refined import saving
+
+        text = f"{outcome.path}: {saving(outcome.refinement)}"
     if outcome.already:
         text += f" ({outcome.already} were there already)"
     if ran:

@@ -15,6 +15,7 @@ AXES = {
 }  # fmt: skip
 MOST_FAILED = 20
 MOST_INTERVALS = 40
+MOST_CHANGED = 12
 
 
 @click.command("show", epilog=options.examples("show out.h5", "show out.h5.part", "show out.h5 --json | jq .failed"))
@@ -58,6 +59,12 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
         kind = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"
         click.echo(f"  starts         {starts} of every operating point, {kind}")
     click.echo(f"  points         {s['points']}: {status}; {s['settled']} settled")
+    if refinement := s.get("refinement"):
+        from nsdrill.cli.refined import saving
+
+        click.echo(f"  refined        {saving(refinement)}")
+    if trust := s.get("trust"):
+        _show_trust(trust)
     if s["thresholds"]:
         click.echo(f"  labels         with {', '.join(s['thresholds'])}")
     for procedure in s["procedures"]:
@@ -95,6 +102,24 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
             click.echo(f"  {in_words(point['status'])}: {where}, {point['procedure']}")
         if len(failed) > MOST_FAILED:
             click.echo(f"  and {len(failed) - MOST_FAILED} more (all with --json)")
+
+
+CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
+
+
+def _show_trust(trust: dict[str, Any]) -> None:
+    checked = trust["agree"] + trust["features_differ"] + trust["response_differs"]
+    click.echo(
+        f"  checked        {checked} points: {trust['agree']} agree, {trust['features_differ']} keep their response "
+        f"but not their numbers (chaotic, or not settled), {trust['response_differs']} change response")
+    for check, failed in trust["failed_checks"].items():
+        if failed:
+            click.echo(f"    {CHECKS[check]}: {failed} did not end well")
+    for row in trust["changed"][:MOST_CHANGED]:
+        change = f"{in_words(row['from'])} -> {in_words(row['to'])}"
+        click.echo(f"    {CHECKS[row['check']]:18s}{row['points']:6d}  {change}")
+    if len(trust["changed"]) > MOST_CHANGED:
+        click.echo(f"    and {len(trust['changed']) - MOST_CHANGED} more kinds of change (all with --json)")
 
 
 def in_words(flag: str) -> str:

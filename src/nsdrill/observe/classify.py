@@ -25,6 +25,14 @@ from nsdrill.variables import (
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
+def responses(features: Mapping[str, Array], t: Thresholds) -> Array:
+    """The critical responses as a sum of bits, from the three features that decide on them."""
+    bounce = features["lift_off_fraction"] > t.bit_bounce.lift_off_fraction
+    stick_slip = np.nan_to_num(features["stick_slip_index"], nan=np.inf) > t.stick_slip.stick_slip_index
+    whirl = features["wall_contact_fraction"] > t.whirl.wall_contact_fraction
+    return np.asarray(BIT_BOUNCE * bounce + STICK_SLIP * stick_slip + WHIRL * whirl)
+
+
 def classify(
     features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array | None = None
 ) -> dict[str, Array]:
@@ -37,10 +45,9 @@ def classify(
     """
     t = thresholds
     ok = status == OK
-    bounce = features["lift_off_fraction"] > t.bit_bounce.lift_off_fraction
     index = np.nan_to_num(features["stick_slip_index"], nan=np.inf)
-    stick_slip = index > t.stick_slip.stick_slip_index
-    whirl = features["wall_contact_fraction"] > t.whirl.wall_contact_fraction
+    response = responses(features, t)
+    bounce, whirl = response & BIT_BOUNCE > 0, response & WHIRL > 0
 
     ratio = np.nan_to_num(features["whirl_ratio"])
     rolling = (
@@ -59,7 +66,6 @@ def classify(
            t.bit_bounce.severe_fraction)
     shaken = (t.whirl.light_acceleration, t.whirl.moderate_acceleration, t.whirl.strong_acceleration,
               t.whirl.severe_acceleration)
-    response = BIT_BOUNCE * bounce + STICK_SLIP * stick_slip + WHIRL * whirl
     settled = features["half_difference"] <= t.settled.tolerance
     labels = {"response": response, "whirl_kind": kind, "stick_slip_severity": severity,
               "bounce_severity": _grade(features["lift_off_fraction"], off, bounce),

@@ -73,6 +73,14 @@ class Settled:
 
 
 @dataclass(frozen=True)
+class Trust:
+    """Trusted: the checks of a point find its response, and its features to ``tolerance`` (of each one's natural size:
+    gap, lobe amplitude, drive speed)."""
+
+    tolerance: float = parameter(0.05, "", "R", "convention", strict=False)
+
+
+@dataclass(frozen=True)
 class Motion:
     """The kind of motion, from the returns to the Poincare section.
 
@@ -107,6 +115,7 @@ class Thresholds:
     stick_slip: StickSlip = field(default_factory=StickSlip)
     whirl: Whirl = field(default_factory=Whirl)
     settled: Settled = field(default_factory=Settled)
+    trust: Trust = field(default_factory=Trust)
     motion: Motion = field(default_factory=Motion)
     attractors: Attractors = field(default_factory=Attractors)
     stuck_below: float = parameter(5 * math.pi / 30, "rad/s", "field practice: bit-stuck time below 5 rpm", "high")

@@ -17,6 +17,7 @@ from matplotlib.patches import Patch
 from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.outcome import FAILED_POINT
 from nsdrill.data import Results
+from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import Line, edges, line
 from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, SHADE, new_figure
@@ -71,7 +72,8 @@ def column_title(one: Line, units: str) -> str:
 
 
 def draw_strip(axes: Axes, one: Line, scale: float, *, name_rows: bool) -> None:
-    """The response of every point as coloured cells, a row for each procedure; a cross where the run failed."""
+    """The response of every point as coloured cells, a row for each procedure; a cross where the run failed, and marks
+    where checks of a point disagree."""
     outcomes, x = one.outcome, one.x / scale
     rows = np.arange(len(one.procedures))
     mesh = axes.pcolormesh(
@@ -79,6 +81,9 @@ def draw_strip(axes: Axes, one: Line, scale: float, *, name_rows: bool) -> None:
         cmap=RESPONSE_COLOURS, norm=RESPONSE_NORM, **SEAMLESS,
     )  # fmt: skip
     mesh.set_gid("strip")
+    if (verdicts := one.verdicts) is not None:
+        cell = 72 * min(ROW_OF_STRIP, FULL_WIDTH / len(x))
+        draw_doubts(axes, edges(one.x) / scale, np.arange(len(rows) + 1) - 0.5, verdicts, cell)
     row, point = np.nonzero(outcomes == FAILED_POINT)
     if row.size:
         axes.plot(x[point], row, "kx", markersize=3.5, markeredgewidth=0.8, linestyle="none", gid="failed")
@@ -109,7 +114,7 @@ def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> Non
 
 
 def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
-    """Legend entries for the responses that occur, and for failed points with their number."""
+    """Legend entries for the responses that occur, and for failed and doubtful points with their number."""
     outcomes = np.concatenate([one.outcome.ravel() for one in lines])
     handles: list[Artist] = []
     for code, style in enumerate(RESPONSES):
@@ -124,4 +129,5 @@ def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
     if failed:
         handles.append(Line2D([], [], color="k", marker="x", linestyle="none", markersize=4,
                               label=f"failed ({failed} of {outcomes.size})"))
-    return handles
+    verdicts = [one.verdicts.ravel() for one in lines if one.verdicts is not None]
+    return handles + (doubt_handles(np.concatenate(verdicts)) if verdicts else [])

@@ -44,6 +44,7 @@ TRACE_KINDS = {
 RAMP_KINDS = {
     "ramp": "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp",
 }
+TRUST = ("trusted", "tight_response", "long_response", "tight_status", "long_status")  # where points were checked
 _VALUES = {name: v.long_name for name, v in BY_NAME.items() if v.dtype == "f8" and v.dims == POINT}
 _VALUES |= {alias: _VALUES[name] for alias, name in ALIASES.items()}
 
@@ -74,7 +75,7 @@ def variables_for(kind: str) -> tuple[str, ...]:
             "attractor", "whirl_kind", "settled", "radius_max", "axial_min", "axial_max", "stick_slip_index"),
         "basin": ("attractor", "whirl_kind", "settled", "initial_state"),
     }.get(kind, (name,) if (name := value_name(kind)) else ())
-    return ("status", "response", *shown)
+    return ("status", "response", *TRUST, *shown)
 
 
 def kinds_for(data: Results | Trace) -> tuple[str, ...]:

@@ -21,8 +21,10 @@ from nsdrill.analysis.hysteresis import disagreement
 from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT, outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.observe.trust import verdict
 from nsdrill.plot.bands import bounds
 from nsdrill.plot.columns import legend_below
+from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.kinds import MAX_PANELS, value_name
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import AXES, edges, robust_limits
@@ -40,9 +42,11 @@ from nsdrill.plot.style import (
     WINE,
     new_figure,
 )
+from nsdrill.variables import INFERRED
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across; depth goes down, as in a log
 WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}  # panels in a row, of so many; 4 of any other number
+WORDS = 1.3  # inches that title, axis labels and legend take
 CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "response": tuple((style.name, style.colour) for style in RESPONSES),
     "whirl_kind": (("no whirl", GREY), ("forward", SKY), ("backward", ORANGE), ("backward rolling", VERMILLION),
@@ -85,6 +89,9 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
     outcomes = outcome(planes["status"], planes["response"])
     name = value_name(kind)
     variable = "response" if name or kind == "map" else kind
+    inferred = planes["status"] == INFERRED
+    if variable != "response":  # all that is known of an inferred point
+        outcomes = np.where(inferred, PENDING_POINT, outcomes)
     compared = np.where(outcomes < 0, outcomes, planes[variable])
     differs = disagreement(planes.procedures, compared)
     number = len(planes.procedures) * len(planes.panel_values)
@@ -101,15 +108,24 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
     else:
         handles = _draw_values(figure, grid, planes, name, outcomes, units)
     cells = _cells(planes, units)
+    verdicts = verdict(planes) if "trusted" in results.variables else None
+    across = FULL_WIDTH / len(grid[0]) / len(cells[0])
+    cell = 72 * min(across, (figure.get_figheight() - WORDS) / len(grid) / len(cells[1]))
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
+            if kind == "map":
+                hatch(grid[row][column], cells, inferred[column, row], "....", "none", "white", "inferred")
+            if verdicts is not None:
+                draw_doubts(grid[row][column], *cells, verdicts[column, row], cell)
             hatch(grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000",
                   "failed")
         if differs is not None:
             axes = grid[row][-1]
             hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
             hatch(axes, cells, differs[row] == 1, "//////", SHADE, "#404040", "differs")
-    handles += _remarks(outcomes, differs)
+    handles += _remarks(outcomes, differs, inferred, named=kind == "map")
+    if verdicts is not None:
+        handles += doubt_handles(verdicts)
     legend_below(figure, handles, 4 if len(handles) != 5 else 5)
     return figure
 
@@ -123,7 +139,7 @@ def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[lis
     wrap = WRAP.get(rows, 4) if columns == 1 else columns
     deep = -(-rows * columns // wrap)
     width = FULL_WIDTH / wrap
-    figure = new_figure(FULL_WIDTH, 1.3 + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width))
+    figure = new_figure(FULL_WIDTH, WORDS + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width))
     grid = figure.add_gridspec(deep, wrap)
     x, y = quantity(planes.x, units), quantity(planes.y, units)
     panels: list[Axes] = []
@@ -240,10 +256,16 @@ def hatch(axes: Axes, cells: tuple[Array, Array], chosen: Array, pattern: str, f
                                            hatch=pattern, gid=gid), autolim=False)
 
 
-def _remarks(outcomes: Array, differs: Array | None) -> list[Artist]:
-    """Legend entries for what is not a colour of the map: failed, not run, compared."""
+def _remarks(outcomes: Array, differs: Array | None, inferred: Array, *, named: bool) -> list[Artist]:
+    """Legend entries for what is not a colour of the map: failed, not run, inferred (with a colour if ``named``),
+    compared."""
     handles: list[Artist] = []
-    failed, pending = int((outcomes == FAILED_POINT).sum()), int((outcomes == PENDING_POINT).sum())
+    failed = int((outcomes == FAILED_POINT).sum())
+    pending, passed_over = int(((outcomes == PENDING_POINT) & ~inferred).sum()), int(inferred.sum())
+    if passed_over:
+        what = "dotted: inferred" if named else "not run, inferred responses"
+        handles.append(Patch(facecolor=GREY if named else "white", edgecolor="white" if named else GREY, linewidth=0.4,
+                             hatch="...." if named else None, label=f"{what} ({passed_over} of {outcomes.size})"))
     if failed:
         handles.append(Patch(facecolor="white", edgecolor="black", linewidth=0.4, hatch="xxxxxx",
                              label=f"failed ({failed} of {outcomes.size})"))

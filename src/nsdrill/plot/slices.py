@@ -10,6 +10,7 @@ import numpy as np
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.observe.trust import verdict
 
 AXES = ("depth", "wob", "rotary_speed")
 
@@ -74,6 +75,11 @@ class Line:
     @property
     def outcome(self) -> Array:
         return outcome(self["status"], self["response"])
+
+    @property
+    def verdicts(self) -> Array | None:
+        """What the checks say of each point; None where there were none."""
+        return verdict(self) if "trusted" in self.results.variables else None
 
 
 def line(results: Results, axis: str, **held: int) -> Line:

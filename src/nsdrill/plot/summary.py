@@ -17,7 +17,7 @@ from nsdrill.plot.kinds import SUMMARY, value_name
 from nsdrill.plot.labels import Quantity, quantity
 from nsdrill.plot.slices import Line, robust_limits
 from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE
-from nsdrill.variables import OK
+from nsdrill.variables import INFERRED, OK
 
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
@@ -29,7 +29,7 @@ def draw(results: Results, kind: str = "summary", units: str = "si") -> Figure:
         y = quantity(name, units)
         for one, column in zip(lines, columns, strict=True):
             draw_values(column[row], one, name, quantity(one.axis, units), y)
-        _limit([column[row] for column in columns], lines, name, y)
+        _limit([column[row] for column in columns], lines, name, y, units)
         if graded := bounds(results.attrs, name):
             for column in columns:
                 shade_severity(column[row], [bound / y.scale for bound in graded], words(name),
@@ -43,11 +43,12 @@ def draw(results: Results, kind: str = "summary", units: str = "si") -> Figure:
 
 
 def draw_values(axes: Axes, one: Line, name: str, x: Quantity, y: Quantity) -> None:
-    """A line for each procedure, broken where a run has not ended well."""
+    """A line for each procedure, broken where a run has not ended well; it passes over points that were not needed."""
     for row, procedure in enumerate(one.procedures):
-        good = one["status"][row] == OK
+        good, needed = one["status"][row] == OK, one["status"][row] != INFERRED
         values = np.where(good, one[name][row] / y.scale, np.nan)
-        axes.plot(one.x / x.scale, values, gid=f"{name}:{procedure}", **_style(procedure, one.procedures))
+        axes.plot(one.x[needed] / x.scale, values[needed], gid=f"{name}:{procedure}",
+                  **_style(procedure, one.procedures))
 
 
 def _style(procedure: str, procedures: tuple[str, ...]) -> dict[str, Any]:
@@ -65,7 +66,7 @@ def _direction_handles(one: Line) -> list[Line2D]:
                    **(_style(name, one.procedures) | {"markersize": 4})) for name in one.procedures]
 
 
-def _limit(panels: list[Axes], lines: list[Line], name: str, y: Quantity) -> None:
+def _limit(panels: list[Axes], lines: list[Line], name: str, y: Quantity, units: str) -> None:
     """Limits that a few wild values do not own; these are drawn as arrows on the border."""
     values = np.concatenate([np.where(one["status"] == OK, one[name] / y.scale, np.nan).ravel() for one in lines])
     low, high = robust_limits(values)
@@ -76,13 +77,13 @@ def _limit(panels: list[Axes], lines: list[Line], name: str, y: Quantity) -> Non
     panels[0].set_ylim(low - (room if low else 0.03 * (high - low)), high + room)
     bottom, top = panels[0].get_ylim()
     for axes, one in zip(panels, lines, strict=True):
-        scale = axes.get_lines()[0].get_xdata()
+        at = one.x / quantity(one.axis, units).scale
         for row, procedure in enumerate(one.procedures):
             shown = one[name][row] / y.scale
             for beyond, border, marker in ((shown > top, top, "^"), (shown < bottom, bottom, "v")):
                 beyond = beyond & (one["status"][row] == OK)
                 if beyond.any():
-                    axes.plot(np.asarray(scale)[beyond], np.full(int(beyond.sum()), border), linestyle="none",
+                    axes.plot(at[beyond], np.full(int(beyond.sum()), border), linestyle="none",
                               marker=marker, color=DIRECTION_COLOURS.get(procedure, REFERENCE), markersize=4,
                               clip_on=False, zorder=5, gid=f"{name}:{procedure}:beyond")
 

@@ -14,7 +14,7 @@ from nsdrill.store import hdf5
 from nsdrill.store.files import replacing
 from nsdrill.variables import BY_NAME, COORDINATES, POINT, Variable
 
-_ROOMS = ("run", "label", "feature")
+_ROOMS = ("run", "label", "feature", "trust")
 
 
 def to_csv(

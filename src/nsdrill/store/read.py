@@ -22,6 +22,7 @@ from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import (
     BY_NAME,
     FORMAT_VERSION,
+    INFERRED,
     PENDING,
     POINT,
     PROCEDURES,
@@ -119,7 +120,8 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
                 for name, dataset in datasets.items():
                     values = dataset[place]
                     records[name] = values.reshape(stop - start, *values.shape[len(shape):])
-                ran = np.flatnonzero(records["status"] != PENDING)
+                # What was inferred did not run, and a log holds runs only.
+                ran = np.flatnonzero((records["status"] != PENDING) & (records["status"] != INFERRED))
                 log.write(start + ran, records[ran])
             log.sync()
         except BaseException:
@@ -206,7 +208,7 @@ def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], Kept]:
             coords[name] = hdf5.read_coordinate(path, file, name)
     ordered = {name: coords[name] for name in (*POINT, "start", "peak", "crossing", "state") if name in coords}
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
-    return ordered, Kept(peaks, returns, exponent="lyapunov_exponent" in file, starts=starts)
+    return ordered, Kept(peaks, returns, exponent="lyapunov_exponent" in file, starts=starts, verify="trusted" in file)
 
 
 def _dataset(path: PathLike, file: Any, variable: Variable, kept: Kept) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,12 @@ from nsdrill.store.results import points_in_block
 from nsdrill.variables import PENDING
 
 
-def renew(log: RunLog, attrs: Mapping[str, Any], again: Array) -> RunLog:
+def renew(
+    log: RunLog, attrs: Mapping[str, Any], again: Array, change: Callable[[Array], None] = lambda records: None
+) -> RunLog:
     """Replace ``log``, in one step, by one with the root attributes ``attrs`` in which the points ``again`` (bool
-    [n_points]) are pending. Gives the new one and closes ``log``; NsdrillError, with ``log`` as it was, if the disk
-    refuses. A kill leaves the old log or the new one."""
+    [n_points]) are pending, and the records of the others what ``change`` makes of them. Gives the new one and closes
+    ``log``; NsdrillError, with ``log`` as it was, if the disk refuses. A kill leaves the old log or the new one."""
     sweep_away(log.path)
     temporary = temporary_name(log.path)
     new = RunLog.create(temporary, {**log.header, "attrs": dict(attrs)}, log.n_points, log.kept)
@@ -28,7 +30,9 @@ def renew(log: RunLog, attrs: Mapping[str, Any], again: Array) -> RunLog:
         for start in range(0, log.n_points, step):
             records = log.read(start, min(start + step, log.n_points))
             kept = np.flatnonzero((records["status"] != PENDING) & ~again[start : start + step])
-            new.write(start + kept, records[kept])
+            records = records[kept]
+            change(records)
+            new.write(start + kept, records)
         new.sync()
         os.replace(temporary, log.path)
         sync_folder(log.path.parent)

@@ -222,7 +222,7 @@ def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any],
         along = None  # nothing is carried
     elif along is None and len(made) == 1 and not faults:
         along = next(iter(made))
-    resolved["sweep"] = {**made, "procedure": procedure, "along": along}
+    resolved["sweep"] = {**made, "procedure": procedure, "along": along, "refine": sweep.get("refine", 0)}
     return resolved, faults
 
 

@@ -10,6 +10,7 @@ from nsdrill.errors import Fault
 from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import SLICE, Leaf, bound_text, shown
 from nsdrill.study.ramps import has_ramp
+from nsdrill.study.resolved import refined_axes
 from nsdrill.study.study import AXES
 from nsdrill.units import USUAL, format_quantity
 from nsdrill.variables import STATE_NAMES
@@ -169,11 +170,19 @@ class Checker:
             allowed = f"at least one axis to sweep: {', '.join(AXES)}"
             yield self.fault("sweep", "no axis", allowed)
             return
-        total = math.prod(size(sweep[axis]) for axis in swept)
-        starts = self._starts_of_a_point()
-        if total * starts > MOST_POINTS:
-            counted = f"{total * starts:.3g} points over all axes{' and starts' if starts > 1 else ''}"
-            yield self.fault("sweep", counted, f"at most {bound_text(MOST_POINTS)}")
+        refined, starts = refined_axes(sweep), self._starts_of_a_point()
+        total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept) * starts
+        if total > MOST_POINTS:
+            of = "over all axes" + (" and starts" if starts > 1 else "") + (", refined" if refined else "")
+            yield self.fault("sweep", f"{total:.3g} points {of}", f"at most {bound_text(MOST_POINTS)}")
+        if sweep["refine"] and starts > 1:
+            allowed = "0 with several starts of each operating point, whose responses may all differ"
+            yield self.fault("sweep.refine", str(sweep["refine"]), allowed)
+        if sweep["refine"] and not refined:
+            allowed = "0, or an axis {from, to, points}"
+            if sweep["along"] is not None:
+                allowed += f" beside {sweep['along']}, along which the state is carried point by point"
+            yield self.fault("sweep.refine", f"{sweep['refine']}, with no axis to refine", allowed)
         along = sweep["along"]
         if along is not None and along not in swept:
             yield self.fault("sweep.along", f"{along}, which is not swept", f"a swept axis: {' or '.join(swept)}")
@@ -221,6 +230,6 @@ class Checker:
         return f"{text} (the default)" if value == leaf.default else text
 
 
-def size(axis: Any) -> int:
+def size(axis: Any, refine: int = 0) -> int:
     """The number of values of a resolved axis."""
-    return int(axis["points"]) if isinstance(axis, dict) else len(axis)
+    return (int(axis["points"]) - 1) * 2**refine + 1 if isinstance(axis, dict) else len(axis)

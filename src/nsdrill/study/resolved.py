@@ -34,7 +34,12 @@ def study_from_resolved(
             raise ValueError("sweep: found no axis")
         if unknown := set(ramps) - set(AXES):
             raise ValueError(f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(AXES)}")
-        axes = {axis: axis_values(sweep[axis] if axis in sweep else [getattr(operation, axis)]) for axis in AXES}
+        refined = refined_axes(sweep)
+        axes = {
+            axis: axis_values(sweep[axis] if axis in sweep else [getattr(operation, axis)],
+                              sweep["refine"] if axis in refined else 0)
+            for axis in AXES
+        }
         return Study(
             title=str(resolved.get("title", "")),
             parameters=Parameters(
@@ -58,6 +63,8 @@ def study_from_resolved(
             resolved=resolved,
             sha256=digest(resolved),
             ramps=ramps,
+            refine=sweep["refine"],
+            refined=refined,
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         name = source or "the resolved study"
@@ -81,10 +88,19 @@ def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
     return cls(**values)
 
 
-def axis_values(axis: Any) -> np.ndarray:
-    """The values of a resolved axis: a list, or {from, to, points}."""
+def refined_axes(sweep: dict[str, Any]) -> tuple[str, ...]:
+    """The axes of a resolved sweep that are refined: those given as {from, to, points}, but for the one along which
+    the state is carried."""
+    if not sweep["refine"]:
+        return ()
+    return tuple(axis for axis in AXES if isinstance(sweep.get(axis), dict) and axis != sweep["along"])
+
+
+def axis_values(axis: Any, refine: int = 0) -> np.ndarray:
+    """The values of a resolved axis: a list, or {from, to, points} with the spacing halved ``refine`` times. The values
+    that the axis has without refinement keep their bits: halving is exact."""
     if isinstance(axis, dict):
-        return np.linspace(axis["from"], axis["to"], axis["points"])
+        return np.linspace(axis["from"], axis["to"], (axis["points"] - 1) * 2**refine + 1)
     return np.array(axis, dtype=np.float64)
 
 

@@ -36,6 +36,7 @@ STIFFNESS = {"linear": "N/m", "hertz": "N/m^1.5"}
 
 POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
 PROCEDURE = Leaf("sweep.procedure", "choice", "same", choices=typing.get_args(Procedure))
+REFINE = Leaf("sweep.refine", "whole", 0, low=0, high=6)
 ALONG = Leaf("sweep.along", "choice", None, choices=AXES, nullable=True)
 
 _STRICT = ConfigDict(extra="forbid", populate_by_name=False)
@@ -164,6 +165,7 @@ def _sweep_model() -> type[BaseModel]:
         members[name] = _axis(name, leaf(f"operation.{name}", operation[name], float))
     members["procedure"] = _leaf(PROCEDURE)
     members["along"] = _leaf(ALONG)
+    members["refine"] = _leaf(REFINE)
     return create_model("Sweep", __config__=_STRICT, **members)
 
 

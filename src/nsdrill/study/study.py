@@ -25,6 +25,8 @@ class Study:
     time zero are in ``operation``; ``swept`` the names that the file sweeps; ``along`` the axis along which the
     state is carried, None for procedure ``same``. ``text`` is the YAML as read, ``overrides`` the ``--set`` texts,
     ``resolved`` the complete study, defaults filled in and in SI, as plain data, ``sha256`` the digest of that.
+    ``refined`` names the axes whose values are those of a grid refined ``refine`` times, of which every
+    ``2**refine``-th is run first.
     """
 
     title: str
@@ -43,6 +45,8 @@ class Study:
     overrides: tuple[str, ...] = ()
     resolved: dict[str, Any] = field(default_factory=dict)
     sha256: str = ""
+    refine: int = 0
+    refined: tuple[str, ...] = ()
     ramps: dict[str, Ramp] = field(default_factory=dict)
 
     @property

@@ -27,6 +27,7 @@ sweep:                                      # {sweep}; at least one axis
   # rotary_speed: {{from: 10 rpm, to: 120 rpm, points: 111}}
   procedure: same                           # same | up | down | up-down: the last three carry the state
   # along: depth                            # {along}
+  refine: 0                                 # {refine}
 """
 
 
@@ -35,7 +36,8 @@ def template_text() -> str:
     parts = [_HEAD, _line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
     for section, cls in SECTIONS.items():
         if section == "simulation":
-            parts.append(_SWEEP.format(sweep=MEANINGS["sweep"], along=MEANINGS["sweep.along"]))
+            told = {key: MEANINGS[f"sweep.{key}"] for key in ("along", "refine")}
+            parts.append(_SWEEP.format(sweep=MEANINGS["sweep"], **told))
         parts.append("\n".join(_section(section, cls)) + "\n")
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 

@@ -31,7 +31,8 @@ MOST_LOSSES = 10  # workers that may die under the slices of one gang
 
 @dataclass
 class Progress:
-    """How far a sweep is: points done (of which failed, and done before this session), steps tried so far."""
+    """How far a sweep is: points done (of which failed, and done before this session), steps tried so far; and, where
+    it is one of several passes, which."""
 
     total: int
     before: int = 0
@@ -39,6 +40,7 @@ class Progress:
     failed: int = 0
     lane_steps: int = 0
     lanes_in_use: float = 1.0
+    note: str = ""
 
 
 @dataclass

@@ -1,0 +1,97 @@
+"""Several runs of the engine over one log, counted as one: the sweep, its refinement, the checks of its points."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from nsdrill.data import Array
+from nsdrill.store import Sink, pending_records
+from nsdrill.sweep.engine import Engine, Progress, Start
+from nsdrill.sweep.plan import Plan
+from nsdrill.sweep.work import Work
+from nsdrill.variables import OK
+
+Watch = Callable[[Progress], None]
+Deliver = Callable[[Array, dict[str, Array]], None]
+SYNC_SECONDS = 1.0
+
+
+@dataclass
+class Passes:
+    """What the engine runs on, and how far all of it is. Whoever makes a pass sets ``progress.total`` and, where
+    points were there before, ``progress.before``."""
+
+    log: Sink
+    executor: Executor
+    workers: int
+    lanes: int
+    watch: Watch = lambda progress: None
+    remote: bool = False
+    progress: Progress = field(default_factory=lambda: Progress(total=0))
+    synced: float = field(default_factory=time.monotonic)
+
+    def run(self, work: Work, deliver: Deliver, starts: list[Start] | None, pending: Array, note: str = "") -> None:
+        """Run these points of ``work`` with the engine; ``note`` says to the watcher what they are for."""
+        base, own = replace(self.progress), self.progress
+        own.note = note
+
+        def add(now: Progress) -> None:
+            own.done, own.failed = base.done + now.done, base.failed + now.failed
+            own.lane_steps, own.lanes_in_use = base.lane_steps + now.lane_steps, now.lanes_in_use
+
+        def watch(now: Progress) -> None:
+            add(now)
+            self.watch(own)
+
+        engine = Engine(work, self.executor, self.workers, self.lanes, deliver, watch, remote=self.remote)
+        add(engine.run(starts, pending))
+
+    def write(self, points: Array, records: Array) -> None:
+        """Put records into the log, and make them safe now and then."""
+        self.log.write(points, records)
+        if time.monotonic() - self.synced > SYNC_SECONDS:
+            self.log.sync()
+            self.synced = time.monotonic()
+
+    def store(self, points: Array, columns: dict[str, Array]) -> None:
+        """Put the results of finished points into the log; what they do not have stays as in a pending one."""
+        records = pending_records(len(points), self.log.kept)
+        for name in records.dtype.names or ():
+            if name in columns:
+                records[name] = columns[name]
+        self.write(points, records)
+
+
+def sweep(passes: Passes, work: Work) -> None:
+    """Run all that is pending."""
+    starts, pending = left(work.plan, passes.log)
+    length = work.plan.chain_length
+    runs = len(pending) + sum(length - start.place for start in starts)
+    passes.progress.total, passes.progress.before = work.plan.points, work.plan.points - runs
+    passes.run(work, passes.store, starts, pending)
+
+
+def left(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[list[Start], Array]:
+    """What is still to run (of these chains): where each chain goes on, and which points are pending."""
+    done = log.done()
+    if chains is None:
+        chains = np.arange(plan.chains)
+    if plan.chain_length == 1:
+        return [], chains[~done[chains]]
+    starts = []
+    for chain in chains.tolist():
+        points = plan.points_of(chain, np.arange(plan.chain_length))
+        if done[points].all():
+            continue
+        place = int(np.argmin(done[points]))
+        state = None
+        if place > 0:
+            before = log.read(int(points[place - 1]), int(points[place - 1]) + 1)[0]
+            state = np.array(before["final_state"]) if before["status"] == OK else None
+        starts.append(Start(chain, place, state))
+    return starts, np.empty(0, dtype=np.int64)

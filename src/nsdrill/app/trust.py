@@ -1,0 +1,124 @@
+"""Checks of a sweep: every point that ended well is run again with a smaller tolerance, and continued for longer.
+
+What they find is written into the record of the point as it comes, so a killed run goes on with the checks that are
+missing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from nsdrill.app.passes import Passes
+from nsdrill.data import Array
+from nsdrill.kernel.gang import choose_lanes
+from nsdrill.kernel.settings import Simulation
+from nsdrill.observe.compare import difference
+from nsdrill.observe.trust import trust_labels
+from nsdrill.store import Sink, Source
+from nsdrill.sweep.again import Again
+from nsdrill.sweep.work import Work, compiled_parts
+from nsdrill.variables import CHECK_FEATURES, CHECKS, OK, PENDING, VARIABLES
+
+TIGHTER = 100.0
+LEAST_RTOL = 1e-13
+MORE_STEPS = 10  # the limit of steps of a check, in that of the run: a smaller tolerance takes 2.5 times as many
+_BATCH = 1 << 17  # points of which the states are held in memory
+_BLOCK = 4096
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check: how it is integrated, and the state of the record from which it starts."""
+
+    name: str
+    simulation: Simulation
+    start: str
+
+
+def checks(simulation: Simulation) -> tuple[Check, Check]:
+    """``tight``: the run again, to a hundredth of its tolerance. ``long``: the run goes on from where it ended, for
+    transient and observed time once more, so that it is observed after more than twice the transient."""
+    steps = MORE_STEPS * simulation.max_steps
+    tight = replace(simulation, rtol=max(simulation.rtol / TIGHTER, LEAST_RTOL), max_steps=steps)
+    return (Check(CHECKS[0], tight, "initial_state"),
+            Check(CHECKS[1], replace(simulation, max_steps=steps), "final_state"))
+
+
+def verify(passes: Passes, work: Work) -> None:
+    """Run the checks that are missing in the log."""
+    log, progress = passes.log, passes.progress
+    todo = {check: missing(log, check.name) for check in checks(work.simulation)}
+    progress.total += sum(map(len, todo.values()))
+    for check, points in todo.items():
+        for start in range(0, len(points), _BATCH):
+            _run(passes, work, check, points[start : start + _BATCH])
+
+
+def _run(passes: Passes, work: Work, check: Check, points: Array) -> None:
+    log = passes.log
+    states = np.concatenate([records[check.start] for records in _records(log, points)])
+    again = Again.of(work, check.simulation, points, states)
+
+    def store(done: Array, columns: dict[str, Array]) -> None:
+        records = np.concatenate([log.read(point, point + 1) for point in done.tolist()])
+        records[f"{check.name}_status"] = columns["status"]
+        records[f"{check.name}_difference"] = difference(_fields(records), columns, columns)
+        for name in CHECK_FEATURES:
+            records[f"{check.name}_{name}"] = columns[name]
+        for name, values in trust_labels(_fields(records), records["response"], work.thresholds).items():
+            records[name] = values
+        passes.write(done, records)
+
+    lanes = max(passes.lanes, choose_lanes(-(-len(points) // passes.workers)))
+    compiled_parts(lanes, *again.variant)
+    replace(passes, lanes=lanes).run(again, store, [], points, f"check: {check.name}")
+
+
+def missing(log: Source, check: str) -> Array:
+    """The points that ended well and lack this check."""
+    found = []
+    for start in range(0, log.n_points, _BLOCK):
+        records = log.read(start, min(start + _BLOCK, log.n_points))
+        lacks = (records["status"] == OK) & (records[f"{check}_status"] == PENDING)
+        found.append(start + np.flatnonzero(lacks))
+    return np.concatenate(found)
+
+
+def verified(log: Source) -> bool:
+    """Whether no check is missing."""
+    return not any(len(missing(log, check)) for check in CHECKS)
+
+
+def any_failed(log: Source) -> bool:
+    """Whether a check did not end well."""
+    blocks = (log.read(start, min(start + _BLOCK, log.n_points)) for start in range(0, log.n_points, _BLOCK))
+    return any(bool(np.any(_failed(records, check))) for records in blocks for check in CHECKS)
+
+
+def forget_failed(records: Array) -> None:
+    """Make checks that did not end well pending in these records, to run them once more."""
+    for check in CHECKS:
+        again = _failed(records, check)
+        for variable in VARIABLES:
+            if variable.only == "verify" and variable.name.startswith(check):
+                records[variable.name][again] = np.nan if variable.dtype == "f8" else 0
+        records["trusted"][again] = 0
+
+
+def _failed(records: Array, check: str) -> Array:
+    status = records[f"{check}_status"]
+    return np.asarray((status != OK) & (status != PENDING))
+
+
+def _fields(records: Array) -> dict[str, Array]:
+    return {name: records[name] for name in records.dtype.names or ()}
+
+
+def _records(log: Sink, points: Array) -> Iterator[Array]:
+    """The records of ascending ``points``, some at a time."""
+    for block in np.split(points, np.flatnonzero(np.diff(points // _BLOCK)) + 1):
+        first = int(block[0])
+        yield log.read(first, int(block[-1]) + 1)[block - first]

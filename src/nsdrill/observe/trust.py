@@ -1,0 +1,50 @@
+"""Whether a point holds when it is run more carefully: labels made from what the checks of the point measured.
+
+Two checks: ``tight``, the same run with a smaller tolerance, and ``long``, the run continued for as long again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+import numpy as np
+
+from nsdrill.observe.classify import responses
+from nsdrill.observe.thresholds import Thresholds
+from nsdrill.variables import CHECK_FEATURES, CHECKS, OK, PENDING
+
+Array = np.ndarray[Any, np.dtype[Any]]
+UNCHECKED, AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS = range(4)  # verdicts
+
+
+def trust_labels(found: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
+    """The labels ``tight_response``, ``long_response`` and ``trusted`` of points with this ``response``; ``found``
+    holds how their checks ended, the features that the responses are made from, and the differences."""
+    labels = {}
+    trusted = np.ones(np.shape(response), dtype=bool)
+    for check in CHECKS:
+        ended = found[f"{check}_status"] == OK
+        measured = {name: found[f"{check}_{name}"] for name in CHECK_FEATURES}
+        labels[f"{check}_response"] = np.where(ended, responses(measured, thresholds), 0).astype(np.int8)
+        with np.errstate(invalid="ignore"):
+            near = found[f"{check}_difference"] <= thresholds.trust.tolerance
+        trusted &= ended & near & (labels[f"{check}_response"] == response)
+    return {**labels, "trusted": trusted.astype(np.int8)}
+
+
+class Named(Protocol):
+    """Arrays by name."""
+
+    def __getitem__(self, name: str, /) -> Array: ...
+
+
+def verdict(values: Named) -> Array:
+    """What the checks say of each point: :data:`UNCHECKED`; :data:`AGREES`; :data:`FEATURES_DIFFER`, the response holds
+    and its numbers do not (chaotic motion, or one that has not settled); :data:`RESPONSE_DIFFERS`, also where a check
+    did not end well. From ``response``, the labels of :func:`trust_labels` and the status of the checks."""
+    checked, same = np.ones(np.shape(values["trusted"]), dtype=bool), np.ones(np.shape(values["trusted"]), dtype=bool)
+    for check in CHECKS:
+        checked &= values[f"{check}_status"] != PENDING
+        same &= (values[f"{check}_status"] == OK) & (values[f"{check}_response"] == values["response"])
+    return np.select([~checked, values["trusted"] == 1, same], [UNCHECKED, AGREES, FEATURES_DIFFER], RESPONSE_DIFFERS)

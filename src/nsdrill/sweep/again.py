@@ -1,0 +1,45 @@
+"""Points of a sweep run once more, each on its own, from states that are given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from nsdrill.kernel.gang import Finished
+from nsdrill.kernel.settings import Simulation
+from nsdrill.observe.compare import scales
+from nsdrill.observe.reduce import features
+from nsdrill.observe.thresholds import Record
+from nsdrill.sweep.work import Work
+from nsdrill.variables import OK
+
+Array = np.ndarray[Any, np.dtype[Any]]
+
+
+@dataclass(frozen=True)
+class Again(Work):
+    """The points ``numbers`` (ascending) of a sweep, from the states ``states`` [points, 9]. A state that was carried
+    is given like any other, so there are no chains."""
+
+    numbers: Array
+    states: Array
+
+    @classmethod
+    def of(cls, work: Work, simulation: Simulation, numbers: Array, states: Array) -> Again:
+        """The same model over another time or to another tolerance, measuring features only."""
+        return cls(replace(work.plan, along=None), work.parameters, work.initial, simulation, work.thresholds,
+                   Record(peaks=0), numbers, states)
+
+    def prepare(self, points: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Lane parameters, state sizes, drifts, first steps and initial states of these points."""
+        table, size, drift, first_step, _ = super().prepare(points)
+        return table, size, drift, first_step, self.states[np.searchsorted(self.numbers, points)]
+
+    def columns(self, done: Finished) -> dict[str, Array]:
+        """Status and features of finished runs, and the scales in which their differences are measured."""
+        measured = features(done.report, done.parameters, self.simulation.observe, self.variant[0])
+        ok = done.status == OK
+        measured = {name: np.where(ok, value, np.nan) for name, value in measured.items()}
+        return {"status": done.status, **measured, **scales(done.parameters)}

@@ -1,0 +1,164 @@
+"""Checks of every point: right runs from right states, and the same file whatever happened on the way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsdrill
+from nsdrill.app import trust
+from nsdrill.app.check import check
+from nsdrill.app.report import reclassify, summarize
+from nsdrill.app.run import Interrupted, run_study
+from nsdrill.store import part_path, read_partial, read_results
+from nsdrill.study import Study, parse_study
+from nsdrill.variables import INFERRED, OK, PENDING, STEP_LIMIT
+
+BASE = """
+operation: {depth: 3000 m}
+simulation: {transient: 5 s, observe: 15 s, verify: true}
+record: {peaks: 2}
+sweep:
+  wob: {from: 20 kN, to: 100 kN, points: 3}
+  rotary_speed: {from: 2 rad/s, to: 9 rad/s, points: 8}
+"""
+GRID = BASE
+CHAINS = BASE + "  procedure: up-down\n  along: rotary_speed\n"
+REFINED = BASE + "  refine: 1\n"
+TEXTS = pytest.mark.parametrize("text", [GRID, CHAINS, REFINED], ids=["grid", "chains", "refined"])
+
+
+def study_of(text: str, *overrides: str) -> Study:
+    return parse_study(text, "s.yaml", overrides)
+
+
+def same(one: Path, two: Path) -> bool:
+    a, b = read_results(one), read_results(two)
+    return set(a.variables) == set(b.variables) and all(a[n].tobytes() == b[n].tobytes() for n in a.variables)
+
+
+@TEXTS
+def test_the_runs_are_those_of_the_unchecked_sweep(text: str) -> None:
+    plain, checked = nsdrill.run(study_of(text, "simulation.verify=false")), nsdrill.run(study_of(text))
+    for name, values in plain.variables.items():
+        assert values.tobytes() == checked[name].tobytes(), name
+    more = set(checked.variables) - set(plain.variables)
+    assert len(more) == 13
+    ran = checked["status"] == OK
+    for name in more:
+        if name.endswith("_status"):
+            assert np.array_equal(checked[name] == OK, ran)
+    assert np.all(np.isnan(checked["tight_difference"][checked["status"] == INFERRED]))
+
+
+def test_each_check_is_the_run_that_it_says(tmp_path: Path) -> None:
+    """The same simulations made by hand: to a hundredth of the tolerance from the stored initial state, and on from the
+    stored final state. In a carried sweep these states are no points of another study, so one axis of one value."""
+    text = CHAINS.replace("{from: 20 kN, to: 100 kN, points: 3}", "40 kN")
+    found = nsdrill.run(study_of(text))
+    tight, long = trust.checks(study_of(text).simulation)
+    assert (tight.simulation.rtol, long.simulation.rtol) == (1e-8, 1e-6)
+    for check_, row in ((tight, "initial_state"), (long, "final_state")):
+        states = found[row][1, 0, 0]
+        inside = np.flatnonzero(np.hypot(states[:, 0], states[:, 2]) < 0.07)  # off the wall, as a study must begin
+        assert len(inside) > 1
+        for i in inside[[0, -1]].tolist():
+            state = states[i]
+            names = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
+            units = ("m", "m/s", "m", "m/s", "m", "m/s", "rad", "rad/s", "rad")
+            given = [f"initial.{n}={v!r} {u}" for n, v, u in zip(names, state.tolist(), units, strict=True)]
+            speed = float(found.coords["rotary_speed"][i])
+            one = nsdrill.run(study_of(
+                text.split("  procedure")[0].replace("{from: 2 rad/s, to: 9 rad/s, points: 8}", f"{speed!r} rad/s"),
+                "simulation.verify=false", f"simulation.rtol={check_.simulation.rtol!r}", *given))
+            for name in ("lift_off_fraction", "stick_slip_index", "wall_contact_fraction"):
+                assert one[name].item() == found[f"{check_.name}_{name}"][1, 0, 0, i], (check_.name, i, name)
+            assert one["response"].item() == found[f"{check_.name}_response"][1, 0, 0, i]
+
+
+def test_run_again_alike_nothing_differs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nsdrill.app.trust.TIGHTER", 1.0)
+    found = nsdrill.run(study_of(CHAINS))
+    assert np.all(found["tight_difference"] == 0)
+    assert np.array_equal(found["tight_response"], found["response"])
+    assert np.any(found["long_difference"] > 0)
+
+
+@TEXTS
+@pytest.mark.parametrize("after", [1, 3])
+def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("nsdrill.sweep.engine.SLICE", 0.02)
+    study, out, one = study_of(text), tmp_path / "out.h5", tmp_path / "one.h5"
+    run_study(study, one, workers=2, lanes=8)
+    stages = set()
+    while not out.exists():
+        seen = 0
+
+        def interrupt(progress: object) -> None:
+            nonlocal seen
+            seen += 1
+            if seen == after:
+                raise KeyboardInterrupt
+
+        try:
+            run_study(study, out, resume=True, workers=1, lanes=4, watch=interrupt)
+        except Interrupted:
+            there = read_partial(part_path(out))
+            ran = there["status"] == OK
+            stages.add(tuple(bool(np.any(there[f"{check_}_status"][ran] != PENDING)) for check_ in ("tight", "long")))
+    assert len(stages) >= 2, "never interrupted in the middle of the checks"
+    assert same(one, out)
+    before = out.read_bytes()
+    assert run_study(study, out, resume=True).steps == 0
+    assert out.read_bytes() == before
+
+
+def test_checks_that_failed_are_retried(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A check may take so many times the steps of the run; here as many, and most need more."""
+    monkeypatch.setattr("nsdrill.app.trust.MORE_STEPS", 1)
+    free = nsdrill.run(study_of(GRID))
+    limit = int((free["steps"] + free["rejected"]).max())
+    out, whole = tmp_path / "out.h5", tmp_path / "whole.h5"
+    outcome = run_study(study_of(GRID, f"simulation.max_steps={limit}"), out)
+    assert outcome.failed == 0
+    found = read_results(out)
+    failed = found["tight_status"] == STEP_LIMIT
+    assert failed.any()
+    assert not np.any(found["trusted"][failed])
+    assert np.all(np.isnan(found["tight_difference"][failed]))
+    assert summarize(found)["trust"]["failed_checks"]["tight"] == failed.sum()
+    run_study(study_of(GRID, "simulation.max_steps=50000000"), out, retry_failed=True)
+    run_study(study_of(GRID), whole)
+    assert same(out, whole)
+
+
+def test_new_thresholds_give_new_trust(tmp_path: Path) -> None:
+    out, other = tmp_path / "out.h5", tmp_path / "other.h5"
+    thresholds = ["classify.trust.tolerance=20", "classify.stick_slip.stick_slip_index=30"]
+    run_study(study_of(GRID), out)
+    run_study(study_of(GRID, *thresholds), other)
+    changed = reclassify(out, thresholds)
+    assert changed["trusted"][0] > 0
+    assert changed["tight_response"][0] > 0
+    assert same(out, other)
+
+
+def test_what_is_said_of_it() -> None:
+    found = nsdrill.run(study_of(REFINED))
+    told = summarize(found)["trust"]
+    ran = int(np.count_nonzero(found["status"] == OK))
+    assert told["agree"] + told["features_differ"] + told["response_differs"] == ran < found["status"].size
+    assert told["agree"] == np.count_nonzero(found["trusted"])
+    for check_ in ("tight", "long"):
+        differs = (found[f"{check_}_response"] != found["response"]) & (found["status"] == OK)
+        assert sum(row["points"] for row in told["changed"] if row["check"] == check_) == differs.sum()
+    assert any("1e-08" in warning for warning in check(study_of(GRID)).warnings)
+    assert not any("Verify" in warning for warning in check(study_of(GRID, "simulation.verify=false")).warnings)
+
+
+def test_the_tolerance_has_a_floor() -> None:
+    simulation = replace(study_of(GRID).simulation, rtol=1e-12)
+    assert trust.checks(simulation)[0].simulation.rtol == 1e-13
