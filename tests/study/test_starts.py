@@ -64,7 +64,7 @@ def test_the_template_may_become_an_ensemble() -> None:
         ("{slice: {x: {from: 0 mm, points: 2}}}", "initial.slice.x.to", "nothing", "all of from, to and points"),
         ("{slice: {x: {from: 0 mm, to: 0 mm, points: 2}}}", "initial.slice.x", "the same", "that differ"),
         ("{slice: {x: {from: 0 mm, to: 1 mm, points: 1}}}", "initial.slice.x.points", "1", "at least 2"),
-        (f"{{slice: {PLANE.replace('4', '400000')}}}", "initial.slice", "1.2e+06 starts", "at most 1 000 000"),
+        (f"{{slice: {PLANE.replace('4', '400000')}}}", "initial.slice", "1.2e+06 starts", "at most 100 000"),
         (f"{{vx: 1 m/s, slice: {PLANE}}}", "initial.vx", "which initial.slice varies", "left out"),
         (f"{{y: 60 mm, slice: {PLANE}}}", "initial.slice", "92", "the gap"),
     ],

@@ -16,7 +16,7 @@ from nsdrill.units import USUAL, format_quantity
 from nsdrill.variables import STATE_NAMES
 
 MOST_POINTS = 10**8
-MOST_STARTS = 10**6  # of one operating point: they are compared with each other
+MOST_STARTS = 10**5  # of one operating point: they are compared with each other
 
 # (lower key, upper key, True where they may be equal, the key to blame where both are given)
 _ORDER: tuple[tuple[str, str, bool, str], ...] = (
