@@ -20,7 +20,16 @@ from nsdrill.model.coefficients import UNITS
 from nsdrill.model.figures import figures
 from nsdrill.model.parameters import Operation, Parameters
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.plot.kinds import ALIASES, MAP_KINDS, RAMP_KINDS, SWEEP_KINDS, TRACE_KINDS
+from nsdrill.plot.kinds import (
+    ALIASES,
+    MAP_KINDS,
+    POINT_KINDS,
+    RAMP_KINDS,
+    SECTION_KINDS,
+    START_KINDS,
+    SWEEP_KINDS,
+    TRACE_KINDS,
+)  # fmt: skip
 from nsdrill.study.keys import SECTIONS, Leaf, all_leaves, bound_text, leaves
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
@@ -161,8 +170,9 @@ def flags(variable: Variable) -> str:
 
 
 ROOMS = {"run": "bookkeeping", "feature": "feature", "label": "label", "peaks": "peaks", "section": "section",
-         "states": "states"}
-ONLY = {"peaks": "record.peaks", "returns": "record.poincare", "exponent": "record.exponent"}
+         "states": "states", "trust": "check"}
+ONLY = {"peaks": "record.peaks", "returns": "record.poincare", "exponent": "record.exponent",
+        "starts": "initial.ensemble", "verify": "simulation.verify"}
 
 
 def results_variables() -> str:
@@ -195,7 +205,9 @@ def check_figures() -> str:
 
 
 def kinds() -> str:
-    rows = (("a sweep over one axis", SWEEP_KINDS), ("a sweep over two or three axes", MAP_KINDS),
+    rows = (("a sweep over one axis", SWEEP_KINDS), ("a sweep with `record.poincare`", SECTION_KINDS),
+            ("one point of such a sweep", POINT_KINDS), ("several starts", START_KINDS),
+            ("a sweep over two or three axes", {k: v for k, v in MAP_KINDS.items() if k not in SECTION_KINDS}),
             ("a trace", TRACE_KINDS), ("a trace of a ramp", RAMP_KINDS))  # fmt: skip
     listed = [[code(name), of, words] for of, named in rows for name, words in named.items()]
     short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())

@@ -205,9 +205,10 @@ def _integral(values: np.ndarray, step: float) -> float:
 
 def order() -> Iterator[Row]:
     """The global error falls in proportion to the tolerance, steps grow with its fifth root; across contact too."""
+    # In the smooth case the error of fifth order is so small that the sixth shows: the slope lies between 1 and 6/5.
     smooth = "bit: {friction: {smoothing: 5 s/rad}}\ninitial: {x: 10 mm}\n"
     cases = (
-        ("contact kept, inside the hole, 10 s", smooth, 1000.0, 60000.0, 3.0, 10.0, (-5, -10)),
+        ("contact kept, inside the hole, 10 s", smooth, 1000.0, 60000.0, 3.0, 10.0, (-7, -12)),
         ("bit-bounce and wall impacts, 3 s", "initial: {x: 70 mm, vx: 0.5 m/s}\n", 5000.0, 22240.0, 6.0, 3.0,
          (-5, -10)),
     )
