@@ -33,7 +33,7 @@ from nsdrill.plot.kinds import (
 from nsdrill.study.keys import SECTIONS, Leaf, all_leaves, bound_text, leaves
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
-from nsdrill.study.schema import ALONG, POINTS, PROCEDURE
+from nsdrill.study.schema import ALONG, POINTS, PROCEDURE, REFINE
 from nsdrill.units import USUAL
 from nsdrill.variables import COORDINATES, TRACE_VARIABLES, VARIABLES, Variable
 
@@ -144,7 +144,7 @@ def sweep_keys() -> str:
         of = every[f"operation.{axis}"]
         form = f"`{{from, to, points}}` (points {allowed(POINTS)}), a list, or one value; each {allowed(of)}"
         text += f"| `sweep.{axis}` | {of.units} | from `operation` | {form} | {MEANINGS[f'sweep.{axis}']} |\n"
-    for leaf in (PROCEDURE, ALONG):
+    for leaf in (PROCEDURE, ALONG, REFINE):
         default = "null" if leaf.default is None else leaf.default
         text += f"| `{leaf.key}` | | {default} | {allowed(leaf)} | {leaf.meaning} |\n"
     return text

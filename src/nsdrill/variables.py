@@ -84,21 +84,21 @@ def _section(name: str, units: str, long_name: str) -> Variable:
 
 CHECKS = ("tight", "long")
 CHECK_FEATURES = ("lift_off_fraction", "stick_slip_index", "wall_contact_fraction")  # those that responses follow from
-_CHECKED = {"tight": "with a smaller tolerance", "long": "continued for longer"}
+_CHECKED = {"tight": "with a smaller tolerance", "long": "when continued for longer"}
 
 
 def _check(name: str) -> tuple[Variable, ...]:
     """What is known of the point from one of its checks."""
     how = _CHECKED[name]
     return (
-        Variable(f"{name}_response", "i1", "1", f"critical responses when {how}", "label", flag_masks=(1, 2, 4),
+        Variable(f"{name}_response", "i1", "1", f"critical responses {how}", "label", flag_masks=(1, 2, 4),
                  flag_meanings="bit_bounce stick_slip whirl", only="verify"),
-        Variable(f"{name}_difference", "f8", "1", f"largest difference of the features when {how}, in natural sizes",
+        Variable(f"{name}_difference", "f8", "1", f"largest difference of the features {how}, in natural sizes",
                  "trust", only="verify"),
-        Variable(f"{name}_status", "i1", "1", f"how the run ended when {how}", "trust", flag_values=(0, 1, 2, 3, 4),
+        Variable(f"{name}_status", "i1", "1", f"how the run ended {how}", "trust", flag_values=(0, 1, 2, 3, 4),
                  flag_meanings="unchecked ok diverged step_limit step_underflow", only="verify"),
         *(Variable(f"{name}_{feature}", "f8", "percent" if feature == "stick_slip_index" else "1",
-                   f"{feature} when {how}", "trust", only="verify") for feature in CHECK_FEATURES),
+                   f"{feature} {how}", "trust", only="verify") for feature in CHECK_FEATURES),
     )
 
 

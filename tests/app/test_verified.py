@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.analysis.window import classes
 from nsdrill.app import trust
 from nsdrill.app.check import check
 from nsdrill.app.report import reclassify, summarize
@@ -157,6 +158,24 @@ def test_what_is_said_of_it() -> None:
         assert sum(row["points"] for row in told["changed"] if row["check"] == check_) == differs.sum()
     assert any("1e-08" in warning for warning in check(study_of(GRID)).warnings)
     assert not any("Verify" in warning for warning in check(study_of(GRID, "simulation.verify=false")).warnings)
+
+
+def test_what_was_inferred_is_no_cause_of_distrust() -> None:
+    """For the safe window: it was not checked because it was not run."""
+    found = nsdrill.run(study_of(REFINED))
+    inferred = found["status"] == INFERRED
+    assert inferred.any()
+    distrusted = classes(found).distrusted
+    untrusted = (found["status"] == OK) & (found["trusted"] == 0)
+    assert distrusted.sum() == untrusted.sum() > 0
+
+
+def test_starts_of_an_ensemble_are_checked_too() -> None:
+    found = nsdrill.run(study_of(GRID, "initial.ensemble=3", "sweep.wob=40 kN"))
+    assert found["trusted"].shape == (1, 1, 1, 8, 3)
+    assert np.all(found["tight_status"] == OK)
+    told = summarize(found)["trust"]
+    assert told["agree"] + told["features_differ"] + told["response_differs"] == 24
 
 
 def test_the_tolerance_has_a_floor() -> None:

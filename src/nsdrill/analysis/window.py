@@ -17,7 +17,7 @@ from nsdrill.analysis.outcome import known, text
 from nsdrill.analysis.plane import largest_margin, regions
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.variables import BIT_BOUNCE, LABELS, OK, STICK_SLIP, WHIRL
+from nsdrill.variables import BIT_BOUNCE, INFERRED, LABELS, OK, STICK_SLIP, WHIRL
 
 AXES = ("depth", "wob", "rotary_speed")
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across, the next one up
@@ -71,7 +71,9 @@ def classes(results: Results, severity: int | None = None) -> Classes:
         calm = results["response"] == 0
     else:
         calm = np.all([results[name] <= severity for name in SEVERITIES], axis=0) & (results["status"] == OK)
-    trusted = results["trusted"] > 0 if "trusted" in results.variables else np.ones(good.shape, dtype=bool)
+    # An inferred point was not run, so it was not checked either; the runs around it were.
+    trusted = (results["trusted"] > 0) | (results["status"] == INFERRED) if "trusted" in results.variables else np.ones(
+        good.shape, dtype=bool)
     third = swept[2] if len(swept) == 3 else None
     y = swept[1] if len(swept) > 1 else None
 

@@ -87,6 +87,8 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         }
         for p, d, w, s, *start in failed
     ]
+    if "trusted" in results.variables:
+        summary["trust"] = trust_of(results)
     if "start" in results.coords:
         summary["starts"] = len(results.coords["start"])
         summary["slice"] = results.slice
@@ -95,8 +97,6 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     summary["hysteresis"] = hysteresis(results)
     if len(results.swept) == 1:
         summary["intervals"] = intervals(results)
-    if "trusted" in results.variables:
-        summary["trust"] = trust_of(results)
     if "points_run" in results.attrs:
         summary["refinement"] = refinement_of(results)
     return summary
