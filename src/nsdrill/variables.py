@@ -205,6 +205,8 @@ FEATURES = tuple(v.name for v in VARIABLES if v.room == "feature" and v.only is 
 LABELS = tuple(v.name for v in VARIABLES if v.room == "label" and v.only is None)
 PEAKS = tuple(v.name for v in VARIABLES if v.room == "peaks")
 SECTION = tuple(v.name for v in VARIABLES if v.room == "section")
+# What the verdict on a checked point is made from, beside its response.
+TRUST = ("trusted", *(f"{check}_{what}" for what in ("response", "status") for check in CHECKS))
 
 COORDINATES: dict[str, tuple[str, str]] = {
     "procedure": ("1", "how the state was chosen: same at every point, carried up, carried down"),

@@ -12,6 +12,7 @@ import nsdrill
 from nsdrill.analysis.plane import in_parts, largest_margin, regions
 from nsdrill.analysis.window import find_window
 from nsdrill.errors import FileError, InputError
+from nsdrill.variables import CHECKS, OK
 
 from .grids import grid
 
@@ -83,10 +84,17 @@ def test_inferred_points_are_as_good_as_run_ones() -> None:
     assert find_window(grid({"up": [UP], "down": [inferred]}, SPEEDS, WEIGHTS))["safe"] == 10
 
 
-def test_points_not_to_be_trusted_are_not_safe() -> None:
+def test_points_whose_checks_answer_otherwise_are_not_safe() -> None:
+    """That only the numbers differ is no danger: chaotic motion is like that."""
     data = grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS)
+    for check in CHECKS:
+        data.variables[f"{check}_status"] = np.full(data["status"].shape, OK, dtype=np.int8)
+        data.variables[f"{check}_response"] = data["response"].copy()
     data.variables["trusted"] = np.ones(data["status"].shape, dtype=np.int8)
     data["trusted"][1, 0, 1, 1] = 0
+    note = find_window(data)
+    assert (note["safe"], note["rim"], note["distrusted_points"]) == (10, 3, 0)
+    data["long_response"][1, 0, 1, 1] = 1
     note = find_window(data)
     assert (note["safe"], note["rim"], note["distrusted_points"]) == (9, 4, 1)
 

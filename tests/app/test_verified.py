@@ -14,6 +14,7 @@ from nsdrill.app import trust
 from nsdrill.app.check import check
 from nsdrill.app.report import reclassify, summarize
 from nsdrill.app.run import Interrupted, run_study
+from nsdrill.observe.trust import RESPONSE_DIFFERS, verdict
 from nsdrill.store import part_path, read_partial, read_results
 from nsdrill.study import Study, parse_study
 from nsdrill.variables import INFERRED, OK, PENDING, STEP_LIMIT
@@ -166,7 +167,7 @@ def test_what_was_inferred_is_no_cause_of_distrust() -> None:
     inferred = found["status"] == INFERRED
     assert inferred.any()
     distrusted = classes(found).distrusted
-    untrusted = (found["status"] == OK) & (found["trusted"] == 0)
+    untrusted = (found["status"] == OK) & (verdict(found) == RESPONSE_DIFFERS)
     assert distrusted.sum() == untrusted.sum() > 0
 
 

@@ -17,6 +17,7 @@ from nsdrill.analysis.outcome import known, text
 from nsdrill.analysis.plane import largest_margin, regions
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.observe.trust import RESPONSE_DIFFERS, verdict
 from nsdrill.variables import BIT_BOUNCE, INFERRED, LABELS, OK, STICK_SLIP, WHIRL
 
 AXES = ("depth", "wob", "rotary_speed")
@@ -71,9 +72,10 @@ def classes(results: Results, severity: int | None = None) -> Classes:
         calm = results["response"] == 0
     else:
         calm = np.all([results[name] <= severity for name in SEVERITIES], axis=0) & (results["status"] == OK)
-    # An inferred point was not run, so it was not checked either; the runs around it were.
-    trusted = (results["trusted"] > 0) | (results["status"] == INFERRED) if "trusted" in results.variables else np.ones(
-        good.shape, dtype=bool)
+    # A point whose checks gave another response. (That its numbers differ is the rule where the motion is chaotic.) An
+    # inferred point was not run, so it was not checked either; the runs around it were.
+    trusted = (verdict(results) != RESPONSE_DIFFERS) | (results["status"] == INFERRED) if (
+        "trusted" in results.variables) else np.ones(good.shape, dtype=bool)
     third = swept[2] if len(swept) == 3 else None
     y = swept[1] if len(swept) > 1 else None
 

@@ -9,7 +9,7 @@ from nsdrill.analysis.window import find_window, needed
 from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.store import read_results
-from nsdrill.variables import BY_NAME
+from nsdrill.variables import TRUST
 
 
 def window(path: str | os.PathLike[str], severity: int | None = None) -> dict[str, Any]:
@@ -22,4 +22,4 @@ def read_for_window(path: str | os.PathLike[str], severity: int | None = None) -
     """What the window of the results file ``path`` is made from, and no more."""
     if severity is not None and severity not in range(5):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4.")
-    return read_results(path, [name for name in (*needed(severity), "trusted") if name in BY_NAME])
+    return read_results(path, [name for name in (*needed(severity), *TRUST)])

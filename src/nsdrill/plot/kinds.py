@@ -7,7 +7,7 @@ import difflib
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.plot.schedule import moving
-from nsdrill.variables import BY_NAME, PEAKS, POINT, SECTION
+from nsdrill.variables import BY_NAME, PEAKS, POINT, SECTION, TRUST
 
 FEW = 3  # so many values of a second axis stand side by side as columns of one figure
 MAX_PANELS = 12
@@ -44,7 +44,6 @@ TRACE_KINDS = {
 RAMP_KINDS = {
     "ramp": "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp",
 }
-TRUST = ("trusted", "tight_response", "long_response", "tight_status", "long_status")  # where points were checked
 _VALUES = {name: v.long_name for name, v in BY_NAME.items() if v.dtype == "f8" and v.dims == POINT}
 _VALUES |= {alias: _VALUES[name] for alias, name in ALIASES.items()}
 
@@ -69,7 +68,6 @@ def variables_for(kind: str) -> tuple[str, ...]:
         "poincare": ("motion", *SECTION),
         "motion": ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),
         "section": ("motion", "period", *SECTION),
-        "window": ("trusted",) if "trusted" in BY_NAME else (),
         "shares": ("attractor", "whirl_kind", "settled"),
         "attractors": (
             "attractor", "whirl_kind", "settled", "radius_max", "axial_min", "axial_max", "stick_slip_index"),
