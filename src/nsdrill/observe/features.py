@@ -42,7 +42,6 @@ HALF_REPORT = (*HALF, "twist_end", "angle_end")
 # room for what measures the growth of a deviation.
 PEAKS, RETURNS, SPACING, GROWTH_HEADER = range(4)
 HEADER = GROWTH_HEADER + 2
-NEVER = 1e300  # a bit angle that is not reached
 
 
 def report_width(peaks: int, returns: int = 0) -> int:
@@ -190,10 +189,6 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             wall |= bit if (rho0 > level) != (rho1 > level) else 0
             touching |= bit if (rho0 > level) or (rho1 > level) else 0
 
-            end = b[time_ + i] + b[h_ + i]
-            angle = b[twist1_ + i] + fma(drive, end, b[phase_ + i])
-            returning |= bit if angle >= b[level_ + i] else 0
-
             # Time on each side of a level: whole steps here, steps with a crossing lane by lane below.
             h = b[h_ + i]
             shown = h if bit != 0 else 0.0
@@ -217,6 +212,12 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
                 4.0, fma(axm, axm, aym * aym), fma(ax0, ax0, fma(ay0, ay0, fma(ax1, ax1, ay1 * ay1))))
             b[axial_ + i] += sixth * fma(4.0 * azm, azm, fma(az0, az0, az1 * az1))
 
+        if seen != 0 and store[RETURNS] > 0.0:
+            for i in range(W):
+                angle = b[twist1_ + i] + fma(b[drive_ + i], b[time_ + i] + b[h_ + i], b[phase_ + i])
+                due = angle >= b[level_ + i] and b[moves_ + i] * b[window_ + i] != 0.0
+                returning |= (1 << i) if due else 0
+
         # Whirl: half turns counted as the orbit passes from one half plane to the other.
         while passing != 0:
             i = lowest_bit(passing)
@@ -232,8 +233,10 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
                 wall0, wall1 = fma(x0, x0, y0 * y0) > level, fma(x1, x1, y1 * y1) > level
                 weight0 = 0.5 * shown if wall0 else 0.0
                 weight1 = 0.5 * shown if wall1 else 0.0
-                whirl0 = fma(x0, b[vy0_ + i], -(y0 * b[vx0_ + i])) / max(b[r0_ + i], 1e-30)
-                whirl1 = fma(x1, b[vy1_ + i], -(y1 * b[vx1_ + i])) / max(b[r1_ + i], 1e-30)
+                r0, r1 = max(b[r0_ + i], 1e-30), max(b[r1_ + i], 1e-30)
+                both = 1.0 / (r0 * r1)
+                whirl0 = fma(x0, b[vy0_ + i], -(y0 * b[vx0_ + i])) * (r1 * both)
+                whirl1 = fma(x1, b[vy1_ + i], -(y1 * b[vx1_ + i])) * (r0 * both)
                 b[on_wall_ + i] += shown if (wall0 and wall1) else 0.0
                 b[rolled_ + i] += fma(weight0, whirl0, weight1 * whirl1)
                 b[turned_ + i] += fma(weight0, b[speed0_ + i], weight1 * b[speed1_ + i])
@@ -398,7 +401,7 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             for k in range(width_of_section):
                 store[section + k] = 0.0
             turned = b[twist1_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i])
-            b[level_ + i] = (np.floor(turned / store[SPACING]) + 1.0) * store[SPACING] if returns > 0 else NEVER
+            b[level_ + i] = (np.floor(turned / store[SPACING]) + 1.0) * store[SPACING]
         else:
             b[z_min_ + i] = min(b[z_min_ + i], b[z1_ + i])
             b[z_max_ + i] = max(b[z_max_ + i], b[z1_ + i])
