@@ -30,7 +30,7 @@ from nsdrill.plot.kinds import (
     SWEEP_KINDS,
     TRACE_KINDS,
 )  # fmt: skip
-from nsdrill.study.keys import SECTIONS, Leaf, all_leaves, bound_text, leaves
+from nsdrill.study.keys import SECTIONS, SLICE, Leaf, all_leaves, bound_text, leaves
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
 from nsdrill.study.schema import ALONG, POINTS, PROCEDURE, REFINE
@@ -90,6 +90,8 @@ def allowed(leaf: Leaf) -> str:
     """The range or the choices of a key; every quantity is finite besides."""
     if leaf.choices:
         return ", ".join(map(code, leaf.choices)) + (", or `null`" if leaf.nullable else "")
+    if leaf.kind == "switch":
+        return "`true`, `false`"
     parts = []
     if leaf.low == leaf.high:
         parts.append(bound_text(leaf.low))
@@ -104,7 +106,7 @@ def allowed(leaf: Leaf) -> str:
 def unit(leaf: Leaf) -> str:
     if leaf.kind == "whole":
         return "whole number"
-    return leaf.units if leaf.kind == "quantity" else leaf.units or ("" if leaf.choices else "bare number")
+    return leaf.units or ("" if leaf.kind in ("choice", "switch") else "bare number")
 
 
 def parameters() -> str:
@@ -134,6 +136,9 @@ def study_keys() -> str:
             ramp = f", or [a ramp](ramps.md) of such values, `{EXAMPLE}`" if section == "operation" else ""
             cells = [code(leaf.key), unit(leaf), default, allowed(leaf) + ramp, leaf.meaning]
             text += "| " + " | ".join(cells) + " |\n"
+        if section == "initial":  # the slice is no leaf
+            form = "two of the states above, each `{from, to, points}`, in its unit"
+            text += f"| `{SLICE}` | | none | {form} | {MEANINGS[SLICE]} |\n"
     return text
 
 
@@ -146,7 +151,7 @@ def sweep_keys() -> str:
         text += f"| `sweep.{axis}` | {of.units} | from `operation` | {form} | {MEANINGS[f'sweep.{axis}']} |\n"
     for leaf in (PROCEDURE, ALONG, REFINE):
         default = "null" if leaf.default is None else leaf.default
-        text += f"| `{leaf.key}` | | {default} | {allowed(leaf)} | {leaf.meaning} |\n"
+        text += f"| `{leaf.key}` | {unit(leaf)} | {default} | {allowed(leaf)} | {leaf.meaning} |\n"
     return text
 
 
