@@ -71,7 +71,8 @@ def needed(
     outline: Results, kind: str | None = None, at: Mapping[str, float] | None = None, start: int | None = None
 ) -> tuple[str, ...]:
     """The variables that :func:`draw` uses of a sweep with these coordinates; ``outline`` has no numbers in it."""
-    return variables_for(choose_kind(_cut(outline, at, start), kind))
+    names = variables_for(choose_kind(_cut(outline, at, start), kind))
+    return tuple(name for name in names if name in outline.variables)
 
 
 def _cut(data: Results, at: Mapping[str, float] | None, start: int | None = None) -> Results:
