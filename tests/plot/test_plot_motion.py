@@ -20,7 +20,8 @@ def motions() -> Results:
     shape = made["status"].shape
     motion, period, zero_one = np.full(shape, PERIODIC), np.full(shape, 2), np.full(shape, np.nan)
     motion[..., 3:5], period[..., 3:5], zero_one[..., 3:5] = CHAOTIC, 0, 0.9
-    return Results(made.coords, {**made.variables, "motion": motion, "period": period, "zero_one": zero_one}, made.attrs)
+    more = {"motion": motion, "period": period, "zero_one": zero_one}
+    return Results(made.coords, {**made.variables, **more}, made.attrs)
 
 
 def labels(results: Results) -> list[str]:

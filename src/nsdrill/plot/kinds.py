@@ -122,7 +122,8 @@ def choose_kind(data: Results | Trace, kind: str | None) -> str:
     if kind in allowed:
         return kind
     listing = "\n".join(f"  {name:<24} {DESCRIPTIONS[name]}" for name in allowed)
-    if isinstance(data, Results) and "start" in data.coords and kind in DESCRIPTIONS and kind not in (*START_KINDS, "window"):
+    of_one_start = kind in DESCRIPTIONS and kind not in (*START_KINDS, "window")
+    if isinstance(data, Results) and "start" in data.coords and of_one_start:
         raise InputError(
             f"plot kind: found {kind!r}, which draws one start of every operating point, with {_what(data)}; allowed "
             f"here:\n{listing}\nor {kind!r} with --start, 0 to {len(data.coords['start']) - 1}.")
