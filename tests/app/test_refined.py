@@ -181,6 +181,13 @@ def test_new_labels_are_inferred_anew_or_refused(tmp_path: Path, whole: Path) ->
     assert same(out, whole)
 
 
+@pytest.mark.parametrize("more", [["record.poincare=12"], ["simulation.verify=true", "record.exponent=true"]])
+def test_the_labels_of_the_study_are_those_in_the_file(tmp_path: Path, more: list[str]) -> None:
+    out = tmp_path / "out.h5"
+    run_study(study_of(GRID, *more), out)
+    assert not any(changed for changed, _ in reclassify(out, []).values())
+
+
 def test_an_inferred_point_cannot_be_replayed(whole: Path) -> None:
     found = read_results(whole)
     _, _, w, s = np.argwhere(found["status"] == INFERRED)[0]

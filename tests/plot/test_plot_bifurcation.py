@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 from nsdrill import plot
 from nsdrill.data import Results
+from nsdrill.errors import InputError
 from nsdrill.plot.slices import edges, robust_limits
 from nsdrill.plot.style import MANY_MARKERS, RESPONSES
 from nsdrill.variables import DIVERGED, OK
@@ -141,6 +142,14 @@ def test_words_stay_on_the_paper(speeds: Results) -> None:
         assert box.y0 >= -0.01
         assert box.x1 <= page.x1 + 0.01
         assert box.y1 <= page.y1 + 0.01
+
+
+def test_a_sweep_without_peaks_has_no_bifurcation_diagram(speeds: Results) -> None:
+    bare = Results(speeds.coords, {k: v for k, v in speeds.variables.items() if k not in PEAKS}, speeds.attrs)
+    assert plot.kinds_for(bare)[0] == "summary"
+    with pytest.raises(InputError, match=r"record\.peaks"):
+        plot.draw(bare, "bifurcation")
+    assert plot.draw(bare).axes
 
 
 def test_summary_draws_values_of_good_points_and_marks_those_beyond(speeds: Results) -> None:

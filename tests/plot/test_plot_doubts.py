@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from nsdrill.data import Results
 from nsdrill.plot import draw
-from nsdrill.variables import OK, POINT, VARIABLES
+from nsdrill.variables import INFERRED, OK, POINT, VARIABLES
 
 SPEEDS, WEIGHTS = np.linspace(1.0, 8.0, 8), np.linspace(1e4, 1e5, 5)
 
@@ -43,6 +43,17 @@ def test_a_map_marks_them(checked: Results, kind: str) -> None:
     words = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "checked: response differs (2 of 40)" in words
     assert "checked: numbers differ (3 of 40)" in words
+
+
+def test_a_long_legend_stays_on_the_paper(checked: Results) -> None:
+    """Long entries stand below each other rather than beyond the edge."""
+    checked.variables["status"][0, 0, 1, :4] = INFERRED
+    checked.variables["motion"][:] = np.arange(8) % 2
+    for kind in ("motion", "window", "map"):
+        figure = draw(checked, kind)
+        box = figure.legends[0].get_window_extent()
+        assert box.x0 >= 0, kind
+        assert box.x1 <= figure.bbox.width, kind
 
 
 def test_a_strip_marks_them(checked: Results) -> None:

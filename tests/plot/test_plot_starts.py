@@ -63,7 +63,7 @@ def words(figure: Figure) -> list[str]:
 
 
 def test_the_kinds(ensemble: Results, basins: Results) -> None:
-    assert plot.kinds_for(ensemble) == ("shares", "attractors", "basin")
+    assert plot.kinds_for(ensemble) == ("shares", "attractors", "basin", "window")
     assert plot.kinds_for(basins) == ("basin",)
     assert "status" in plot.needed(ensemble)
     assert "initial_state" in plot.needed(basins)

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from nsdrill.errors import FileError, NsdrillError
-from nsdrill.store import RunLog, read_partial
+from nsdrill.store import RunLog, pending_records, read_partial
 from nsdrill.store.records import slot_dtype
 from nsdrill.variables import Kept
 
@@ -268,6 +268,23 @@ def test_a_log_with_other_variables_is_refused(part, monkeypatch):
     monkeypatch.setattr(records, "VARIABLES", VARIABLES[:-1])
     with pytest.raises(FileError, match="other variables than this nsdrill writes"):
         RunLog.open(part)
+
+
+def test_of_an_empty_log_next_to_nothing_is_read(part, monkeypatch):
+    """With 10 000 returns a slot has 640 kB: reading the zeros of a large sweep would take minutes."""
+    asked = []
+    preadv = os.preadv
+    monkeypatch.setattr(os, "preadv", lambda fd, buffers, at: asked.append(len(buffers[0])) or preadv(fd, buffers, at))
+    shape, kept = (1, 1, 40, 50), Kept(PEAKS, 10_000)
+    one = pending_records(1, kept)
+    one["status"] = 1
+    with RunLog.create(part, header(shape), 2000, kept) as log:
+        log.write([1234], one)
+        assert not log.read(0, 3)["status"].any()
+    with RunLog.open(part) as log:
+        assert np.flatnonzero(log.done()).tolist() == [1234]
+        assert log.read(1234, 1235).tobytes() == one.tobytes()
+    assert sum(asked) < 20e6
 
 
 def test_an_empty_log_takes_hardly_any_space(part):

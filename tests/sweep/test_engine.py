@@ -108,6 +108,29 @@ def test_a_long_chain_is_handed_over_in_segments_without_a_seam() -> None:
     assert same_bits(run_work(work, 8, 2, 0.001), out)
 
 
+def test_many_long_chains_take_turns_in_a_gang() -> None:
+    """More chains than a gang has room for, whose segments end one after the other: each finds its place again."""
+    work = work_for(
+        Case(), Simulation(transient=5.0, observe=5.0), procedure="up", along="depth",
+        depth=np.linspace(1000, 3000, 140), wob=np.linspace(20e3, 90e3, 10))
+    out = run_work(work, 2, 1, 0.001)
+    assert np.all(out["status"] == OK)
+    assert same_bits(run_work(work, 8, 2, 0.001), out)
+
+
+def test_segments_are_short_where_the_results_of_a_run_are_large() -> None:
+    """With many returns to the section few runs fit into a gang; all its lanes shall have work all the same."""
+    work = work_for(
+        Case(), Simulation(transient=0.5, observe=0.5), procedure="up", along="depth",
+        depth=np.linspace(1000, 3000, 75), wob=np.linspace(20e3, 40e3, 20))
+    few = replace(work, record=replace(work.record, poincare=4000))
+    gang = few.new_gang(8, 1024)
+    assert gang.slots < 1024
+    out = run_work(few, 8, 1, 0.001)
+    assert same_bits({name: out[name] for name in ("status", "final_state", "axial_max")},
+                     {name: run_work(work, 8)[name] for name in ("status", "final_state", "axial_max")})
+
+
 def test_a_chain_goes_on_from_a_stored_state() -> None:
     """Resuming: start a chain in its middle from the state the point before has reached."""
     work = CHAINS["up-down"]

@@ -106,6 +106,16 @@ def test_superfluous_units_count_if_they_are_to() -> None:
     assert refine(truth, seen, (True, True), DEPTH, everything=True).filled is None
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_looking_at_everything_that_was_run_asks_for_nothing_more(seed: int) -> None:
+    """Else a file could not be given the labels again that it has."""
+    truth = noisy(seed)()
+    step, _ = played(truth)
+    again = refine(np.where(step.needed, truth, 77), step.needed, (True, True), DEPTH, everything=True)
+    assert np.array_equal(again.needed, step.needed)
+    assert np.array_equal(again.filled, step.filled)
+
+
 def test_every_value_of_an_axis_that_is_not_refined_is_a_grid_of_its_own() -> None:
     truth = np.stack([CIRCLE, np.zeros_like(CIRCLE), TONGUE], axis=1)
     step, _ = played(truth, (True, False, True))

@@ -22,7 +22,7 @@ from nsdrill.observe.trust import AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, tru
 from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
-from nsdrill.variables import BY_NAME, CHECKS, INFERRED, OK, PENDING, TRACE_VARIABLES, VARIABLES
+from nsdrill.variables import BY_NAME, CHECKS, INFERRED, OK, PENDING, POINT, TRACE_VARIABLES, VARIABLES
 
 TRACE_UNITS = {variable.name: variable.units for variable in TRACE_VARIABLES}
 TRACE_MEANINGS = {variable.name: variable.long_name for variable in TRACE_VARIABLES}
@@ -31,11 +31,13 @@ SUMMARY = (
     "bit_torque_max", "wall_force_max", "surface_torque_max", "lateral_acceleration_rms",
 )  # fmt: skip
 SEVERITIES = ("bounce_severity", "stick_slip_severity", "whirl_severity")
+NEEDED = tuple(variable.name for variable in VARIABLES if variable.dims == POINT)  # not peaks, returns, states
 VERDICTS = {"agree": AGREES, "features_differ": FEATURES_DIFFER, "response_differs": RESPONSE_DIFFERS}
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
-    """Plain data for ``show``: what the file is, its axes, counts of responses, ranges, failed points."""
+    """Plain data for ``show``: what the file is, its axes, counts of responses, ranges, failed points. Of a sweep it
+    uses the variables ``NEEDED``."""
     return _summarize_trace(data) if isinstance(data, Trace) else _summarize_results(data)
 
 

@@ -23,9 +23,9 @@ MOST_CHANGED = 12
 @click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units, with every failed point.")
 def command(file: str, as_json: bool) -> int:
     """Say what is in FILE: a results file, the .part file of a run that goes on, or a trace."""
-    from nsdrill.app.report import summarize
+    from nsdrill.app.report import NEEDED, summarize
 
-    summary = summarize(read(file))
+    summary = summarize(read(file, NEEDED))
     if as_json:
         click.echo(json.dumps(summary, indent=2))
     elif summary["kind"] == "trace":

@@ -108,6 +108,11 @@ class Gang:
         }  # fmt: skip
 
     @property
+    def slots(self) -> int:
+        """How many runs fit in all."""
+        return len(self._job)
+
+    @property
     def free(self) -> int:
         """How many more runs fit."""
         return len(self._free)

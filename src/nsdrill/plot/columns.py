@@ -109,8 +109,12 @@ def is_open(procedure: str, procedures: Sequence[str]) -> bool:
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
-    if handles:
-        figure.legend(handles=list(handles), loc="outside lower center", ncols=min(columns, len(handles)))
+    """A legend below all, in so many columns or in as many as the width of the figure has room for."""
+    for count in range(min(columns, len(handles)), 0, -1):
+        legend = figure.legend(handles=list(handles), loc="outside lower center", ncols=count)
+        if count == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return
+        legend.remove()
 
 
 def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:

@@ -86,16 +86,17 @@ def kinds_for(data: Results | Trace) -> tuple[str, ...]:
     values = tuple(dict.fromkeys((*first, *(name for name in _VALUES if name in data.variables))))
     values = tuple(kind for kind in values if ALIASES.get(kind, kind) in data.variables)
     lengths = sorted(len(data.coords[axis]) for axis in data.swept)
+    lines = tuple(kind for kind in SWEEP_KINDS if kind != "bifurcation" or PEAKS[0] in data.variables)
     returns = tuple(SECTION_KINDS) if "motion" in data.variables else ()
     if not lengths:
-        return (*(POINT_KINDS if returns else ()), *SWEEP_KINDS, *returns, *values)
+        return (*(POINT_KINDS if returns else ()), *lines, *returns, *values)
     if len(lengths) == 1:
-        return (*SWEEP_KINDS, *returns, "window", *values)
+        return (*lines, *returns, "window", *values)
     maps = tuple(kind for kind in MAP_KINDS if kind in ("map", "window") or kind in data.variables)
     if len(lengths) == 3:
         return (*maps, *values)
     if lengths[0] <= FEW:  # a handful of values is a comparison, not a plane
-        return (*SWEEP_KINDS, *dict.fromkeys((*returns, *maps)), *values)
+        return (*lines, *dict.fromkeys((*returns, *maps)), *values)
     return (*maps, *values)
 
 
@@ -110,7 +111,7 @@ def _start_kinds(data: Results) -> tuple[str, ...]:
     only the window sums the starts up."""
     if len(data.swept) != 1:
         return ("window", "basin") if data.swept else ("basin",)
-    return tuple(START_KINDS) if not data.slice else ("basin", "shares", "attractors")
+    return (*(START_KINDS if not data.slice else ("basin", "shares", "attractors")), "window")
 
 
 def choose_kind(data: Results | Trace, kind: str | None) -> str:
@@ -121,7 +122,8 @@ def choose_kind(data: Results | Trace, kind: str | None) -> str:
     if kind in allowed:
         return kind
     listing = "\n".join(f"  {name:<24} {DESCRIPTIONS[name]}" for name in allowed)
-    if isinstance(data, Results) and "start" in data.coords and kind in DESCRIPTIONS and kind not in START_KINDS:
+    of_one_start = kind in DESCRIPTIONS and kind not in (*START_KINDS, "window")
+    if isinstance(data, Results) and "start" in data.coords and of_one_start:
         raise InputError(
             f"plot kind: found {kind!r}, which draws one start of every operating point, with {_what(data)}; allowed "
             f"here:\n{listing}\nor {kind!r} with --start, 0 to {len(data.coords['start']) - 1}.")
@@ -150,6 +152,12 @@ def _advice(data: Results | Trace, kind: str) -> str:
         if "start" not in data.coords:
             return " (it needs several starts of every operating point: initial.ensemble or initial.slice)"
         return " (it shows one axis: select a value of the others)" if data.swept else " (it needs a swept axis)"
+    if kind == "bifurcation" and isinstance(data, Results) and PEAKS[0] not in data.variables:
+        return " (no peaks were recorded: run with record.peaks)"
+    if kind in ("lyapunov_exponent", "lyapunov_error") and isinstance(data, Results):
+        return " (it was not measured: run with record.exponent: true)"
+    if kind == "zero_one" and isinstance(data, Results):
+        return " (no returns to the Poincare section were recorded: run with record.poincare)"
     if kind in SWEEP_KINDS and isinstance(data, Results):
         return f" (it shows one axis, or two of which one has at most {FEW} values: select one value of the others)"
     if kind in RAMP_KINDS and isinstance(data, Trace):

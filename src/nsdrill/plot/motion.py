@@ -1,4 +1,6 @@
-"""What kind of motion there is along one axis: a strip of kinds, the Lyapunov exponent, the 0-1 test, the period."""
+"""What kind of motion there is along one axis: a strip of kinds, and below it the Lyapunov exponent, the 0-1 test and
+the period, those of which there are values.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +10,8 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from nsdrill.data import Results
-from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
+from nsdrill.data import Array, Results
+from nsdrill.plot.columns import frame, is_open, legend_below, lines_of, outcome_handles
 from nsdrill.plot.labels import Quantity, quantity
 from nsdrill.plot.slices import Line, edges, robust_limits
 from nsdrill.plot.style import DIRECTION_COLOURS, MOTIONS, REFERENCE, SEAMLESS
@@ -21,7 +23,7 @@ NORM = BoundaryNorm(np.arange(-0.5, len(MOTIONS)), len(MOTIONS))
 
 
 def draw(results: Results, units: str = "si") -> Figure:
-    names = [name for name in ("lyapunov_exponent", "zero_one", "period") if name in results.variables]
+    names = [name for name in LABELS if any(np.isfinite(_shown(one, name)).any() for one in lines_of(results))]
     figure, lines, columns = frame(results, units, 1 + len(names), 2.0 + 1.3 * len(names))
     present: set[int] = set()
     for one, column in zip(lines, columns, strict=True):
@@ -32,9 +34,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     for axes, name in zip(columns[0][2:], names, strict=True):
         axes.set_ylabel(LABELS[name])
     if "lyapunov_exponent" in names:
-        values = np.concatenate([np.where(one["status"] == OK, one["lyapunov_exponent"], np.nan).ravel()
-                                 for one in lines])
-        low, high = robust_limits(values)
+        low, high = robust_limits(np.concatenate([_shown(one, "lyapunov_exponent").ravel() for one in lines]))
         room = 0.08 * (high - low)
         columns[0][2].set_ylim(min(low, 0.0) - room, max(high, 0.0) + room)
     kinds = [Patch(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present]
@@ -55,12 +55,18 @@ def _draw_kinds(axes: Axes, one: Line, x: Quantity, *, named: bool) -> set[int]:
     return set(kinds.compressed().tolist())
 
 
+def _shown(one: Line, name: str) -> Array:
+    """The values to draw [procedure, point], NaN where there are none: periods of periodic motions only."""
+    if name not in one.results.variables:
+        return np.empty(0)
+    shown = one["status"] == OK
+    if name == "period":
+        shown = shown & (one["motion"] == PERIODIC)
+    return np.where(shown, one[name], np.nan)
+
+
 def _draw_values(axes: Axes, one: Line, name: str, x: Quantity) -> None:
-    for row, procedure in enumerate(one.procedures):
-        good = one["status"][row] == OK
-        values = np.where(good, one[name][row], np.nan).astype(float)
-        if name == "period":
-            values = np.where(one["motion"][row] == PERIODIC, values, np.nan)
+    for row, (procedure, values) in enumerate(zip(one.procedures, _shown(one, name), strict=True)):
         opened = is_open(procedure, one.procedures)
         colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
         errors = 2 * one["lyapunov_error"][row] if name == "lyapunov_exponent" else None

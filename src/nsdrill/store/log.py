@@ -54,7 +54,8 @@ class RunLog:
         self._status: Array = np.zeros(self.n_points, np.int8)
         for start in range(0, self.n_points, self._block):
             stop = min(start + self._block, self.n_points)
-            self._status[start:stop] = self.read(start, stop)["status"]
+            if self._stored(start, stop):
+                self._status[start:stop] = self.read(start, stop)["status"]
         self._safe = int(np.count_nonzero(self._status))
 
     @classmethod
@@ -178,6 +179,8 @@ class RunLog:
 
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start] of the points from ``start``; pending ones have status 0 and NaN features."""
+        if not self._stored(start, stop):
+            return pending_records(stop - start, self.kept)
         slots = np.zeros(stop - start, self._slot)
         buffer = raw(slots)
         position = self._offset + start * self._slot.itemsize
@@ -193,6 +196,15 @@ class RunLog:
         records = pending_records(stop - start, self.kept)
         records[good] = slots["record"][good]
         return records
+
+    def _stored(self, start: int, stop: int) -> bool:
+        """Whether the file has anything between these points, or a hole only: with many returns to the Poincare section
+        it takes long to read zeros."""
+        begin, end = (self._offset + point * self._slot.itemsize for point in (start, stop))
+        try:
+            return os.lseek(self._fd, begin, os.SEEK_DATA) < end
+        except OSError as error:
+            return error.errno != errno.ENXIO  # nothing after the hole; or a system that does not tell
 
     def close(self) -> None:
         """Let go of the file and its lock; it stays, to be resumed."""

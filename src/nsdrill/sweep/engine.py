@@ -57,7 +57,8 @@ class _Crew:
     """A gang with what the engine knows of it."""
 
     gang: Gang
-    ends: dict[int, tuple[int, int]] = field(default_factory=dict)  # last point of a segment -> (chain, next place)
+    # Last point of every segment of a chain in the gang -> (chain, next place), or None where the chain ends with it.
+    ends: dict[int, tuple[int, int] | None] = field(default_factory=dict)
     appetite: int = 64
     losses: int = 0
 
@@ -85,7 +86,8 @@ class Engine:
         self.work, self.executor, self.workers, self.lanes = work, executor, workers, lanes
         self.deliver, self.watch, self.remote = deliver, watch, remote
         self.slice_seconds = slice_seconds or (REMOTE_SLICE if remote else SLICE)
-        self.slots = max(4 * SEGMENT, SEGMENT * lanes * (1 if remote else 2))
+        self._segments = lanes * (1 if remote else 2)  # that a gang holds, at least
+        self.slots = max(4 * SEGMENT, SEGMENT * self._segments)
         self.progress = Progress(total=work.plan.points)
 
     def run(self, starts: list[Start] | None = None, pending: Array | None = None) -> Progress:
@@ -108,6 +110,7 @@ class Engine:
 
         count = max(1, min(self.workers, self._left()))
         crews = [_Crew(self.work.new_gang(self.lanes, self.slots)) for _ in range(count)]
+        self._segment = min(SEGMENT, crews[0].gang.slots // self._segments)
         futures: dict[Future[Any], _Crew] = {}
         try:
             for crew in crews:
@@ -148,7 +151,7 @@ class Engine:
         self._feed(crew)
         if crew.gang.idle:
             return
-        drain = self._left() == 0 and not crew.ends
+        drain = self._left() == 0 and not any(crew.ends.values())
         future = self.executor.submit(advance, crew.gang, self.work.variant, self.slice_seconds, drain)
         futures[future] = crew
 
@@ -179,20 +182,20 @@ class Engine:
                 self._next += count
                 crew.gang.add_many(points, *self.work.prepare(points))
             return
-        while room > 0 and self._starts and crew.gang.free >= SEGMENT:
+        # A segment keeps the room of its finished points: its chain goes on there.
+        while room > 0 and self._starts and (len(crew.ends) + 1) * self._segment <= crew.gang.slots:
             start = self._starts.popleft()
             self._add_segment(crew, start)
             room -= 1
 
     def _add_segment(self, crew: _Crew, start: Start) -> None:
         plan = self.work.plan
-        end = min(start.place + SEGMENT, plan.chain_length)
+        end = min(start.place + self._segment, plan.chain_length)
         points = plan.points_of(start.chain, np.arange(start.place, end))
         table, sizes, drifts, first_step, initial = self.work.prepare(points)
         if start.state is not None:
             self.work.begin(initial[0], start.state)
-        if end < plan.chain_length:
-            crew.ends[int(points[-1])] = (start.chain, end)
+        crew.ends[int(points[-1])] = (start.chain, end) if end < plan.chain_length else None
         crew.gang.add(points, table, sizes, drifts, first_step, initial)
 
     def _receive(self, crew: _Crew, future: Future[Any]) -> None:

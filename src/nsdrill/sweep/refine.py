@@ -45,7 +45,8 @@ def refine(classes: Array, known: Array, axes: Sequence[bool], depth: int, *, ev
     has, when all is known, the class of all needed ones around it.
 
     Units are looked at only when they are needed, so that superfluous ones change nothing; with ``everything`` all that
-    are known are looked at.
+    are known are looked at in the end, at the finest spacing. Not before: a unit of a coarse spacing that a finer one
+    needed says no more about its coarse neighbours than it did then.
     """
     needed = np.zeros(classes.shape, dtype=bool)
     corners = _every(axes, 2)
@@ -58,7 +59,7 @@ def refine(classes: Array, known: Array, axes: Sequence[bool], depth: int, *, ev
         place = _every(axes, 2 ** (depth - level))
         divided: Array | None = None
         while True:
-            seen = known[place] if everything else needed[place] & known[place]
+            seen = known[place] if everything and level == depth else needed[place] & known[place]
             low, high = np.where(seen, classes[place], _NONE), np.where(seen, classes[place], -_NONE)
             low[corners] = np.where(seen[corners], low[corners], filled)
             high[corners] = np.where(seen[corners], high[corners], filled)
