@@ -47,7 +47,7 @@ def period(returns: Array, sizes: Array, t: Motion) -> Array:
     motion that spirals towards its goal comes near some of its returns again and again.
     """
     found = np.zeros(len(returns), dtype=np.int16)
-    returns, sizes = (np.require(array, requirements=["C", "W"]) for array in (returns, sizes))  # as it was compiled for
+    returns, sizes = (np.require(array, requirements=["C", "W"]) for array in (returns, sizes))  # as compiled for
     _make_period()(returns, sizes, t.absolute, t.relative, t.longest_period, found, np.empty((2, 8)))
     return found
 
