@@ -132,8 +132,9 @@ def run_study(
                 log = _again(study, plan, log)
         already = int(np.count_nonzero(log.done()))
         if state == "finished" and _complete(study, plan, log):
+            attrs = getattr(_results(study, plan, log), "attrs", {})
             log.discard()
-            return Outcome(path, plan.points, _failed(log), 0.0, 0, already)
+            return Outcome(path, plan.points, _failed(log), 0.0, 0, already, attrs)
         begun = time.perf_counter()
         try:
             progress = _compute(study, log, workers, watch, executor, lanes)

@@ -84,7 +84,6 @@ def command(
 
 
 def _say(outcome: Any) -> None:
-    ran = outcome.points - outcome.already
     text = f"{outcome.path}: {outcome.points} points"
     if outcome.refinement:
         from nsdrill.cli.refined import saving
@@ -92,7 +91,7 @@ def _say(outcome: Any) -> None:
         text = f"{outcome.path}: {saving(outcome.refinement)}"
     if outcome.already:
         text += f" ({outcome.already} were there already)"
-    if ran:
+    if outcome.steps:
         text += f", {outcome.steps:,} steps in {outcome.seconds:.1f} s"
     text += "."
     if outcome.failed:

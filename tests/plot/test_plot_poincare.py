@@ -1,0 +1,107 @@
+"""Sections and kinds of motion: what is drawn where, and the section of a trace."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from made_up import make_results
+from matplotlib.colors import to_hex
+
+from nsdrill import plot
+from nsdrill.data import Results, Trace
+from nsdrill.errors import InputError
+from nsdrill.plot.poincare import section_of
+from nsdrill.plot.style import MOTIONS
+from nsdrill.variables import CHAOTIC, PERIODIC, SECTION, VARIABLES
+
+RETURNS = 12
+SPEEDS = np.linspace(2.0, 8.0, 7)
+
+
+@pytest.fixture
+def sweep() -> Results:
+    """Periodic up to 5 rad/s, with period two; chaotic above; on the way down chaotic throughout."""
+    results = make_results(rotary_speed=SPEEDS, procedures=("up", "down"))
+    shape = results["status"].shape
+    for variable in (v for v in VARIABLES if v.only in ("returns", "exponent")):
+        extra = (RETURNS,) if variable.name in SECTION else ()
+        results.variables[variable.name] = np.zeros((*shape, *extra), variable.dtype)
+    results.coords["crossing"] = np.arange(RETURNS)
+    periodic = np.zeros(shape, dtype=bool)
+    periodic[0, ..., SPEEDS <= 5.0] = True
+    results["motion"][...] = np.where(periodic, PERIODIC, CHAOTIC)
+    results["period"][...] = np.where(periodic, 2, 0)
+    scatter = np.random.default_rng(0).uniform(0.0, 0.05, (*shape, RETURNS))
+    two = np.where(np.arange(RETURNS) % 2 == 0, 0.01, 0.02)
+    results["section_radius"][...] = np.where(periodic[..., None], two, scatter)
+    results["lyapunov_exponent"][...] = np.where(periodic, -0.1, 0.5)
+    results["lyapunov_error"][...] = 0.05
+    return results
+
+
+def test_every_return_is_drawn_in_the_colour_of_its_motion(sweep: Results) -> None:
+    figure = plot.draw(sweep, "poincare")
+    lines = {line.get_gid(): line for axes in figure.axes for line in axes.get_lines() if line.get_gid()}
+    up = lines[f"section_radius:up:{PERIODIC}"]
+    assert to_hex(up.get_color()) == MOTIONS[PERIODIC].colour.lower()
+    assert sorted(set(np.round(up.get_ydata(), 6))) == [10.0, 20.0], "in mm"
+    assert sorted(set(up.get_xdata())) == [2.0, 3.0, 4.0, 5.0]
+    drawn = sum(len(lines[f"section_radius:{way}:{kind}"].get_xdata())
+                for way, kind in (("up", PERIODIC), ("up", CHAOTIC), ("down", CHAOTIC)))
+    assert drawn == 2 * len(SPEEDS) * RETURNS
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "periodic" in words
+    assert "chaotic" in words
+    assert "quasi-periodic" not in words
+
+
+def test_motion_is_drawn_with_exponent_and_period(sweep: Results) -> None:
+    figure = plot.draw(sweep, "motion")
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert [word in " ".join(labels) for word in ("Lyapunov", "0-1 test", "Period")] == [True] * 3
+    for name in ("lyapunov_exponent", "lyapunov_error"):
+        del sweep.variables[name]
+    assert "Lyapunov" not in " ".join(axes.get_ylabel() for axes in plot.draw(sweep, "motion").axes)
+
+
+def test_the_section_of_one_point_needs_one_point(sweep: Results) -> None:
+    with pytest.raises(InputError, match="select a value of every axis"):
+        plot.draw(sweep, "section")
+    figure = plot.draw(sweep, "section", at={"rotary_speed": 3.0})
+    text = " ".join(sub.get_suptitle() for sub in figure.subfigs)
+    assert "carried up: periodic, period 2, 12 returns" in text
+    assert "carried down: chaotic, 12 returns" in text
+
+
+def test_what_was_not_recorded_is_not_offered() -> None:
+    plain = make_results(rotary_speed=SPEEDS)
+    assert not {"poincare", "motion", "section"} & set(plot.kinds_for(plain))
+    with pytest.raises(InputError, match=r"record\.poincare"):
+        plot.draw(plain, "poincare")
+
+
+def test_the_section_of_a_trace_is_found_between_samples() -> None:
+    """A motion known in closed form, sampled every 0.05 s: the cubic is good to the fourth power of that."""
+    time = np.arange(0.0, 60.0, 0.05)
+    speed, swing = 3.0, 0.4
+    twist, rate = 0.5 * np.sin(swing * time), 0.5 * swing * np.cos(swing * time)
+    values = {
+        "x": 0.03 * np.cos(2.0 * time), "vx": -0.06 * np.sin(2.0 * time),
+        "y": 0.03 * np.sin(2.0 * time), "vy": 0.06 * np.cos(2.0 * time), "z": np.sin(time), "vz": np.cos(time),
+        "twist": twist, "bit_speed": speed + rate, "drive_angle": speed * time,
+    }  # fmt: skip
+    trace = Trace(time, values, {"rotary_speed": speed})
+    found = section_of(trace)
+    assert len(found["section_radius"]) == int((speed * time[-1] + twist[-1]) // (2 * np.pi))
+    assert found["section_radius"] == pytest.approx(np.full(len(found["section_radius"]), 0.03), rel=1e-5)
+    moments = (np.arange(1, len(found["section_twist"]) + 1) * 2 * np.pi - found["section_twist"]) / speed
+    assert found["section_axial"] == pytest.approx(np.sin(moments), abs=1e-5)
+    assert found["section_twist"] == pytest.approx(0.5 * np.sin(swing * moments), abs=1e-4)
+    assert found["section_whirl_angle"] == pytest.approx(np.angle(np.exp(2j * moments)), abs=1e-4)
+
+
+def test_a_trace_without_a_turn_has_no_section() -> None:
+    time = np.linspace(0.0, 1.0, 50)
+    values = {name: np.zeros(50) for name in ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")}
+    with pytest.raises(InputError, match="less than one revolution"):
+        section_of(Trace(time, {**values, "drive_angle": 2.0 * time}, {"rotary_speed": 2.0}))
