@@ -58,6 +58,8 @@ def test_text(call: Call, small: Path) -> None:
         (["drillstring.eccentricity=10 cm"], "Eccentric: the eccentricity (100 mm) exceeds the clearance (76.2 mm)"),
         (["simulation.observe=20 s"], "Short: at 1 rad/s the observed window of 20 s holds only 3.18 turns"),
         (["simulation.observe=20 s"], "Short: the torsional period at the greatest depth is 5.95 s"),
+        # 4000 points of 10 000 returns of 8 numbers of 8 bytes each.
+        (["record.poincare=10000", "sweep.rotary_speed.points=2000"], "Large: the results take up to 2.56 GB"),
     ],
 )
 def test_warnings(call: Call, small: Path, changes: list[str], said: str) -> None:

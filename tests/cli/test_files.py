@@ -113,6 +113,8 @@ def test_plot_lists_its_kinds_and_draws_them(call: Call, shared: Path) -> None:
     assert listed.code == 0
     names = [line.split()[0] for line in listed.out.splitlines()]
     assert names == list(kinds_for(read_results(shared / "map.h5")))
+    cut = call("plot", shared / "map.h5", "--kind", "list", "--wob", "40kN")
+    assert cut.out.split()[0] == "bifurcation"
     for name in names[:3]:
         assert call("plot", shared / "map.h5", "--kind", name, "--units", "field", "-o", f"{name}.svg").code == 0
 

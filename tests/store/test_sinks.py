@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
-from nsdrill.store import MemoryLog, RunLog, collect, record_dtype, recorded
+from nsdrill.store import MemoryLog, RunLog, collect, columns, pending_records, record_dtype, recorded
 from nsdrill.variables import PENDING, POINT, VARIABLES, Kept
 
 from .samples import POINTS, SHAPE, header, made
@@ -120,3 +122,19 @@ def test_a_header_must_span_the_points(tmp_path):
     for make in (MemoryLog, lambda *args: RunLog.create(tmp_path / "x.part", *args)):
         with pytest.raises(ValueError, match="span"):
             make(header(), POINTS + 1, Kept())
+
+
+def test_columns_take_the_memory_of_their_own(tmp_path):
+    """Not that of the records: with 10 000 returns one has 640 kB, and a sweep has thousands."""
+    kept = Kept(3, returns=10_000)
+    with RunLog.create(tmp_path / "out.h5.part", header((1, 1, 30, 20)), 600, kept) as log:
+        records = pending_records(1, kept)
+        records["status"], records["steps"] = 1, 7
+        log.write([321], records)
+        tracemalloc.start()
+        found = columns(log, ["status", "steps"], 300, 600)
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert np.flatnonzero(found["status"]).tolist() == [21]
+    assert found["steps"][21] == 7
+    assert most < 40e6, "300 records are 192 MB"

@@ -71,6 +71,7 @@ def test_one_fault_of_a_ramp(ramp: str, key: str, found: str, allowed: str) -> N
         ("{}", "operation.wob.ramp", "{ramp: [[0 s, VALUE]"),
         ("{ramp: [[0 s, 1 N], [1 s, 2 N]], rate: 3}", "operation.wob.rate", "ramp"),
         ("[1 N, 2 N]", "operation.wob", "a number with its unit"),
+        ("[[0 s, 1 N], [1 s, 2 N]]", "operation.wob", "a ramp, for nsdrill simulate, is {ramp: [[0 s, VALUE]"),
     ],
 )
 def test_something_else_than_a_ramp(value: str, key: str, says: str) -> None:

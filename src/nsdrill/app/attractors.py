@@ -12,7 +12,7 @@ from nsdrill.analysis.attractors import IF_THERE, NEEDED, SHOWN, Attractor, desc
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
 from nsdrill.model.coefficients import derive
-from nsdrill.store import Sink, flag_words, read_results
+from nsdrill.store import Sink, columns, flag_words, points_in_block, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.variables import BY_NAME, OK
@@ -23,16 +23,19 @@ _BLOCK = 1 << 14  # starts in memory at once
 
 def mark(study: Study, plan: Plan, log: Sink) -> None:
     """Write the attractor of every start into the finished ``log``."""
+    step = points_in_block(log.kept)
+    names = [name for name in (*NEEDED, *IF_THERE) if log.kept.has(BY_NAME[name])]
     per_block = max(1, _BLOCK // plan.starts) * plan.starts
     for begin in range(0, plan.points, per_block):
-        points = np.arange(begin, min(begin + per_block, plan.points))
-        records = log.read(begin, int(points[-1]) + 1)
-        names = [name for name in (*NEEDED, *IF_THERE) if name in (records.dtype.names or ())]
-        variables = {name: records[name].reshape(-1, plan.starts) for name in names}
-        found = _label(study, plan, points, variables, study.thresholds.attractors.tolerance)
-        changed = np.flatnonzero((records["status"] == OK) & (records["attractor"] != found))
-        records["attractor"] = found
-        log.write(points[changed], records[changed])
+        end = min(begin + per_block, plan.points)
+        variables = {name: values.reshape(-1, plan.starts) for name, values in columns(log, names, begin, end).items()}
+        found = _label(study, plan, np.arange(begin, end), variables, study.thresholds.attractors.tolerance)
+        for first in range(begin, end, step):
+            records = log.read(first, min(first + step, end))
+            given = found[first - begin : first - begin + step]
+            changed = np.flatnonzero((records["status"] == OK) & (records["attractor"] != given))
+            records["attractor"] = given
+            log.write(first + changed, records[changed])
     log.sync()
 
 

@@ -7,12 +7,13 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
-from nsdrill.app.run import plan_of
+from nsdrill.app.run import kept_of, plan_of
 from nsdrill.app.trust import checks
 from nsdrill.model.coefficients import UNITS, Coefficients, derive
 from nsdrill.model.figures import Figure, figures, lateral_stiffness
 from nsdrill.model.parameters import Operation
 from nsdrill.model.schedule import Ramp
+from nsdrill.store import record_dtype
 from nsdrill.study.study import Study
 
 MEANINGS = {
@@ -34,6 +35,7 @@ MEANINGS = {
 MOST_STEPS_A_SECOND = 2000  # a point of 500 s then takes a million steps
 LEAST_TURNS = 20
 LEAST_PERIODS = 4
+LARGE = 2e9  # bytes of results
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,7 @@ def coarse_length(study: Study, axis: str) -> int:
 def _warnings(study: Study) -> list[str]:
     looks = [_buckled, _slow, _eccentric]
     if study.swept:  # else there is no observed window
-        looks += [_few_turns, _few_periods, _verified]
+        looks += [_few_turns, _few_periods, _verified, _large]
     return [warning for look in looks if (warning := look(study)) is not None]
 
 
@@ -110,6 +112,17 @@ def _verified(study: Study) -> str | None:
     return (
         f"Verify: every point is run again with the tolerance {tight.simulation.rtol:g} and continued for another "
         f"{study.simulation.transient + study.simulation.observe:g} s. The study takes about 4 times as long."
+    )
+
+
+def _large(study: Study) -> str | None:
+    size = plan_of(study).points * record_dtype(kept_of(study)).itemsize
+    if size < LARGE:
+        return None
+    most = ", all points run," if study.refined else ""
+    return (
+        f"Large: the results take up to {size / 1e9:.3g} GB on the disk{most} and as much again while the file is "
+        "written. record.poincare and record.peaks say how much is kept of each point."
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from nsdrill.app.passes import Passes, left
 from nsdrill.data import Array
-from nsdrill.store import Sink, Source, pending_records
+from nsdrill.store import Sink, Source, columns, pending_records
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import AXES, Plan
 from nsdrill.sweep.refine import Refinement, refine
@@ -21,7 +21,6 @@ from nsdrill.sweep.work import Work
 from nsdrill.variables import INFERRED, OK, PENDING, Kept
 
 UNKNOWN = -1  # the outcome of a point that has not run
-_BLOCK = 4096
 
 
 class Grid:
@@ -78,9 +77,9 @@ class Refining:
         """Run what is needed, level by level."""
         plan, progress = work.plan, passes.progress
 
-        def store(points: Array, columns: dict[str, Array]) -> None:
-            passes.store(points, columns)
-            self.outcomes[points] = outcome(columns["status"], columns["response"])
+        def store(points: Array, found: dict[str, Array]) -> None:
+            passes.store(points, found)
+            self.outcomes[points] = outcome(found["status"], found["response"])
 
         progress.before = int(np.count_nonzero(self.log.done()))
         while not self.complete:
@@ -151,11 +150,7 @@ def outcome(status: Array, response: Array) -> Array:
 
 def outcomes_in(log: Source) -> Array:
     """The outcome of every point of a log."""
-    found = np.empty(log.n_points, dtype=np.int16)
-    for start in range(0, log.n_points, _BLOCK):
-        records = log.read(start, min(start + _BLOCK, log.n_points))
-        found[start : start + _BLOCK] = outcome(records["status"], records["response"])
-    return found
+    return outcome(**columns(log, ["status", "response"]))
 
 
 def summary(study: Study, run: int, points: int) -> dict[str, Any]:

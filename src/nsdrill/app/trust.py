@@ -6,7 +6,6 @@ missing.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +16,7 @@ from nsdrill.kernel.gang import choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.compare import difference
 from nsdrill.observe.trust import trust_labels
-from nsdrill.store import Sink, Source
+from nsdrill.store import Source, columns
 from nsdrill.sweep.again import Again
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import CHECK_FEATURES, CHECKS, OK, PENDING, VARIABLES
@@ -26,7 +25,6 @@ TIGHTER = 100.0
 LEAST_RTOL = 1e-13
 MORE_STEPS = 10  # the limit of steps of a check, in that of the run: a smaller tolerance takes 2.5 times as many
 _BATCH = 1 << 17  # points of which the states are held in memory
-_BLOCK = 4096
 
 
 @dataclass(frozen=True)
@@ -59,15 +57,16 @@ def verify(passes: Passes, work: Work) -> None:
 
 def _run(passes: Passes, work: Work, check: Check, points: Array) -> None:
     log = passes.log
-    states = np.concatenate([records[check.start] for records in _records(log, points)])
+    first, last = int(points[0]), int(points[-1])
+    states = columns(log, [check.start], first, last + 1)[check.start][points - first]
     again = Again.of(work, check.simulation, points, states)
 
-    def store(done: Array, columns: dict[str, Array]) -> None:
+    def store(done: Array, found: dict[str, Array]) -> None:
         records = np.concatenate([log.read(point, point + 1) for point in done.tolist()])
-        records[f"{check.name}_status"] = columns["status"]
-        records[f"{check.name}_difference"] = difference(_fields(records), columns, columns)
+        records[f"{check.name}_status"] = found["status"]
+        records[f"{check.name}_difference"] = difference(_fields(records), found, found)
         for name in CHECK_FEATURES:
-            records[f"{check.name}_{name}"] = columns[name]
+            records[f"{check.name}_{name}"] = found[name]
         for name, values in trust_labels(_fields(records), records["response"], work.thresholds).items():
             records[name] = values
         passes.write(done, records)
@@ -79,12 +78,8 @@ def _run(passes: Passes, work: Work, check: Check, points: Array) -> None:
 
 def missing(log: Source, check: str) -> Array:
     """The points that ended well and lack this check."""
-    found = []
-    for start in range(0, log.n_points, _BLOCK):
-        records = log.read(start, min(start + _BLOCK, log.n_points))
-        lacks = (records["status"] == OK) & (records[f"{check}_status"] == PENDING)
-        found.append(start + np.flatnonzero(lacks))
-    return np.concatenate(found)
+    status, checked = columns(log, ["status", f"{check}_status"]).values()
+    return np.flatnonzero((status == OK) & (checked == PENDING))
 
 
 def verified(log: Source) -> bool:
@@ -94,8 +89,8 @@ def verified(log: Source) -> bool:
 
 def any_failed(log: Source) -> bool:
     """Whether a check did not end well."""
-    blocks = (log.read(start, min(start + _BLOCK, log.n_points)) for start in range(0, log.n_points, _BLOCK))
-    return any(bool(np.any(_failed(records, check))) for records in blocks for check in CHECKS)
+    found = columns(log, [f"{check}_status" for check in CHECKS])
+    return any(bool(np.any(_failed(found, check))) for check in CHECKS)
 
 
 def forget_failed(records: Array) -> None:
@@ -108,17 +103,10 @@ def forget_failed(records: Array) -> None:
         records["trusted"][again] = 0
 
 
-def _failed(records: Array, check: str) -> Array:
+def _failed(records: Array | dict[str, Array], check: str) -> Array:
     status = records[f"{check}_status"]
     return np.asarray((status != OK) & (status != PENDING))
 
 
 def _fields(records: Array) -> dict[str, Array]:
     return {name: records[name] for name in records.dtype.names or ()}
-
-
-def _records(log: Sink, points: Array) -> Iterator[Array]:
-    """The records of ascending ``points``, some at a time."""
-    for block in np.split(points, np.flatnonzero(np.diff(points // _BLOCK)) + 1):
-        first = int(block[0])
-        yield log.read(first, int(block[-1]) + 1)[block - first]

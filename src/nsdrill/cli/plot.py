@@ -48,10 +48,13 @@ def command(
     """Draw FILE: a results file, the .part file of a run that goes on, or a trace."""
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
-    from nsdrill.plot import DESCRIPTIONS, check_suffix, draw, kinds_for, needed, save
+    from nsdrill.plot import DESCRIPTIONS, check_suffix, cut, draw, kinds_for, needed, save
 
+    given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
+    at = {name: value for name, value in given.items() if value is not None}
     if kind == "list":
-        for name in kinds_for(outline(file)):
+        data = outline(file)
+        for name in kinds_for(data if isinstance(data, Trace) else cut(data, at, start)):
             click.echo(f"{name:<24} {DESCRIPTIONS.get(name, 'values of this variable')}")
         return 0
     if output is None:
@@ -62,8 +65,6 @@ def command(
     options.keep_apart(file, output)
     claim_file(output, overwrite)
     data = outline(file)
-    given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
-    at = {name: value for name, value in given.items() if value is not None}
     if at and isinstance(data, Trace):
         option = "--" + next(iter(at)).replace("_", "-")
         raise InputError(f"{option}: found with a trace, which is of one point; allowed: with a results file.")

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
-    "DESCRIPTIONS", "FORMATS", "UNIT_SYSTEMS", "check_suffix", "draw", "draw_window", "kinds_for", "needed", "save",
+    "DESCRIPTIONS", "FORMATS", "UNIT_SYSTEMS", "check_suffix", "cut", "draw", "draw_window", "kinds_for", "needed",
+    "save",
 ]  # fmt: skip
 
 
@@ -50,7 +51,7 @@ def draw(
         else:
             if over is not None:
                 raise InputError("--over: found with a sweep; allowed: with the trace of a ramp and --kind ramp.")
-            figure = _draw_sweep(_cut(data, at, start), kind, units, states)
+            figure = _draw_sweep(cut(data, at, start), kind, units, states)
         settle(figure)
     return figure
 
@@ -62,7 +63,7 @@ def draw_window(data: Results, severity: int | None = None, *, units: str = "si"
     from nsdrill.plot.style import house_style, settle
 
     with house_style():
-        figure = window.draw(_cut(data, None), units, severity)
+        figure = window.draw(cut(data, None), units, severity)
         settle(figure)
     return figure
 
@@ -71,11 +72,12 @@ def needed(
     outline: Results, kind: str | None = None, at: Mapping[str, float] | None = None, start: int | None = None
 ) -> tuple[str, ...]:
     """The variables that :func:`draw` uses of a sweep with these coordinates; ``outline`` has no numbers in it."""
-    names = variables_for(choose_kind(_cut(outline, at, start), kind))
+    names = variables_for(choose_kind(cut(outline, at, start), kind))
     return tuple(name for name in names if name in outline.variables)
 
 
-def _cut(data: Results, at: Mapping[str, float] | None, start: int | None = None) -> Results:
+def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None) -> Results:
+    """A sweep with every axis ascending, cut at the values ``at`` of some (SI), and at one of its starts."""
     from nsdrill.plot.slices import AXES, one_start, ordered
 
     if unknown := set(at or ()) - set(AXES):

@@ -19,7 +19,7 @@ from nsdrill.store.read import (
 )
 from nsdrill.store.records import pending_records, record_dtype, recorded
 from nsdrill.store.renew import renew
-from nsdrill.store.results import write_results
+from nsdrill.store.results import columns, points_in_block, write_results
 from nsdrill.store.sink import Sink, Source
 from nsdrill.store.trace import read_trace, write_trace
 
@@ -32,12 +32,14 @@ __all__ = [
     "claim",
     "claim_file",
     "collect",
+    "columns",
     "flag_words",
     "kind_of",
     "log_from_results",
     "open_results",
     "part_path",
     "pending_records",
+    "points_in_block",
     "read_attributes",
     "read_partial",
     "read_point",

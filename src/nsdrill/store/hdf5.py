@@ -30,6 +30,7 @@ from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
 from nsdrill.variables import COORDINATES, FORMAT_VERSION, Variable
 
+EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _SEAL = struct.Struct("<8sQ32s")
 _SEAL_MAGIC = b"nsdrill\x1a"
@@ -256,11 +257,11 @@ def check_shape(path: str | os.PathLike[str], file: Any, name: str, shape: tuple
 
     dataset = file.get(name)
     if not isinstance(dataset, h5py.Dataset):
-        raise FileError(f"{path}: the variable {name} is missing. Was the file edited? Make it again.")
+        raise FileError(f"{path}: the variable {name} is missing. {EDITED}")
     if dataset.shape != shape or dataset.dtype.kind not in kinds:
         raise FileError(
             f"{path}: {name} has shape {dataset.shape} and type {dataset.dtype}; it should have shape {shape} and "
-            f"{'real' if kinds == 'f' else 'whole'} numbers. Was the file edited? Make it again."
+            f"{'real' if kinds == 'f' else 'whole'} numbers. {EDITED}"
         )
     return dataset
 

@@ -16,8 +16,8 @@ from nsdrill.store import hdf5
 from nsdrill.store.files import replacing
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
-from nsdrill.store.records import pending_records, record_dtype, recorded
-from nsdrill.store.results import block_shape, blocks, coordinates, points_in_block
+from nsdrill.store.records import pending_records, recorded
+from nsdrill.store.results import block_shape, blocks, columns, coordinates, points_in_block
 from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import (
     BY_NAME,
@@ -60,16 +60,8 @@ def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
 def collect(log: Source, names: Iterable[str] | None = None) -> Results:
     """Everything in a log, or only the variables ``names``, in memory; the same arrays as in its results file."""
     shape = grid_shape(log.header)
-    kind = record_dtype(log.kept)
-    wanted = set(kind.names or ()) if names is None else set(names)
-    chosen = [v.name for v in recorded(log.kept) if v.name in wanted]
-    flat = {name: np.empty((log.n_points, *kind[name].shape), kind[name].base) for name in chosen}
-    step = points_in_block(log.kept)
-    for start in range(0, log.n_points if flat else 0, step):
-        stop = min(start + step, log.n_points)
-        records = log.read(start, stop)
-        for name, values in flat.items():
-            values[start:stop] = records[name]
+    wanted = set(BY_NAME) if names is None else set(names)
+    flat = columns(log, [v.name for v in recorded(log.kept) if v.name in wanted])
     variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
     return Results(coordinates(log), variables, {**log.header["attrs"], "format_version": FORMAT_VERSION})
 

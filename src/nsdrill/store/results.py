@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
+from nsdrill.data import Array
 from nsdrill.store import hdf5
 from nsdrill.store.files import replacing
 from nsdrill.store.records import record_dtype, recorded
@@ -62,6 +63,20 @@ def root_attributes(kind: str, attrs: Mapping[str, Any]) -> dict[str, Any]:
 def points_in_block(kept: Kept) -> int:
     """How many points to hold in memory at once."""
     return max(1, min(_BLOCK_POINTS, _BLOCK_BYTES // record_dtype(kept).itemsize))
+
+
+def columns(log: Source, names: Iterable[str], start: int = 0, stop: int | None = None) -> dict[str, Array]:
+    """The variables ``names`` of the points from ``start``, one row a point. Of the records only some are in memory at
+    a time: with many returns to the Poincare section one has 640 kB."""
+    stop = log.n_points if stop is None else stop
+    kind = record_dtype(log.kept)
+    found = {name: np.empty((stop - start, *kind[name].shape), kind[name].base) for name in names}
+    step = points_in_block(log.kept)
+    for first in range(start, stop if found else start, step):
+        records = log.read(first, min(first + step, stop))
+        for name, values in found.items():
+            values[first - start : first - start + step] = records[name]
+    return found
 
 
 def block_shape(shape: tuple[int, ...], points: int) -> tuple[int, ...]:

@@ -146,6 +146,8 @@ def _fault(document: Document, path: KeyPath, detail: Any) -> Fault:
     cause = detail.get("ctx", {}).get("error")
     if isinstance(cause, QuantityError):
         found, allowed, suggestion = cause.found, cause.allowed, cause.suggestion
+        if path in [("operation", axis) for axis in AXES] and isinstance(detail["input"], list):
+            allowed += f"; a ramp, for nsdrill simulate, is {EXAMPLE}"
     elif kind == "extra_forbidden":
         found = "an unknown key"
         allowed = _listed(dotted(path[:-1]))
