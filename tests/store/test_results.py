@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from nsdrill.errors import NsdrillError
+from nsdrill.errors import FileError, NsdrillError
 from nsdrill.store import (
     MemoryLog,
     RunLog,
@@ -304,3 +304,24 @@ def test_collecting_a_log_and_reading_its_file_agree(path):
     for name in (*here.coords, *here.variables):
         assert here[name].dtype == there[name].dtype
         assert here[name].tobytes() == there[name].tobytes()
+
+
+def test_files_from_before_the_severities_are_read(path):
+    """Only these labels may be missing: any other variable that is not there is a damage."""
+    import h5py
+
+    from nsdrill.store import hdf5, variables_in
+
+    make_results(path, peaks=3)
+    for name, harmless in (("bounce_severity", True), ("whirl_severity", True), ("settled", False)):
+        hdf5.unseal(path)
+        with h5py.File(path, "r+") as file:
+            del file[name]
+        hdf5.seal(path)
+        if harmless:
+            assert name not in read_results(path).variables
+            assert name not in {variable.name for variable in variables_in(path)}
+            assert "response" in read_point(path, 0, 0, 0, 0)
+        else:
+            with pytest.raises(FileError, match="settled"):
+                read_results(path)

@@ -76,6 +76,16 @@ def test_differences_name_the_keys() -> None:
     ]
 
 
+def test_a_study_of_an_older_version_has_defaults_for_what_that_did_not_know() -> None:
+    study = parse_study(SWEEP)
+    old = copy.deepcopy(study.resolved)
+    del old["sweep"]["refine"], old["record"]["poincare"], old["classify"]["motion"], old["initial"]["ensemble"]
+    again = study_from_resolved(old)
+    assert again.refine == 0
+    assert (again.record, again.thresholds, again.initial) == (study.record, study.thresholds, study.initial)
+    assert all((again.axes[axis] == study.axes[axis]).all() for axis in study.axes)
+
+
 @pytest.mark.parametrize("path", [("mud",), ("mud", "drag"), ("sweep",), ("sweep", "depth"), ("sweep", "along")])
 def test_a_damaged_resolved_study_is_a_file_error(path: tuple[str, ...]) -> None:
     resolved = copy.deepcopy(parse_study(SWEEP).resolved)

@@ -63,7 +63,8 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         summary["responses"][procedure] = _counts("response", results["response"][i][known[i]])
         kinds = results["whirl_kind"][i][ok[i]]
         summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
-        summary["severities"][procedure] = {name: _counts(name, results[name][i][ok[i]]) for name in SEVERITIES}
+        summary["severities"][procedure] = {
+            name: _counts(name, results[name][i][ok[i]]) for name in SEVERITIES if name in results.variables}
     if "motion" in results.variables:
         summary["motions"] = {
             procedure: _counts("motion", results["motion"][i][ok[i]])
@@ -222,6 +223,7 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
                 f"{path}: with these thresholds the responses differ between neighbours where the map was not refined; "
                 f"at least {missing} more points would have to be run. Nothing was changed. Run the study with these "
                 "thresholds: nsdrill run with the same --set.")
+    labels = {name: values for name, values in labels.items() if name in results.variables}
     changed = {
         name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     now = datetime.now(UTC).isoformat(timespec="seconds")

@@ -33,6 +33,7 @@ from nsdrill.variables import (
 )  # fmt: skip
 
 PathLike = str | os.PathLike[str]
+LATER = ("bounce_severity", "whirl_severity")  # labels that the first files did not have yet
 
 
 def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
@@ -44,7 +45,7 @@ def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
         coords, kept = _coordinates(path, file)
         variables = {
             variable.name: _dataset(path, file, variable, kept)[()]
-            for variable in recorded(kept)
+            for variable in _present(file, kept)
             if wanted is None or variable.name in wanted
         }
         return Results(coords, variables, hdf5.get_attributes(file))
@@ -72,7 +73,7 @@ def variables_in(path: PathLike) -> tuple[Variable, ...]:
         with RunLog.open(path, writable=False) as log:
             return recorded(log.kept)
     with hdf5.opened(path) as file:
-        return recorded(_coordinates(path, file)[1])
+        return _present(file, _coordinates(path, file)[1])
 
 
 def read_attributes(path: PathLike) -> dict[str, Any]:
@@ -93,7 +94,7 @@ def read_point(path: PathLike, *index: int) -> dict[str, Any]:
         if len(index) != len(shape) or not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
             raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
         point: dict[str, Any] = {name: coords[name][i] for name, i in zip(kept.grid, index, strict=True)}
-        for variable in recorded(kept):
+        for variable in _present(file, kept):
             point[variable.name] = _dataset(path, file, variable, kept)[index]
         return point
 
@@ -201,6 +202,11 @@ def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], Kept]:
     ordered = {name: coords[name] for name in (*POINT, "start", "peak", "crossing", "state") if name in coords}
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     return ordered, Kept(peaks, returns, exponent="lyapunov_exponent" in file, starts=starts, verify="trusted" in file)
+
+
+def _present(file: Any, kept: Kept) -> tuple[Variable, ...]:
+    """The variables that an open results file should have, whatever its age."""
+    return tuple(variable for variable in recorded(kept) if variable.name in file or variable.name not in LATER)
 
 
 def _dataset(path: PathLike, file: Any, variable: Variable, kept: Kept) -> Any:

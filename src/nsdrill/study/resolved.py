@@ -27,7 +27,7 @@ def study_from_resolved(
     """The study that ``resolved`` describes. :class:`FileError` where it is not a resolved study of this version."""
     try:
         operation = build(Operation, resolved["operation"])
-        sweep = resolved["sweep"]
+        sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
         swept = tuple(axis for axis in AXES if axis in sweep)
         ramps = {name: Ramp(tuple(times), tuple(values)) for name, (times, values) in resolved.get("ramps", {}).items()}
         if not swept and not ramps:
