@@ -33,13 +33,15 @@ from nsdrill.kernel.stepper import make_stepper
 
 Array = np.ndarray[Any, np.dtype[Any]]
 SEGMENT = 20_000  # packed steps between looks at the clock: some 20 ms
+FEW = 24  # chains that one vector register to a row serves sooner than two
 
 
 def choose_lanes(chains: int) -> int:
     """How many lanes serve this many chains best; the numbers do not depend on it. ``$NSDRILL_LANES`` decides if set.
 
     A lone chain gains nothing from lanes: all but one would stand empty. With many, two vector registers to a row hide
-    the latencies of the instructions better than one; four no longer fit the nearest cache.
+    the latencies of the instructions better than one; four no longer fit the nearest cache. With few, the longest takes
+    as long as all others together, and a packed step of one register is over sooner.
     """
     if chosen := os.environ.get("NSDRILL_LANES"):
         if chosen not in ("1", "2", "4", "8", "16", "32"):
@@ -47,7 +49,7 @@ def choose_lanes(chains: int) -> int:
         return int(chosen)
     if chains <= 1:
         return 1
-    return 8 if chains <= 8 or not llvmlite.binding.get_host_cpu_features().get("avx512f") else 16
+    return 8 if chains <= FEW or not llvmlite.binding.get_host_cpu_features().get("avx512f") else 16
 
 
 @dataclass(frozen=True)

@@ -172,9 +172,12 @@ class Engine:
         self.progress.lanes_in_use = sum(crew.gang.lane_steps for crew in crews) / packed if packed else 1.0
 
     def _feed(self, crew: _Crew) -> None:
-        """Top up: at most a fair share of what is left, so that the workers end together."""
-        share = max(self.lanes, -(-self._left() // (2 * self.workers)))
-        room = min(share, crew.appetite) - crew.gang.waiting
+        """Top up: a lone worker with all that fits, several with at most a fair share of what is left, so that they end
+        together."""
+        share = self._left()
+        if self.workers > 1:
+            share = min(crew.appetite, max(self.lanes, -(-share // (2 * self.workers))))
+        room = share - crew.gang.waiting
         if not self._carried:
             count = min(room, crew.gang.free, self._left())
             if count > 0:
