@@ -25,7 +25,7 @@ from dataclasses import replace
 from nsdrill.kernel.stepper import make_stepper
 from nsdrill.model.parameters import Parameters
 from nsdrill.model.rhs import make_right_hand_side, model_for
-from nsdrill.observe.features import OBSERVED
+from nsdrill.observe.layout import OBSERVED
 rows = model_for(Parameters()).rows(len(OBSERVED))
 function = make_right_hand_side(8, False) if sys.argv[1] == "rhs" else make_stepper(8, rows)
 print("".join(function.inspect_asm().values()))

@@ -11,7 +11,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.model.ramp import RAMPED, ahead, pack_ramp, ramped_model_for
 from nsdrill.model.rhs import STATES, drifts, first_step, sizes
 from nsdrill.model.schedule import PIECES, Array, Schedule
-from nsdrill.observe.features import OBSERVED
+from nsdrill.observe.layout import OBSERVED
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT

@@ -21,7 +21,7 @@ from nsdrill.model.forces import forces
 from nsdrill.model.parameters import Operation
 from nsdrill.model.rhs import STATES, drifts, first_step, model_for, pack, sizes
 from nsdrill.model.schedule import Schedule
-from nsdrill.observe.features import OBSERVED
+from nsdrill.observe.layout import OBSERVED
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
 from nsdrill.store import read_attributes, read_point, read_results
 from nsdrill.study.resolved import study_from_resolved

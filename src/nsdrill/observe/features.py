@@ -1,9 +1,8 @@
 """What is measured while a run is integrated, in constant memory and on the continuous solution.
 
 Every packed step is examined in all lanes at once: sums over time, and a bit for every lane in which something happens
-inside the step: a quantity turns (its slope changes sign) or crosses a level. Turns are then located in packed form,
-one quantity at a time and only when some lane has one; crossings, which are rarer, lane by lane. The extremes of a
-quantity lie at its turns or at the ends of the window, so nothing else is compared.
+inside the step: a quantity turns (its slope changes sign) or crosses a level (see :mod:`nsdrill.observe.events`). The
+extremes of a quantity lie at its turns or at the ends of the window, so nothing else is compared.
 
 The observed window has two halves, measured separately, so that their agreement tells whether the run has settled.
 """
@@ -21,41 +20,23 @@ from nsdrill.abi import BUFFER, CLOSES, OPENS, Rows, compiled, inlined
 from nsdrill.elementary import TWO_OVER_PI, fma, lowest_bit
 from nsdrill.model.lobes import multiple_cosine, multiple_sine
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES
-from nsdrill.observe.interpolant import cubic, derivative, extreme, quintic, share_above, value
-from nsdrill.observe.section import ENTRY, REVOLUTION, bit_angle_crossing, position_and_velocity, section_width
-
-# Quantities at an end of a step that are not states: interference u of bit and rock with its rates, bit torque and its
-# rate, radius and its rate.
-ENDS = ("u", "du", "ddu", "torque", "dtorque", "radius", "dradius")
-# Measured in each half. Extremes first, then sums over time, then anchors at the half's start.
-EXTREMES = ("z_min", "z_max", "speed_min", "speed_max", "twist_min", "twist_max", "u_max", "torque_max", "rho_max")
-SUMS = ("on_rock", "unstuck", "on_wall", "radius_sum", "twist_sum", "lateral_square", "axial_square", "half_turns",
-        "rolled", "turned")  # fmt: skip
-ANCHORS = ("twist_start", "angle_start")
-HALF = EXTREMES + SUMS + ANCHORS
-OBSERVED = (*(f"{name}_before" for name in ENDS), *(f"{name}_now" for name in ENDS), *HALF, "found", "level")
-# What a half leaves in the outbox: the sums so far, its length and the state of the slow angles at its end.
-HALF_REPORT = (*HALF, "twist_end", "angle_end")
-
-
-# The store begins with the numbers of peaks and of returns to the section that are kept, the angle between returns, and
-# room for what measures the growth of a deviation.
-PEAKS, RETURNS, SPACING, GROWTH_HEADER = range(4)
-HEADER = GROWTH_HEADER + 2
-
-
-def report_width(peaks: int, returns: int = 0) -> int:
-    """Columns that the observer fills in the outbox: two halves, count and ring of the peaks of z, speed and r, and
-    those of the section."""
-    return 2 * len(HALF_REPORT) + 3 * (peaks + 1) + section_width(returns)
-
-
-def new_store(lanes: int, peaks: int, returns: int = 0, spacing: float = REVOLUTION) -> np.ndarray:
-    """The observer's store: its header, then for each lane the rings of the peaks, then for each that of the
-    section."""
-    store = np.zeros(HEADER + lanes * (3 * (peaks + 1) + section_width(returns)))
-    store[PEAKS], store[RETURNS], store[SPACING] = peaks, returns, spacing
-    return store
+from nsdrill.observe.events import make_events
+from nsdrill.observe.layout import (
+    ANCHORS,
+    ENDS,
+    EXTREMES,
+    HALF,
+    HALF_REPORT,
+    OBSERVED,
+    PARTS,
+    PEAKS,
+    RETURNS,
+    RINGS,
+    RINGS_OF_PEAKS,
+    SPACING,
+    SUMS,
+)
+from nsdrill.observe.section import ENTRY, bit_angle_crossing, position_and_velocity
 
 
 @inlined
@@ -72,25 +53,9 @@ def turns(before, now):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def squared_radius(b, i, x_, vx_, ax_, y_, vy_, ay_):  # type: ignore[no-untyped-def]
-    """The squared radius of lane i at an end of the step, smooth also at the hole's centre, and its two rates."""
-    x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
-    rate = fma(x, vx, y * vy)
-    second = fma(vx, vx, fma(vy, vy, fma(x, b[ax_ + i], y * b[ay_ + i])))
-    return fma(x, x, y * y), 2.0 * rate, 2.0 * second
-
-
-@inlined
-def keep_peaks(b, store, maxima, found_, which):  # type: ignore[no-untyped-def]
-    """Put this step's maxima into the rings of the lanes whose bit is set."""
-    peaks = int(store[PEAKS])
-    while peaks > 0 and maxima != 0:
-        i = lowest_bit(maxima)
-        maxima &= maxima - 1
-        ring = HEADER + (3 * i + which) * (peaks + 1)
-        count = int(store[ring])
-        store[ring + 1 + count % peaks] = b[found_ + i]
-        store[ring] = count + 1
+def least_of(g0, g1, d0, d1, h):  # type: ignore[no-untyped-def]
+    """A bound below the least value inside a step of a quantity with one turn there."""
+    return min(g0, g1) - h * max(abs(d0), abs(d1))
 
 
 @lru_cache
@@ -110,15 +75,17 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
     gap_, k_c_, s0_, stuck_, drive_ = (
         parameter[n] for n in ("gap", "rock_stiffness", "surface_amplitude", "stuck_below", "drive_speed"))
     eps_, tau_, rise_, mu_ = (parameter[n] for n in ("bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"))
-    before_, now_, found_, level_ = own["u_before"], own["u_now"], own["found"], own["level"]
+    before_, now_, level_ = own["u_before"], own["u_now"], own["level"]
+    parts_, sums_, parts_count = own[PARTS[0]], own[SUMS[0]], len(PARTS)
     time_, phase_ = W * rows.time, parameter["drive_phase"]
-    u0_, du0_, ddu0_, T0_, dT0_, r0_, dr0_ = (before_ + W * i for i in range(len(ENDS)))
+    u0_, du0_, _, _, dT0_, r0_, dr0_ = (before_ + W * i for i in range(len(ENDS)))
     u1_, du1_, ddu1_, T1_, dT1_, r1_, dr1_ = (now_ + W * i for i in range(len(ENDS)))
     z_min_, z_max_, speed_min_, speed_max_, twist_min_, twist_max_, u_max_, torque_max_, rho_max_ = (
         own[name] for name in EXTREMES)
     on_rock_, unstuck_, on_wall_, radius_, twist_sum_, lateral_, axial_, turns_, rolled_, turned_ = (
         own[name] for name in SUMS)
     twist_start_, angle_start_ = (own[name] for name in ANCHORS)
+    attend, settle = make_events(W, companions)
     half_, half_count, ends_count = own[HALF[0]], len(HALF), len(ENDS)
     half_report = len(HALF_REPORT)
 
@@ -164,6 +131,7 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             seen |= 1 if b[moves_ + i] * b[window_ + i] != 0.0 else 0
 
         for i in range(W if seen != 0 else 0):
+            h = b[h_ + i]
             omega, alpha, drive = b[speed1_ + i], b[alpha1_ + i], b[drive_ + i]
             x0, y0, x1, y1 = b[x0_ + i], b[y0_ + i], b[x1_ + i], b[y1_ + i]
             vx0, vy0, vx1, vy1 = b[vx0_ + i], b[vy0_ + i], b[vx1_ + i], b[vy1_ + i]
@@ -177,11 +145,13 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             z_turns |= bit if turns(b[vz0_ + i], b[vz1_ + i]) else 0
             speed_turns |= bit if turns(b[alpha0_ + i], alpha) else 0
             twist_turns |= bit if turns(b[speed0_ + i] - drive, omega - drive) else 0
-            u_turns |= bit if turns(du0, du) else 0
+            top = turns(du0, du) and (du0 > 0.0 or least_of(u0, u, du0, du, h) < 0.0)
+            u_turns |= bit if top else 0
             torque_tops |= bit if b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0 else 0
-            rho_turns |= bit if turns(outward0, outward1) else 0
             passing |= bit if (y0 < 0.0) != (y1 < 0.0) else 0
             level = b[gap_ + i] * b[gap_ + i]
+            low = rho0 > level and least_of(rho0, rho1, 2.0 * outward0, 2.0 * outward1, h) < level
+            rho_turns |= bit if turns(outward0, outward1) and (outward0 > 0.0 or low) else 0
             rock0, rock1 = u0 > 0.0, u > 0.0
             free0, free1 = b[speed0_ + i] > b[stuck_ + i], omega > b[stuck_ + i]
             rock |= bit if rock0 != rock1 else 0
@@ -190,7 +160,6 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             touching |= bit if (rho0 > level) or (rho1 > level) else 0
 
             # Time on each side of a level: whole steps here, steps with a crossing lane by lane below.
-            h = b[h_ + i]
             shown = h if bit != 0 else 0.0
             b[on_rock_ + i] += shown if (rock0 and rock1) else 0.0
             b[unstuck_ + i] += shown if (free0 and free1) else 0.0
@@ -241,108 +210,8 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
                 b[rolled_ + i] += fma(weight0, whirl0, weight1 * whirl1)
                 b[turned_ + i] += fma(weight0, b[speed0_ + i], weight1 * b[speed1_ + i])
 
-        if z_turns != 0:
-            tops = 0
-            for i in range(W):
-                turning, rising = ((z_turns >> i) & 1) != 0, b[vz0_ + i] > 0.0
-                h = b[h_ + i]
-                p0, p1, p2, p3, p4, p5 = quintic(
-                    b[z0_ + i], h * b[vz0_ + i], h * h * b[az0_ + i], b[z1_ + i], h * b[vz1_ + i], h * h * b[az1_ + i])
-                found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * b[vz1_ + i]))
-                b[z_max_ + i] = max(b[z_max_ + i], found) if turning and rising else b[z_max_ + i]
-                b[z_min_ + i] = min(b[z_min_ + i], found) if turning and not rising else b[z_min_ + i]
-                b[found_ + i] = found
-                tops |= (1 << i) if turning and rising else 0
-            keep_peaks(b, store, tops, found_, 0)
-        if speed_turns != 0:
-            tops = 0
-            for i in range(W):
-                turning, rising = ((speed_turns >> i) & 1) != 0, b[alpha0_ + i] > 0.0
-                h = b[h_ + i]
-                _, p1, p2, p3, p4, p5 = quintic(
-                    b[twist0_ + i], h * (b[speed0_ + i] - b[drive_ + i]), h * h * b[alpha0_ + i],
-                    b[twist1_ + i], h * (b[speed1_ + i] - b[drive_ + i]), h * h * b[alpha1_ + i])
-                q0, q1, q2, q3, q4, q5 = derivative(p1, p2, p3, p4, p5)
-                top = value(q0, q1, q2, q3, q4, q5, extreme(q1, q2, q3, q4, q5, h * h * b[alpha1_ + i]))
-                found = top / h + b[drive_ + i]
-                b[speed_max_ + i] = max(b[speed_max_ + i], found) if turning and rising else b[speed_max_ + i]
-                b[speed_min_ + i] = min(b[speed_min_ + i], found) if turning and not rising else b[speed_min_ + i]
-                b[found_ + i] = found
-                tops |= (1 << i) if turning and rising else 0
-            keep_peaks(b, store, tops, found_, 1)
-        if twist_turns != 0:
-            for i in range(W):
-                turning, rising = ((twist_turns >> i) & 1) != 0, b[speed0_ + i] - b[drive_ + i] > 0.0
-                h = b[h_ + i]
-                p0, p1, p2, p3, p4, p5 = quintic(
-                    b[twist0_ + i], h * (b[speed0_ + i] - b[drive_ + i]), h * h * b[alpha0_ + i],
-                    b[twist1_ + i], h * (b[speed1_ + i] - b[drive_ + i]), h * h * b[alpha1_ + i])
-                found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * (b[speed1_ + i] - b[drive_ + i])))
-                b[twist_max_ + i] = max(b[twist_max_ + i], found) if turning and rising else b[twist_max_ + i]
-                b[twist_min_ + i] = min(b[twist_min_ + i], found) if turning and not rising else b[twist_min_ + i]
-        if u_turns != 0:
-            for i in range(W):
-                turning, rising = ((u_turns >> i) & 1) != 0, b[du0_ + i] > 0.0
-                h = b[h_ + i]
-                u0, u1 = b[u0_ + i], b[u1_ + i]
-                p0, p1, p2, p3, p4, p5 = quintic(
-                    u0, h * b[du0_ + i], h * h * b[ddu0_ + i], u1, h * b[du1_ + i], h * h * b[ddu1_ + i])
-                found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * b[du1_ + i]))
-                b[u_max_ + i] = max(b[u_max_ + i], found) if turning and rising else b[u_max_ + i]
-                # A graze: both ends on one side of the surface, the turn on the other.
-                grazes = (u0 > 0.0) == (u1 > 0.0) and (u0 > 0.0) != (found > 0.0)
-                rock |= (1 << i) if grazes and turning else 0
-        if torque_tops != 0:
-            for i in range(W):
-                h = b[h_ + i]
-                p0, p1, p2, p3, p4, p5 = cubic(b[T0_ + i], h * b[dT0_ + i], b[T1_ + i], h * b[dT1_ + i])
-                found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * b[dT1_ + i]))
-                b[torque_max_ + i] = max(b[torque_max_ + i], found) if (torque_tops >> i) & 1 else b[torque_max_ + i]
-        if rho_turns != 0:
-            tops = 0
-            for i in range(W):
-                h = b[h_ + i]
-                rho0, d0, c0 = squared_radius(b, i, x0_, vx0_, ax0_, y0_, vy0_, ay0_)
-                rho1, d1, c1 = squared_radius(b, i, x1_, vx1_, ax1_, y1_, vy1_, ay1_)
-                p0, p1, p2, p3, p4, p5 = quintic(rho0, h * d0, h * h * c0, rho1, h * d1, h * h * c1)
-                found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * d1))
-                turning, rising = ((rho_turns >> i) & 1) != 0, d0 > 0.0
-                b[rho_max_ + i] = max(b[rho_max_ + i], found) if turning and rising else b[rho_max_ + i]
-                tops |= (1 << i) if turning and rising else 0
-                level = b[gap_ + i] * b[gap_ + i]
-                grazes = (rho0 > level) == (rho1 > level) and (rho0 > level) != (found > level)
-                wall |= (1 << i) if grazes and turning else 0
-                b[found_ + i] = np.sqrt(max(found, 0.0))
-            keep_peaks(b, store, tops, found_, 2)
-
-        crossed = rock | stuck | wall
-        while crossed != 0:
-            i = lowest_bit(crossed)
-            crossed &= crossed - 1
-            h = b[h_ + i]
-            if (rock >> i) & 1:
-                p0, p1, p2, p3, p4, p5 = quintic(
-                    b[u0_ + i], h * b[du0_ + i], h * h * b[ddu0_ + i],
-                    b[u1_ + i], h * b[du1_ + i], h * h * b[ddu1_ + i])
-                part = share_above(p0, p1, p2, p3, p4, p5, h * b[du1_ + i], 0.0)
-                # A graze from above was counted as a whole step.
-                whole = 1.0 if (p0 > 0.0 and b[u1_ + i] > 0.0) else 0.0
-                b[on_rock_ + i] += h * (part - whole)
-            if (stuck >> i) & 1:
-                _, p1, p2, p3, p4, p5 = quintic(
-                    b[twist0_ + i], h * (b[speed0_ + i] - b[drive_ + i]), h * h * b[alpha0_ + i],
-                    b[twist1_ + i], h * (b[speed1_ + i] - b[drive_ + i]), h * h * b[alpha1_ + i])
-                q0, q1, q2, q3, q4, q5 = derivative(p1, p2, p3, p4, p5)
-                level = (b[stuck_ + i] - b[drive_ + i]) * h
-                b[unstuck_ + i] += h * share_above(q0, q1, q2, q3, q4, q5, h * h * b[alpha1_ + i], level)
-            if (wall >> i) & 1:
-                rho0, d0, c0 = squared_radius(b, i, x0_, vx0_, ax0_, y0_, vy0_, ay0_)
-                rho1, d1, c1 = squared_radius(b, i, x1_, vx1_, ax1_, y1_, vy1_, ay1_)
-                p0, p1, p2, p3, p4, p5 = quintic(rho0, h * d0, h * h * c0, rho1, h * d1, h * h * c1)
-                level = b[gap_ + i] * b[gap_ + i]
-                part = share_above(p0, p1, p2, p3, p4, p5, h * d1, level)
-                whole = 1.0 if (rho0 > level and rho1 > level) else 0.0
-                b[on_wall_ + i] += h * (part - whole)
+        if (z_turns | speed_turns | twist_turns | u_turns | torque_tops | rho_turns | rock | stuck | wall) != 0:
+            attend(b, store, z_turns, speed_turns, twist_turns, u_turns, torque_tops, rho_turns, rock, stuck, wall)
 
         # Returns to the section: a lobe or a revolution, hence once in many steps.
         while returning != 0:
@@ -352,7 +221,7 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             turned = fma(drive, b[time_ + i], b[phase_ + i])
             end = b[twist1_ + i] + fma(drive, b[time_ + i] + h, b[phase_ + i])
             peaks, returns = int(store[PEAKS]), int(store[RETURNS])
-            ring = HEADER + W * 3 * (peaks + 1) + i * (1 + ENTRY * returns)
+            ring = RINGS + W * RINGS_OF_PEAKS * (peaks + 1) + i * (1 + ENTRY * returns)
             while end >= b[level_ + i]:
                 level = b[level_ + i]
                 theta = bit_angle_crossing(
@@ -387,14 +256,15 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
     @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
               W, lobes, companions)
     def marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+        settle(b, store)
         # The lane stands at the mark: its state is in the stage rows, and the quantities at the end of the step are
         # its.
         angle = half_plane_angle(b[x1_ + i], b[y1_ + i])
         rho = fma(b[x1_ + i], b[x1_ + i], b[y1_ + i] * b[y1_ + i])
         returns = int(store[RETURNS])
-        width, width_of_section = 3 * (int(store[PEAKS]) + 1), 1 + ENTRY * returns if returns > 0 else 0
-        rings = HEADER + i * width
-        section = HEADER + W * width + i * width_of_section
+        width, width_of_section = RINGS_OF_PEAKS * (int(store[PEAKS]) + 1), 1 + ENTRY * returns if returns > 0 else 0
+        rings = RINGS + i * width
+        section = RINGS + W * width + i * width_of_section
         if mark == OPENS:
             for k in range(width):
                 store[rings + k] = 0.0
@@ -412,6 +282,8 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             b[u_max_ + i] = max(b[u_max_ + i], b[u1_ + i])
             b[torque_max_ + i] = max(b[torque_max_ + i], b[T1_ + i])
             b[rho_max_ + i] = max(b[rho_max_ + i], rho)
+            for k in range(0, parts_count * W, W):
+                b[sums_ + k + i] += b[parts_ + k + i]
             first = column if mark != CLOSES else column + half_report
             for k in range(half_count):
                 report[first + k] = b[half_ + k * W + i]
@@ -420,10 +292,14 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             if mark == CLOSES:
                 for k in range(width):
                     report[column + 2 * half_report + k] = store[rings + k]
+                for k in range(width - int(store[PEAKS]), width):  # of the radius the ring has squares
+                    report[column + 2 * half_report + k] = np.sqrt(max(store[rings + k], 0.0))
                 for k in range(width_of_section):
                     report[column + 2 * half_report + width + k] = store[section + k]
         for k in range(half_count):
             b[half_ + k * W + i] = 0.0
+        for k in range(parts_count):
+            b[parts_ + k * W + i] = 0.0
         b[z_min_ + i] = b[z1_ + i]
         b[z_max_ + i] = b[z1_ + i]
         b[speed_min_ + i] = b[speed1_ + i]

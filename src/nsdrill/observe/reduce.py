@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.model.rhs import INDEX
-from nsdrill.observe.features import ANCHORS, EXTREMES, HALF_REPORT, SUMS
+from nsdrill.observe.layout import ANCHORS, EXTREMES, HALF_REPORT, SUMS
 from nsdrill.observe.section import returns_of, section_width
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

@@ -10,8 +10,8 @@ from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES
-from nsdrill.observe.features import OBSERVED
 from nsdrill.observe.interpolant import quintic, slope, value
+from nsdrill.observe.layout import OBSERVED
 
 # The store: next sample, interval [s], capacity, when the lane's clock was set to zero [s], then the samples, each with
 # all states.

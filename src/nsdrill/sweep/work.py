@@ -30,7 +30,8 @@ from nsdrill.model.tangent import COMPANIONS, make_tangent
 from nsdrill.observe.classify import classify
 from nsdrill.observe.exponent import GROWTH, exponent_of, growth_header, make_growth, seed_deviation
 from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
-from nsdrill.observe.features import GROWTH_HEADER, OBSERVED, make_observer, new_store, report_width
+from nsdrill.observe.features import make_observer
+from nsdrill.observe.layout import GROWTH_HEADER, OBSERVED, new_store, report_width
 from nsdrill.observe.motion import in_the_bit_frame, period, zero_one
 from nsdrill.observe.reduce import features, peaks, section
 from nsdrill.observe.section import REVOLUTION, coordinates

@@ -1,0 +1,54 @@
+"""Where the observer keeps what: its rows of the lane buffer, its store, its columns of the outbox."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from nsdrill.observe.section import REVOLUTION, section_width
+
+# Quantities at an end of a step that are not states: interference u of bit and rock with its rates, bit torque and its
+# rate, radius and its rate.
+ENDS = ("u", "du", "ddu", "torque", "dtorque", "radius", "dradius")
+# Measured in each half. Extremes first, then sums over time, then anchors at the half's start.
+EXTREMES = ("z_min", "z_max", "speed_min", "speed_max", "twist_min", "twist_max", "u_max", "torque_max", "rho_max")
+SUMS = ("on_rock", "unstuck", "on_wall", "radius_sum", "twist_sum", "lateral_square", "axial_square", "half_turns",
+        "rolled", "turned")  # fmt: skip
+ANCHORS = ("twist_start", "angle_start")
+HALF = EXTREMES + SUMS + ANCHORS
+# Of the first three sums what comes from steps with a crossing; the bit angle of the next return to the section; a row
+# that nobody reads.
+PARTS = ("on_rock_part", "unstuck_part", "on_wall_part")
+OBSERVED = (*(f"{name}_before" for name in ENDS), *(f"{name}_now" for name in ENDS), *HALF, *PARTS, "level", "spare")
+# What a half leaves in the outbox: the sums so far, its length and the state of the slow angles at its end.
+HALF_REPORT = (*HALF, "twist_end", "angle_end")
+
+# A list of events (:mod:`nsdrill.observe.events`): as many columns of as many rows, then the number of events.
+COLUMNS = 11
+SIDE_BY_SIDE = 16  # two vector registers: one works while the other waits
+COUNT = COLUMNS * SIDE_BY_SIDE
+LIST = COUNT + 1
+
+# The store begins with the numbers of peaks and of returns to the section that are kept, the angle between returns, and
+# room for what measures the growth of a deviation. Then the lists of turns and of crossings, a ring that nobody reads,
+# and the rings of the lanes.
+PEAKS, RETURNS, SPACING, GROWTH_HEADER = range(4)
+TURNS = GROWTH_HEADER + 2
+CROSSINGS = TURNS + LIST
+SPARE = CROSSINGS + LIST
+RINGS = SPARE + 1 + SIDE_BY_SIDE
+# Rings of peaks in each lane: z, bit speed, radius.
+RINGS_OF_PEAKS = 3
+
+
+def report_width(peaks: int, returns: int = 0) -> int:
+    """Columns that the observer fills in the outbox: two halves, count and ring of the peaks of z, speed and r, and
+    those of the section."""
+    return 2 * len(HALF_REPORT) + RINGS_OF_PEAKS * (peaks + 1) + section_width(returns)
+
+
+def new_store(lanes: int, peaks: int, returns: int = 0, spacing: float = REVOLUTION) -> np.ndarray:
+    """The observer's store: its header, the lists of events, then for each lane the rings of the peaks, then for each
+    that of the section."""
+    store = np.zeros(RINGS + lanes * (RINGS_OF_PEAKS * (peaks + 1) + section_width(returns)))
+    store[PEAKS], store[RETURNS], store[SPACING] = peaks, returns, spacing
+    return store
