@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, start_of
 from reference import Case
-from sweep.runs import run_from, run_work, work_for
+from sweep.runs import collect, finish, run_from, run_work, work_for
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.variables import FEATURES
+from nsdrill.variables import FEATURES, OK, STEP_LIMIT
 from observe.sampled import Sampled, sample
 
 STUCK_BELOW = 0.5
@@ -240,3 +240,31 @@ def test_bit_that_stands_on_the_threshold_counts_as_stuck() -> None:
     below = run_from(work_for(case, simulation, stuck_below=case.speed * (1 + 1e-9)), start[None])
     assert above["stuck_fraction"][0] == 0
     assert below["stuck_fraction"][0] == 1
+
+
+def test_lanes_that_all_turn_in_the_same_step_measure_as_one_alone() -> None:
+    """Twins: in each of their steps all or none have an event, so that the list of events fills within a step, of one
+    quantity, and again within the same step."""
+    window = Simulation(0.5, 3.0)
+    alone = run_from(work_for(BOUNCING, window), start_of(BOUNCING)[None], lanes=1)
+    twins = run_from(
+        work_for(BOUNCING, window, depth=np.full(40, BOUNCING.depth)), np.tile(start_of(BOUNCING), (40, 1)), lanes=32)
+    for name, values in twins.items():
+        assert np.array_equal(values, np.repeat(alone[name], 40, axis=0), equal_nan=True), name
+
+
+def test_a_run_that_fails_leaves_no_events_to_the_next_one_in_its_lane() -> None:
+    """One lane: what happened in the last steps of a run that ran out of steps is still in the lists when the next
+    run's window opens, and must not be counted in it."""
+    states = np.tile(start_of(BOUNCING), (2, 1))
+    work = work_for(BOUNCING, Simulation(0.0, 3.0), depth=[1500.0, BOUNCING.depth])
+    *prepared, _ = work.prepare(np.arange(2))
+    gang = work.new_gang(1, 2)
+    for point, limit in ((1, 60), (0, 1e9)):
+        gang.settings["limit"] = limit
+        gang.add_many(np.array([point]), *(values[[point]] for values in prepared), states[[point]])
+    after = collect(work, finish(work, gang))
+    alone = run_from(work_for(BOUNCING, Simulation(0.0, 3.0), depth=[1500.0]), states[:1], lanes=1)
+    assert after["status"].tolist() == [OK, STEP_LIMIT]
+    for name in FEATURES:
+        assert after[name][0] == alone[name][0], name
