@@ -2,9 +2,9 @@
 
     python -m benchmarks.scaling [--quick] [--out scaling]
 
-Short runs (1 s transient, 1 s observed) from 10^2 to 10^5 points; a study of 10^6 points through the command line, with
-its largest resident memory; times from the command to the first step, with a full and with an empty compilation cache;
-one thread against two; a whole study of the paper on one core. Wall time throughout: leave the machine alone.
+Runs of 100 s and of 10 s in sweeps of 10^2 to 10^5 points; a study of 10^6 points through the command line, with its
+largest resident memory; times from the command to the first step, with a full and with an empty compilation cache; one
+thread against two; a whole study of the paper on one core. Wall time throughout: leave the machine alone.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.machine import describe, spread, table, where, write
+from nsdrill.kernel.gang import choose_lanes
 
 ROOT = Path(__file__).parents[1]
 STUDY = """title: Scaling
@@ -42,7 +43,7 @@ from nsdrill.kernel.stepper import make_stepper
 from nsdrill.study import load_study
 from nsdrill.sweep.work import compiled_parts
 work = work_of(load_study(sys.argv[1]))
-compiled_parts(8, *(work.variant if hasattr(work, "variant") else (work.hertz,)))
+compiled_parts(8, *work.variant)
 gang = work.new_gang(8, 64)
 gang.add_many(np.arange(4), *work.prepare(np.arange(4)))
 make_advance(8, gang.rows), make_stepper(8, gang.rows)
@@ -52,7 +53,7 @@ print(time.time() - float(sys.argv[2]))
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="to 10^4 points, memory at 2 10^4, no whole study")
+    parser.add_argument("--quick", action="store_true", help="to 10^3 points, memory at 2 10^4, no whole study")
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
     arguments = parser.parse_args()
     machine = describe()
@@ -61,23 +62,23 @@ def main() -> None:
         begin = _beginnings(Path(folder))
         memory = [_memory(Path(folder), n) for n in ((100, 20_000) if quick else (100, 10_000, 1_000_000))]
         study = None if quick else _whole_study(Path(folder))
-    cost = _cost((100, 1_000, 10_000) if quick else (100, 1_000, 10_000, 100_000))
-    threads = _threads(5_000 if quick else 20_000)
-    flat = max(c["microseconds"] for c in cost) / min(c["microseconds"] for c in cost) - 1
+    sides = (10, 32) if quick else (10, 32, 100, 316)
+    cost = [entry for duration in (100.0, 10.0) for entry in _cost(sides, duration)]
+    threads = _threads(12 if quick else 32)
     text = "\n\n".join([
         "# Scaling", where(machine),
-        "## Cost per point\n\nOne thread, eight lanes, 1 s + 1 s each; engine, features and classification included; "
-        f"median of three. Largest over least: {flat:+.0%}.\n\n" + table(
-            ("points", "us per point", "ns per step", "lanes in use"),
-            [(c["points"], f"{c['microseconds']:.1f}", f"{c['ns_per_step']:.0f}", f"{c['lane_use']:.0%}")
-             for c in cost]),
+        f"## Cost per point\n\nOne thread, {choose_lanes(100)} lanes; engine, features and classification included; "
+        "medians of three, the longest once.\n\n" + table(
+            ("duration [s]", "points", "us per point", "ns per step", "lanes in use"),
+            [(f"{c['duration']:g}", c["points"], f"{c['microseconds']:.1f}", f"{c['ns_per_step']:.0f}",
+              f"{c['lane_use']:.0%}") for c in cost]),
         "## Memory\n\n`nsdrill run`, results file and all; 1 ms + 1 ms each.\n\n" + table(
             ("points", "largest resident [MB]", "s", "results file [MB]"),
             [(m["points"], f"{m['megabytes']:.0f}", f"{m['seconds']:.1f}", f"{m['file_megabytes']:.1f}")
              for m in memory]),
         "## To begin\n\nMedian, least and largest.\n\n" + table(
             ("what", "s"), [(name, spread(values, "{:.2f}")) for name, values in begin.items()]),
-        f"## Threads\n\n{threads['points']} points: one worker {threads['one']:.2f} s, two workers "
+        f"## Threads\n\n{threads['points']} points of 100 s: one worker {threads['one']:.2f} s, two workers "
         f"{threads['two']:.2f} s: {threads['one'] / threads['two']:.2f} times.",
         "## A whole study\n\n" + (
             "Not run." if study is None else
@@ -88,38 +89,42 @@ def main() -> None:
         "machine": machine, "cost": cost, "memory": memory, "begin": begin, "threads": threads, "study": study})
 
 
-def _cost(counts: tuple[int, ...]) -> list[dict[str, Any]]:
-    from benchmarks.workload import mixed, sweep
+def _cost(sides: tuple[int, ...], duration: float) -> list[dict[str, Any]]:
+    from benchmarks.workload import middles, sweep
 
-    works = {n: mixed(max(n // 100, 10), min(n // 10, 100), 1.0, 1.0) for n in counts}
-    sweep(works[counts[0]], 8)
-    taken: dict[int, list[tuple[float, float, float]]] = {n: [] for n in counts}
-    for _ in range(3):
-        for n, work in works.items():
-            repeats = max(1, 1000 // work.plan.points)
+    lanes = choose_lanes(100)
+    works = {side: middles(side, duration) for side in sides}
+    sweep(middles(4, 1.0), lanes)
+    taken: dict[int, list[tuple[float, float, float]]] = {side: [] for side in sides}
+    for turn in range(3):
+        for side, work in works.items():
+            if turn > 0 and work.plan.points * duration > 2e6:
+                continue
+            repeats = max(1, round(1e5 / (work.plan.points * duration)))
             begun = time.perf_counter()
             for _ in range(repeats):
-                _, progress = sweep(work, 8)
+                _, progress = sweep(work, lanes)
             seconds = (time.perf_counter() - begun) / repeats
-            taken[n].append((
+            taken[side].append((
                 seconds / work.plan.points * 1e6, seconds / progress.lane_steps * 1e9,
                 progress.lanes_in_use))
     return [
-        dict(zip(("points", "microseconds", "ns_per_step", "lane_use"),
-                 (works[n].plan.points, *np.median(taken[n], axis=0).tolist()), strict=True))
-        for n in counts]
+        {"duration": duration} | dict(zip(
+            ("points", "microseconds", "ns_per_step", "lane_use"),
+            (works[side].plan.points, *np.median(taken[side], axis=0).tolist()), strict=True))
+        for side in sides]
 
 
-def _threads(points: int) -> dict[str, Any]:
-    from benchmarks.workload import mixed, sweep
+def _threads(side: int) -> dict[str, Any]:
+    from benchmarks.workload import middles, sweep
 
-    work = mixed(points // 100, 100, 1.0, 1.0)
+    work = middles(side, 100.0)
     taken: dict[int, list[float]] = {1: [], 2: []}
     for _ in range(3):
         for workers in taken:
             with ThreadPoolExecutor(workers) as executor:
                 begun = time.perf_counter()
-                sweep(work, 8, executor, workers)
+                sweep(work, choose_lanes(work.plan.points // workers), executor, workers)
                 taken[workers].append(time.perf_counter() - begun)
     return {"points": work.plan.points, "one": float(np.median(taken[1])), "two": float(np.median(taken[2]))}
 

@@ -7,13 +7,22 @@ is checked against it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
-POINT = ("procedure", "depth", "wob", "rotary_speed")
+AXES = ("depth", "wob", "rotary_speed")
+POINT = ("procedure", *AXES)
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
 PROCEDURES = ("same", "up", "down")
 FORMAT_VERSION = 1
 
 PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED = range(6)
+
+
+def has_failed(status: Any) -> Any:
+    """Which runs came to no good end; an array of booleans from an array of statuses."""
+    return (status != PENDING) & (status != OK) & (status != INFERRED)
+
+
 BIT_BOUNCE, STICK_SLIP, WHIRL = 1, 2, 4
 NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR = range(5)
 UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(6)

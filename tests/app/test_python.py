@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from interrupts import Interrupt
 
 import nsdrill
 from nsdrill.app.run import Interrupted, run_study
@@ -52,18 +53,11 @@ def test_workers_and_lanes_change_no_bit(shared: Path, tmp_path: Path, name: str
 @pytest.mark.parametrize("name", ["small", "map"])
 @pytest.mark.parametrize("after", [1, 2])
 def test_interrupt_between_slices(shared: Path, tmp_path: Path, name: str, after: int) -> None:
-    study, seen = nsdrill.load_study(shared / f"{name}.yaml"), 0
-
-    def interrupt(progress: object) -> None:
-        nonlocal seen
-        seen += 1
-        if seen == after:
-            raise KeyboardInterrupt
-
+    study = nsdrill.load_study(shared / f"{name}.yaml")
     out = tmp_path / "out.h5"
     stop = None
     try:
-        run_study(study, out, workers=1, lanes=1, watch=interrupt)
+        run_study(study, out, workers=1, lanes=1, watch=Interrupt(after))
     except Interrupted as error:
         stop = error
     if stop is not None:  # so few points may all be there before

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from interrupts import Interrupt
 
 import nsdrill
 from nsdrill.app.check import check
@@ -103,16 +104,8 @@ def test_an_interrupted_run_goes_on(
     run_study(study, one, workers=2, lanes=8)
     resumed = 0
     while not out.exists():
-        seen = 0
-
-        def interrupt(progress: object) -> None:
-            nonlocal seen
-            seen += 1
-            if seen == after:
-                raise KeyboardInterrupt
-
         try:
-            run_study(study, out, resume=True, workers=1, lanes=4, watch=interrupt)
+            run_study(study, out, resume=True, workers=1, lanes=4, watch=Interrupt(after))
         except Interrupted:
             resumed += 1
             assert not np.any(read_partial(part_path(out), ["status"])["status"] == INFERRED)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from interrupts import Interrupt
 
 import nsdrill
 from nsdrill.app.report import reclassify
@@ -91,16 +92,8 @@ def test_an_interrupted_retry_goes_on(
     monkeypatch.setattr("nsdrill.sweep.engine.SLICE", 0.002)
     low, high = limits(text, tmp_path)
     run_study(study_of(text, low), out)
-    seen = 0
-
-    def interrupt(progress: object) -> None:
-        nonlocal seen
-        seen += 1
-        if seen == after:
-            raise KeyboardInterrupt
-
     with pytest.raises(Interrupted):
-        run_study(study_of(text, high), out, retry_failed=True, workers=1, lanes=1, watch=interrupt)
+        run_study(study_of(text, high), out, retry_failed=True, workers=1, lanes=1, watch=Interrupt(after))
     with pytest.raises(FileError, match="another study"):
         run_study(study_of(text, low), out, resume=True)
     run_study(study_of(text, high), out, resume=True)
@@ -113,12 +106,8 @@ def test_an_unfinished_run_takes_the_larger_limit_too(
 ) -> None:
     monkeypatch.setattr("nsdrill.sweep.engine.SLICE", 0.002)
     low, _ = limits(GRID, tmp_path)
-
-    def interrupt(progress: object) -> None:
-        raise KeyboardInterrupt
-
     with pytest.raises(Interrupted):
-        run_study(study_of(GRID, low), out, workers=1, lanes=1, watch=interrupt)
+        run_study(study_of(GRID, low), out, workers=1, lanes=1, watch=Interrupt())
     with RunLog.open(part_path(out)) as log:
         missing = int(np.count_nonzero(~log.done()))
     assert missing > 0

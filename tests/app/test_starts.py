@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from interrupts import Interrupt
 
 import nsdrill
 from nsdrill.analysis.attractors import wilson
@@ -76,21 +77,14 @@ def test_in_memory(made: Path) -> None:
 
 
 def test_resumed(made: Path, tmp_path: Path) -> None:
-    path, seen = tmp_path / "out.h5", 0
-
-    def interrupt(progress: object) -> None:
-        nonlocal seen
-        seen += 1
-        if seen == 2:
-            raise KeyboardInterrupt
-
+    path = tmp_path / "out.h5"
     from nsdrill.sweep import engine
 
     slow = parse_study(TEXT)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(engine, "SLICE", 0.002)
         with pytest.raises(Interrupted) as caught:
-            run_study(slow, path, workers=1, lanes=1, watch=interrupt)
+            run_study(slow, path, workers=1, lanes=1, watch=Interrupt(2))
     assert 0 < caught.value.done < 14
     partial = read_partial(part_path(path))
     assert not np.any(partial["attractor"]), "not before all starts are there"

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from interrupts import Interrupt
 
 import nsdrill
 from nsdrill.analysis.window import classes
@@ -97,16 +98,8 @@ def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monke
     run_study(study, one, workers=2, lanes=8)
     stages = set()
     while not out.exists():
-        seen = 0
-
-        def interrupt(progress: object) -> None:
-            nonlocal seen
-            seen += 1
-            if seen == after:
-                raise KeyboardInterrupt
-
         try:
-            run_study(study, out, resume=True, workers=1, lanes=4, watch=interrupt)
+            run_study(study, out, resume=True, workers=1, lanes=4, watch=Interrupt(after))
         except Interrupted:
             there = read_partial(part_path(out))
             ran = there["status"] == OK

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nsdrill.sweep.plan import AXES, Plan
+from nsdrill.sweep.plan import Plan
+from nsdrill.variables import AXES
 
 SIZES = st.tuples(*[st.integers(1, 6)] * 3)
 PROCEDURES = st.sampled_from(["same", "up", "down", "up-down"])

@@ -14,9 +14,7 @@ import numpy as np
 
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
-from nsdrill.variables import BY_NAME
-
-AXES = ("depth", "wob", "rotary_speed")
+from nsdrill.variables import AXES, BY_NAME
 
 
 @dataclass(frozen=True)

@@ -18,9 +18,8 @@ from nsdrill.analysis.plane import largest_margin, regions
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.observe.trust import RESPONSE_DIFFERS, verdict
-from nsdrill.variables import BIT_BOUNCE, INFERRED, LABELS, OK, STICK_SLIP, WHIRL
+from nsdrill.variables import AXES, BIT_BOUNCE, INFERRED, LABELS, OK, STICK_SLIP, WHIRL
 
-AXES = ("depth", "wob", "rotary_speed")
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across, the next one up
 SAFE, RIM, CRITICAL = 2, 1, 0
 STATES = ("critical", "rim", "safe")

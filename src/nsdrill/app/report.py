@@ -22,11 +22,22 @@ from nsdrill.observe.trust import AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, tru
 from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
-from nsdrill.variables import BY_NAME, CHECKS, INFERRED, OK, PENDING, POINT, TRACE_VARIABLES, VARIABLES
+from nsdrill.variables import (
+    AXES,
+    BY_NAME,
+    CHECKS,
+    INFERRED,
+    OK,
+    PENDING,
+    POINT,
+    TRACE_VARIABLES,
+    VARIABLES,
+    has_failed,
+)
 
 TRACE_UNITS = {variable.name: variable.units for variable in TRACE_VARIABLES}
 TRACE_MEANINGS = {variable.name: variable.long_name for variable in TRACE_VARIABLES}
-SUMMARY = (
+SHOWN = (
     "stick_slip_index", "stuck_fraction", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio", "bit_force_max",
     "bit_torque_max", "wall_force_max", "surface_torque_max", "lateral_acceleration_rms",
 )  # fmt: skip
@@ -50,7 +61,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         # Only a run log has points that are still to come.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),
-        "axes": {name: _axis(results, name) for name in ("depth", "wob", "rotary_speed")},
+        "axes": {name: _axis(results, name) for name in AXES},
         "procedures": [str(p) for p in results.coords["procedure"]],
         "points": int(status.size),
         "status": _counts("status", status),
@@ -70,7 +81,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
             procedure: _counts("motion", results["motion"][i][ok[i]])
             for i, procedure in enumerate(summary["procedures"])}
     summary["settled"] = int(np.count_nonzero(results["settled"][ok]))
-    for name in SUMMARY:
+    for name in SHOWN:
         values = results[name][ok]
         values = values[np.isfinite(values)]
         if values.size:
@@ -78,7 +89,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
                 "min": float(values.min()), "max": float(values.max()), "units": BY_NAME[name].units,
                 "meaning": BY_NAME[name].long_name,
             }  # fmt: skip
-    failed = np.argwhere(~known & (status != PENDING))
+    failed = np.argwhere(has_failed(status))
     summary["failed"] = [
         {
             "procedure": summary["procedures"][p],
@@ -120,7 +131,7 @@ def trust_of(results: Results) -> dict[str, Any]:
     changed, failed = [], {}
     for check in CHECKS:
         status, response = results[f"{check}_status"], results[f"{check}_response"]
-        failed[check] = int(np.count_nonzero((status != OK) & (status != PENDING)))
+        failed[check] = int(np.count_nonzero(has_failed(status)))
         differs = (status == OK) & (response != results["response"])
         pairs, points = np.unique(np.stack([results["response"][differs], response[differs]]), axis=1,
                                   return_counts=True)
@@ -165,7 +176,7 @@ def intervals(results: Results) -> list[dict[str, Any]]:
 
 
 def _summarize_trace(trace: Trace) -> dict[str, Any]:
-    wanted = ("title", "created", "nsdrill_version", "depth", "wob", "rotary_speed", "procedure", "status", "steps",
+    wanted = ("title", "created", "nsdrill_version", *AXES, "procedure", "status", "steps",
               "rejected")  # fmt: skip
     plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
     ramps = json.loads(trace.attrs.get("ramps", "{}"))
@@ -187,7 +198,7 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
 
 def _sizes(study: Study, results: Results) -> np.ndarray:
     """The natural sizes of the states at every point, shape (*grid, 8)."""
-    axes = np.meshgrid(*(results.coords[name] for name in ("depth", "wob", "rotary_speed")), indexing="ij")
+    axes = np.meshgrid(*(results.coords[name] for name in AXES), indexing="ij")
     depth, wob, speed = (axis.ravel() for axis in axes)
     size = sizes(pack(study.parameters, depth, wob, speed)).reshape(*axes[0].shape, -1)
     grid = results["status"].shape

@@ -39,7 +39,7 @@ from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Progress
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
-from nsdrill.variables import OK, PENDING, Kept
+from nsdrill.variables import PENDING, Kept, has_failed
 
 
 @dataclass(frozen=True)
@@ -199,7 +199,7 @@ def _header(study: Study) -> dict[str, Any]:
 
 def _failed(log: Sink) -> int:
     status = log.status()
-    return int(np.count_nonzero((status != OK) & (status != PENDING)))
+    return int(np.count_nonzero(has_failed(status)))
 
 
 def _compute(
@@ -240,7 +240,7 @@ def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
     """The log with its failed points pending, and with those that follow them in a chain, which may become others.
     All in one step, as no chain may be left with a beginning and an end that do not belong together."""
     status = log.status()
-    again = (status != OK) & (status != PENDING)
+    again = has_failed(status)
     if plan.chain_length > 1:
         for chain in range(plan.chains):
             points = plan.points_of(chain, np.arange(plan.chain_length))
@@ -263,7 +263,7 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
     there = json.loads(attrs.get("study_resolved", "{}"))
     if attrs.get("study_sha256") != study.sha256 and not (retry_failed and _looser(study, there)):
         changes = [change for change in differences(there, study.resolved) if change[0] != "title"]
-        listed = "; ".join(f"{key}: {old} there, {new} here" for key, old, new in changes[:8])
+        listed = "; ".join(f"{key}: {_as_written(old)} there, {_as_written(new)} here" for key, old, new in changes[:8])
         may = ""
         if retry_failed:
             may = "With --retry-failed only simulation.max_steps may differ, and only be larger. "
@@ -284,6 +284,11 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
         raise FileError(
             f"{where}: its labels were made by nsdrill classify, with thresholds that new points would not have. "
             "Restore those of the study first: nsdrill classify without --set.")
+
+
+def _as_written(value: Any) -> str:
+    """A value as a study file has it; of a key that is not there, so."""
+    return "nothing" if value is None else value if isinstance(value, str) else json.dumps(value)
 
 
 def _looser(study: Study, there: dict[str, Any]) -> bool:

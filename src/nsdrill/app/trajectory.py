@@ -26,9 +26,9 @@ from nsdrill.observe.trace import make_tracer, samples_of, trace_store
 from nsdrill.store import read_attributes, read_point, read_results
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
-from nsdrill.sweep.plan import AXES, Plan
+from nsdrill.sweep.plan import Plan
 from nsdrill.units import format_quantity
-from nsdrill.variables import BY_NAME, INFERRED, OK, PENDING, SCHEDULED
+from nsdrill.variables import AXES, BY_NAME, INFERRED, OK, PENDING, SCHEDULED
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MOST_SAMPLES = 50_000_000

@@ -19,7 +19,7 @@ from nsdrill.observe.trust import trust_labels
 from nsdrill.store import Source, columns
 from nsdrill.sweep.again import Again
 from nsdrill.sweep.work import Work, compiled_parts
-from nsdrill.variables import CHECK_FEATURES, CHECKS, OK, PENDING, VARIABLES
+from nsdrill.variables import CHECK_FEATURES, CHECKS, OK, PENDING, VARIABLES, has_failed
 
 TIGHTER = 100.0
 LEAST_RTOL = 1e-13
@@ -105,7 +105,7 @@ def forget_failed(records: Array) -> None:
 
 def _failed(records: Array | dict[str, Array], check: str) -> Array:
     status = records[f"{check}_status"]
-    return np.asarray((status != OK) & (status != PENDING))
+    return np.asarray(has_failed(status))
 
 
 def _fields(records: Array) -> dict[str, Array]:

@@ -6,7 +6,7 @@ f(v) = g(v) [(mu_s - mu_d) / (1 + tau |v|) + mu_d] with the smoothed direction g
 from __future__ import annotations
 
 from nsdrill.abi import inlined
-from nsdrill.elementary import direction_joined, direction_reduced, fma
+from nsdrill.elementary import TWO_OVER_PI, direction_joined, direction_reduced, fma
 
 
 @inlined
@@ -21,3 +21,13 @@ def slip_factors(speed: float, unit: float, smoothing: float, decay: float) -> t
     per_both = unit * inverse
     g = direction_joined(scaled, above * decayed * per_both, base)
     return g, below * unit * per_both, both * inverse
+
+
+@inlined
+def coefficient(
+    speed: float, g: float, decayed: float, per_flat: float, smoothing: float, decay: float, rise: float, dynamic: float
+) -> tuple[float, float]:
+    """(f(v), f'(v)) from what :func:`slip_factors` gives and 1 / (1 + (eps v)^2); ``rise`` is mu_s - mu_d."""
+    m = fma(rise, decayed, dynamic)
+    fall = rise * decay * decayed * decayed
+    return g * m, fma(TWO_OVER_PI * smoothing * per_flat, m, g * (fall if speed < 0.0 else -fall))

@@ -16,8 +16,8 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled
-from nsdrill.elementary import TWO_OVER_PI, fma
-from nsdrill.model.friction import slip_factors
+from nsdrill.elementary import fma
+from nsdrill.model.friction import coefficient, slip_factors
 from nsdrill.model.lobes import multiple_cosine
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES, make_right_hand_side
 
@@ -64,12 +64,11 @@ def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
             surface = b[s0_ + i] * lobes * multiple_cosine(b[cosine_ + i], lobes)
             dforce = b[k_c_ + i] * fma(surface, b[dtwist_ + i], -b[dz_ + i]) if force > 0.0 else 0.0
             g, decayed = b[direction_ + i], b[decay_ + i]
-            m = fma(b[rise_b_ + i], decayed, b[mu_b_ + i])
-            dm = b[rise_b_ + i] * b[tau_b_ + i] * decayed * decayed
-            dm = dm if omega < 0.0 else -dm
             steep = b[eps_b_ + i] * omega
-            dg = TWO_OVER_PI * b[eps_b_ + i] / fma(steep, steep, 1.0)
-            dtorque = fma(dforce, g * m, force * fma(dg, m, g * dm) * domega)
+            arm, darm = coefficient(
+                omega, g, decayed, 1.0 / fma(steep, steep, 1.0), b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i],
+                b[mu_b_ + i])
+            dtorque = fma(dforce, arm, force * darm * domega)
 
             speed = np.sqrt(fma(vx, vx, vy * vy))
             along = fma(vx, dvx, vy * dvy) / max(speed, 1e-30)
@@ -104,12 +103,11 @@ def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
                 daround = (fma(dx, vy, x * dvy) - fma(dy, vx, y * dvx) - around * dr) * per_r
                 slip = b[slip_ + i] * per_r
                 dslip = fma(domega, b[R_c_ + i], daround)
-                m = fma(b[rise_w_ + i], decayed, b[mu_w_ + i])
-                dm = b[rise_w_ + i] * b[tau_w_ + i] * decayed * decayed
-                dm = dm if slip < 0.0 else -dm
                 steep = b[eps_w_ + i] * slip
-                dg = TWO_OVER_PI * b[eps_w_ + i] / fma(steep, steep, 1.0)
-                dfriction = fma(dnormal, g * m, normal * fma(dg, m, g * dm) * dslip)
+                mu, dmu = coefficient(
+                    slip, g, decayed, 1.0 / fma(steep, steep, 1.0), b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i],
+                    b[mu_w_ + i])
+                dfriction = fma(dnormal, mu, normal * dmu * dslip)
                 b[radial_ + i] = (dnormal - normal * per_r * dr) * per_r
                 b[tangential_ + i] = (dfriction - b[friction_ + i] * per_r * dr) * per_r
                 b[friction_ + i] = dfriction

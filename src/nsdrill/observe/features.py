@@ -17,7 +17,8 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, CLOSES, OPENS, Rows, compiled, inlined
-from nsdrill.elementary import TWO_OVER_PI, fma, lowest_bit
+from nsdrill.elementary import fma, lowest_bit
+from nsdrill.model.friction import coefficient
 from nsdrill.model.lobes import multiple_cosine, multiple_sine
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES
 from nsdrill.observe.events import make_events
@@ -108,24 +109,22 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             u = fma(amplitude, sine, -b[z1_ + i])
             du = fma(speed, cosine, -b[vz1_ + i])
             ddu = fma(amplitude * lobes, alpha * cosine, fma(-speed * lobes, omega * sine, -b[az1_ + i]))
-            # The bit torque is force times arm; the arm g(omega) m(omega) changes with the bit speed.
+            # The bit torque is force times arm; the arm changes with the bit speed.
             g, decayed = b[direction_ + i], b[decay_ + i]
             k_c = b[k_c_ + i]
             force = k_c * max(u, 0.0)
             dforce = k_c * du if u > 0.0 else 0.0
-            m = fma(b[rise_ + i], decayed, b[mu_ + i])
-            dm = b[rise_ + i] * b[tau_ + i] * decayed * decayed
-            dm = dm if omega < 0.0 else -dm
             scaled = b[eps_ + i] * omega
             flat = fma(scaled, scaled, 1.0)
             r = b[radius_now_ + i]
             inverse = 1.0 / (flat * r)
-            dg = TWO_OVER_PI * b[eps_ + i] * (r * inverse)
+            arm, darm = coefficient(
+                omega, g, decayed, r * inverse, b[eps_ + i], b[tau_ + i], b[rise_ + i], b[mu_ + i])
             b[u1_ + i] = u
             b[du1_ + i] = du
             b[ddu1_ + i] = ddu
-            b[T1_ + i] = force * (g * m)
-            b[dT1_ + i] = fma(dforce, g * m, force * fma(dg, m, g * dm) * alpha)
+            b[T1_ + i] = force * arm
+            b[dT1_ + i] = fma(dforce, arm, force * darm * alpha)
             b[r1_ + i] = r
             b[dr1_ + i] = fma(b[x1_ + i], b[vx1_ + i], b[y1_ + i] * b[vy1_ + i]) * (flat * inverse)
             seen |= 1 if b[moves_ + i] * b[window_ + i] != 0.0 else 0

@@ -24,7 +24,7 @@ from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges
 from nsdrill.plot.starts import flat, words
 from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, new_figure
-from nsdrill.variables import OK, PENDING, STATE_NAMES
+from nsdrill.variables import OK, STATE_NAMES, has_failed
 
 HEIGHT = 4.4
 NAMED, LEAST = 8, 0.005  # so many attractors have an entry of their own in the legend, with such a share or more
@@ -119,7 +119,7 @@ def _draw_dots(axes: Axes, initial: Array, number: Array, status: Array, found: 
     rest = number > len(colours)
     axes.plot(x[rest], y[rest], linestyle="none", marker="o", color="#808080", markersize=0.5 * size, markeredgewidth=0,
               gid="others")
-    failed = (status != OK) & (status != PENDING)
+    failed = has_failed(status)
     axes.plot(x[failed], y[failed], "kx", markersize=size, markeredgewidth=0.7, linestyle="none", gid="failed")
 
 

@@ -10,7 +10,7 @@ from typing import Any
 
 from nsdrill.data import Results
 from nsdrill.errors import InputError
-from nsdrill.variables import COORDINATES, TRACE_VARIABLES, VARIABLES
+from nsdrill.variables import AXES, COORDINATES, TRACE_VARIABLES, VARIABLES
 
 UNIT_SYSTEMS = ("si", "field")
 
@@ -125,13 +125,13 @@ def quantity(name: str, units: str = "si") -> Quantity:
 
 def operating_point(values: Mapping[str, Any], units: str) -> str:
     """The operating values that are there, in the order in which a driller says them: ``5000 m, 22.24 kN, 3 rad/s``."""
-    names = [name for name in ("depth", "wob", "rotary_speed") if values.get(name) is not None]
+    names = [name for name in AXES if values.get(name) is not None]
     return ", ".join(quantity(name, units).value(float(values[name])) for name in names)
 
 
 def fixed_values(results: Results) -> dict[str, float]:
     """The operating values that the sweep does not change."""
-    axes = ("depth", "wob", "rotary_speed")
+    axes = AXES
     return {name: float(results.coords[name][0]) for name in axes if len(results.coords[name]) == 1}
 
 

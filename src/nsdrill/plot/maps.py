@@ -27,7 +27,7 @@ from nsdrill.plot.columns import legend_below
 from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.kinds import MAX_PANELS, value_name
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.slices import AXES, edges, robust_limits
+from nsdrill.plot.slices import edges, robust_limits
 from nsdrill.plot.style import (
     FULL_WIDTH,
     GREY,
@@ -42,7 +42,7 @@ from nsdrill.plot.style import (
     WINE,
     new_figure,
 )
-from nsdrill.variables import INFERRED
+from nsdrill.variables import AXES, INFERRED
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across; depth goes down, as in a log
 WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}  # panels in a row, of so many; 4 of any other number

@@ -19,9 +19,9 @@ from nsdrill.errors import InputError
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.schedule import moving, point_words, rate_words
-from nsdrill.plot.slices import AXES, line, ordered
+from nsdrill.plot.slices import line, ordered
 from nsdrill.plot.style import BLUE, FULL_WIDTH, GREY, MANY_MARKERS, REFERENCE, VERMILLION, new_figure
-from nsdrill.variables import OK, SCHEDULED
+from nsdrill.variables import AXES, OK, SCHEDULED
 
 PANELS = (("z", "axial_peaks"), ("bit_speed", "bit_speed_peaks"), ("radius", "radius_peaks"))
 SWEPT = "#D9D9D9"  # the sweep lies behind, paler than anything of the ramp

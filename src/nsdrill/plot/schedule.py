@@ -8,7 +8,7 @@ import numpy as np
 
 from nsdrill.data import Trace
 from nsdrill.plot.labels import operating_point, quantity
-from nsdrill.variables import SCHEDULED
+from nsdrill.variables import AXES, SCHEDULED
 
 ORDER = ("rotary_speed", "wob", "depth")  # what a driller moves first
 MOST_VALUES = 4  # of a ramp told one by one
@@ -24,7 +24,7 @@ def point_words(trace: Trace, units: str) -> str:
     """The operating values in the order in which a driller says them: ``5000 m, 22.24 kN, 3 to 8 to 3 rad/s``."""
     names = moving(trace)
     parts = []
-    for name in ("depth", "wob", "rotary_speed"):
+    for name in AXES:
         if name not in names:
             parts.append(operating_point({name: trace.attrs.get(name)}, units))
             continue

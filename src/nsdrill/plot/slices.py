@@ -11,8 +11,7 @@ from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.observe.trust import verdict
-
-AXES = ("depth", "wob", "rotary_speed")
+from nsdrill.variables import AXES
 
 
 def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:

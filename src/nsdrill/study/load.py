@@ -18,9 +18,9 @@ from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE, has_ramp, take_ramps
 from nsdrill.study.relations import Checker
 from nsdrill.study.resolved import build, study_from_resolved
-from nsdrill.study.study import AXES, Study
+from nsdrill.study.study import Study
 from nsdrill.units import QuantityError
-from nsdrill.variables import STATE_NAMES
+from nsdrill.variables import AXES, STATE_NAMES
 
 _RANGE = ("from", "to", "points")
 _MOST_FAULTS = 100  # told of one file; nobody reads more

@@ -7,8 +7,8 @@ from typing import Any
 from nsdrill.errors import Fault
 from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import Leaf, shown
-from nsdrill.study.study import AXES
 from nsdrill.units import QuantityError
+from nsdrill.variables import AXES
 
 TIME = Leaf("time", "quantity", 0.0, "s", low=0.0)
 EXAMPLE = "{ramp: [[0 s, VALUE], [600 s, VALUE]]}"

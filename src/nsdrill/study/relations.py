@@ -11,9 +11,8 @@ from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import SLICE, Leaf, bound_text, shown
 from nsdrill.study.ramps import has_ramp
 from nsdrill.study.resolved import refined_axes
-from nsdrill.study.study import AXES
 from nsdrill.units import USUAL, format_quantity
-from nsdrill.variables import STATE_NAMES
+from nsdrill.variables import AXES, STATE_NAMES
 
 MOST_POINTS = 10**8
 MOST_STARTS = 10**5  # of one operating point: they are compared with each other

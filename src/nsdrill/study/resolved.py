@@ -18,7 +18,8 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, Parameters, Well
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
-from nsdrill.study.study import AXES, Study
+from nsdrill.study.study import Study
+from nsdrill.variables import AXES
 
 
 def study_from_resolved(

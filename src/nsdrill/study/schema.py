@@ -27,9 +27,9 @@ from pydantic import (
 from nsdrill.study.keys import SECTIONS, SLICE, Leaf, leaf, leaves, shown
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME, knots, pair
-from nsdrill.study.study import AXES, Procedure
+from nsdrill.study.study import Procedure
 from nsdrill.units import USUAL, QuantityError
-from nsdrill.variables import STATE_NAMES
+from nsdrill.variables import AXES, STATE_NAMES
 
 QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[A-Za-zµμ°1].*$"
 STIFFNESS = {"linear": "N/m", "hertz": "N/m^1.5"}

@@ -12,7 +12,6 @@ from nsdrill.model.parameters import Initial, Operation, Parameters
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 
-AXES = ("depth", "wob", "rotary_speed")
 Procedure = Literal["same", "up", "down", "up-down"]
 
 

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.variables import AXES
+
 Array = np.ndarray[Any, np.dtype[Any]]
-AXES = ("depth", "wob", "rotary_speed")
 
 
 @dataclass(frozen=True)
