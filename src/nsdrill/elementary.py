@@ -168,9 +168,11 @@ def log2(x: float) -> float:
     mantissa = bits_float(bits - (exponent << 52))
     t = (mantissa - 1.0) / (mantissa + 1.0)
     t2 = t * t
-    t4 = t2 * t2
-    p = fma(t4, fma(t2, 1 / 13, 1 / 11), fma(t2, 1 / 9, 1 / 7))
-    p = fma(t4, p, fma(t2, 1 / 5, 1 / 3))
+    p = fma(t2, 1 / 13, 1 / 11)
+    p = fma(t2, p, 1 / 9)
+    p = fma(t2, p, 1 / 7)
+    p = fma(t2, p, 1 / 5)
+    p = fma(t2, p, 1 / 3)
     p = fma(t2, p, 1.0)
     return fma(2.885390081777926814719849 * t, p, np.float64(exponent))
 
@@ -180,9 +182,12 @@ def exp2(x: float) -> float:
     """2 to the power x for x within +-1000, to 1e-9 relative: for the step-size controller."""
     shifted = x + ROUNDER
     f = (x - (shifted - ROUNDER)) * 0.693147180559945309417232
-    f2 = f * f
-    f4 = f2 * f2
-    high = fma(f2, fma(f, 1 / 5040, 1 / 720), fma(f, 1 / 120, 1 / 24))
-    high = fma(f4, 1 / 40320, high)
-    p = fma(f4, high, fma(f2, fma(f, 1 / 6, 1 / 2), f + 1.0))
+    p = fma(f, 1 / 40320, 1 / 5040)
+    p = fma(f, p, 1 / 720)
+    p = fma(f, p, 1 / 120)
+    p = fma(f, p, 1 / 24)
+    p = fma(f, p, 1 / 6)
+    p = fma(f, p, 1 / 2)
+    p = fma(f, p, 1.0)
+    p = fma(f, p, 1.0)
     return bits_float(float_bits(p) + (float_bits(shifted) << 52))
