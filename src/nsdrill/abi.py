@@ -27,6 +27,7 @@ from typing import Any
 
 import llvmlite
 import numba
+import numpy as np
 from numba import types
 
 # The package's folders whose sources end up in compiled code.
@@ -126,6 +127,16 @@ def lasting(made: Any, name: str) -> Any:
     if hasattr(made, "_set_uuid"):  # not where compilation is switched off
         made._set_uuid(f"nsdrill.{name}.{source_digest()}")
     return made
+
+
+CACHE_LINE = 8  # numbers
+
+
+def aligned_zeros(size: int) -> np.ndarray:
+    """Zeros that begin on a cache line: a packed load or store that straddles two lines costs twice."""
+    raw = np.zeros(size + CACHE_LINE)
+    offset = -(raw.ctypes.data // raw.itemsize) % CACHE_LINE
+    return raw[offset : offset + size]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interrupts import Interrupt
+from interrupts import Interrupt, look_often
 
 import nsdrill
 from nsdrill.app.check import check
@@ -99,7 +99,7 @@ def test_what_the_file_says_of_it(whole: Path) -> None:
 def test_an_interrupted_run_goes_on(
     tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("nsdrill.sweep.engine.SLICE", 0.02)
+    look_often(monkeypatch)
     study, out, one = study_of(text), tmp_path / "out.h5", tmp_path / "one.h5"
     run_study(study, one, workers=2, lanes=8)
     resumed = 0

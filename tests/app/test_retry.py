@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interrupts import Interrupt
+from interrupts import Interrupt, look_often
 
 import nsdrill
 from nsdrill.app.report import reclassify
@@ -89,7 +89,7 @@ def test_an_interrupted_retry_goes_on(
     out: Path, tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of a chain nothing stays that followed from a point that has become another."""
-    monkeypatch.setattr("nsdrill.sweep.engine.SLICE", 0.002)
+    look_often(monkeypatch)
     low, high = limits(text, tmp_path)
     run_study(study_of(text, low), out)
     with pytest.raises(Interrupted):
@@ -104,7 +104,7 @@ def test_an_interrupted_retry_goes_on(
 def test_an_unfinished_run_takes_the_larger_limit_too(
     out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("nsdrill.sweep.engine.SLICE", 0.002)
+    look_often(monkeypatch)
     low, _ = limits(GRID, tmp_path)
     with pytest.raises(Interrupted):
         run_study(study_of(GRID, low), out, workers=1, lanes=1, watch=Interrupt())

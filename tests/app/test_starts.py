@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interrupts import Interrupt
+from interrupts import Interrupt, look_often
 
 import nsdrill
 from nsdrill.analysis.attractors import wilson
@@ -78,11 +78,9 @@ def test_in_memory(made: Path) -> None:
 
 def test_resumed(made: Path, tmp_path: Path) -> None:
     path = tmp_path / "out.h5"
-    from nsdrill.sweep import engine
-
     slow = parse_study(TEXT)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine, "SLICE", 0.002)
+        look_often(patch, steps=5000)
         with pytest.raises(Interrupted) as caught:
             run_study(slow, path, workers=1, lanes=1, watch=Interrupt(2))
     assert 0 < caught.value.done < 14

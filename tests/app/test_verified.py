@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from interrupts import Interrupt
+from interrupts import Interrupt, look_often
 
 import nsdrill
 from nsdrill.analysis.window import classes
@@ -93,7 +93,7 @@ def test_run_again_alike_nothing_differs(monkeypatch: pytest.MonkeyPatch) -> Non
 @TEXTS
 @pytest.mark.parametrize("after", [1, 3])
 def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nsdrill.sweep.engine.SLICE", 0.02)
+    look_often(monkeypatch)
     study, out, one = study_of(text), tmp_path / "out.h5", tmp_path / "one.h5"
     run_study(study, one, workers=2, lanes=8)
     stages = set()

@@ -44,6 +44,8 @@ def exact_share(ends: tuple[float, ...], level: float) -> float:
 @example(step=1.0, phase=math.pi / 2 - 0.5, overtone=0.0, height=1.1)  # a graze: both ends below, the top above
 @example(step=1.0, phase=0.3, overtone=0.0, height=0.5)  # no turn
 @example(step=2.0, phase=1.5707, overtone=0.0, height=0.3)  # the turn is next to the beginning
+@example(step=1.0, phase=math.pi / 2 + 1e-6, overtone=0.0, height=0.9999)  # the turn is just before the step
+@example(step=1.0, phase=math.pi / 2 - 1 - 1e-6, overtone=0.0, height=0.9999)  # just after
 def test_time_above_a_level_is_that_of_the_polynomials_roots(
     step: float, phase: float, overtone: float, height: float
 ) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 import llvmlite.binding
 import numpy as np
 
-from nsdrill.abi import Rows
+from nsdrill.abi import Rows, aligned_zeros
 from nsdrill.errors import InputError
 from nsdrill.kernel.loop import (
     COUNTERS,
@@ -85,7 +85,7 @@ class Gang:
         self, lanes: int, slots: int, rows: Rows, store: Array, report_width: int, simulation: Simulation
     ) -> None:
         self.lanes, self.rows = lanes, rows
-        self._buffer = _aligned(rows.total * lanes)
+        self._buffer = aligned_zeros(rows.total * lanes)
         self._store = store
         self._lane = np.full(3 * lanes, -1, dtype=np.int64)
         self._table = np.zeros((slots, rows.parameters + rows.states + rows.pairs + len(SETTINGS)))
@@ -207,9 +207,10 @@ class Gang:
         shape, running, rows = data["_outbox"]
         self._outbox = np.zeros(shape)
         self._outbox[running] = rows
-        buffer = _aligned(self._buffer.size)
-        buffer[:] = self._buffer
-        self._buffer = buffer
+        for name in ("_buffer", "_store"):
+            array = aligned_zeros(data[name].size)
+            array[:] = data[name]
+            setattr(self, name, array)
 
     def _collect(self) -> Finished:
         n = int(self._counters[FINISHED])
@@ -224,10 +225,3 @@ class Gang:
             final=out[:, len(REPORT) : len(REPORT) + states + 1], report=out[:, len(REPORT) + states + 1 :],
             parameters=self._table[slots, : self.rows.parameters],
         )  # fmt: skip
-
-
-def _aligned(size: int) -> Array:
-    """Zeros that begin on a cache line: a packed load or store that straddles two lines costs twice."""
-    raw = np.zeros(size + 8)
-    offset = (-raw.ctypes.data % 64) // 8
-    return raw[offset : offset + size]

@@ -2,8 +2,8 @@
 
 In a packed step that is so in a few of the lanes only, for one quantity or another. So the events are noted in a list,
 lane after lane and step after step, and when it is full they are located side by side: the arithmetic is packed however
-few lanes there are. What an event adds to the measurements of its lane does not depend on when that is done, as long as
-the lists are emptied before anything is read; so the bits do not depend on the neighbours.
+few lanes there are. When that is depends on the neighbours; what comes out must not. So the lists are emptied before
+anything is read, and whatever is added up is added in each lane's own order of time.
 
 A list is a few columns of the observer's store. An event has value, slope and second derivative of its quantity at both
 ends of the step, the length of the step, its lane and its kind, a level, and, once located, the result. There is one
@@ -21,7 +21,7 @@ from numba import types
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
 from nsdrill.elementary import fma, lowest_bit
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES
-from nsdrill.observe.interpolant import derivative, extreme, quintic, share_above, value
+from nsdrill.observe.interpolant import bends_of_cubic, derivative, extreme, quintic, share_above, value
 from nsdrill.observe.layout import (
     COLUMNS,
     COUNT,
@@ -37,10 +37,12 @@ from nsdrill.observe.layout import (
 )
 
 G0, D0, C0, G1, D1, C1, LENGTH, LANE, KIND, LEVEL, RESULT = (SIDE_BY_SIDE * i for i in range(COLUMNS))
-# What turns (level: the drive's speed for the bit speed, the surface for interference and squared radius, else 0) ...
+# What turns. (Its level: the surface, for interference and squared radius; for twist and bit speed the drive's speed.)
 Z, SPEED, TWIST, U, TORQUE, RHO = range(6)
-# ... and what is crossed: the rock's surface, the speed below which the bit is stuck, the wall.
-ROCK, STUCK, WALL = range(3)
+# What is crossed: the rock's surface, the speed below which the bit is stuck, the wall; and grazes of rock and wall. In
+# the order of ``PARTS``, as each kind has a sum of its own: a graze comes to light only when the list of turns is full,
+# and among the crossings it would stand now here, now there.
+ROCK, STUCK, WALL, ROCK_GRAZE, WALL_GRAZE = range(len(PARTS))
 
 
 @inlined
@@ -63,15 +65,42 @@ def note(store, place, kind, i, h, g0, d0, c0, g1, d1, c1, level):  # type: igno
 
 
 @inlined
+def note_rows(b, store, place, kind, i, h, rows, minus, level):  # type: ignore[no-untyped-def]
+    """Note an event of a quantity whose value, slope less ``minus`` and second derivative are in these rows."""
+    g0_, d0_, c0_, g1_, d1_, c1_ = rows
+    return note(
+        store, place, kind, i, h,
+        b[g0_ + i], b[d0_ + i] - minus, b[c0_ + i], b[g1_ + i], b[d1_ + i] - minus, b[c1_ + i], level)
+
+
+@inlined
+def note_radius(b, store, place, kind, i, h, rows, level):  # type: ignore[no-untyped-def]
+    """Note an event of the squared radius, from the rows of x and y with their derivatives at both ends. It is smooth
+    also at the hole's centre."""
+    x0_, vx0_, ax0_, y0_, vy0_, ay0_, x1_, vx1_, ax1_, y1_, vy1_, ay1_ = rows
+    g0, d0, c0 = squared_radius(b, i, x0_, vx0_, ax0_, y0_, vy0_, ay0_)
+    g1, d1, c1 = squared_radius(b, i, x1_, vx1_, ax1_, y1_, vy1_, ay1_)
+    return note(store, place, kind, i, h, g0, d0, c0, g1, d1, c1, level)
+
+
+@inlined
+def squared_radius(b, i, x_, vx_, ax_, y_, vy_, ay_):  # type: ignore[no-untyped-def]
+    """The squared radius of lane i at an end of the step and its two rates."""
+    x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
+    rate = fma(x, vx, y * vy)
+    second = fma(vx, vx, fma(vy, vy, fma(x, b[ax_ + i], y * b[ay_ + i])))
+    return fma(x, x, y * y), 2.0 * rate, 2.0 * second
+
+
+@inlined
 def polynomial(store, k, of_rate, of_cubic):  # type: ignore[no-untyped-def]
     """Coefficients of event k's quantity, or of its rate times the step, and the slope at the step's end. Where the
     second derivatives are not known (``of_cubic``) they are those of the cubic through the rest."""
     h = store[k + LENGTH]
     g0, d0, c0 = store[k + G0], h * store[k + D0], h * h * store[k + C0]
     g1, d1, c1 = store[k + G1], h * store[k + D1], h * h * store[k + C1]
-    rise = g1 - g0
-    c0 = 6.0 * rise - 4.0 * d0 - 2.0 * d1 if of_cubic else c0
-    c1 = 2.0 * d0 + 4.0 * d1 - 6.0 * rise if of_cubic else c1
+    bend0, bend1 = bends_of_cubic(g0, d0, g1, d1)
+    c0, c1 = bend0 if of_cubic else c0, bend1 if of_cubic else c1
     p0, p1, p2, p3, p4, p5 = quintic(g0, d0, c0, g1, d1, c1)
     q0, q1, q2, q3, q4, q5 = derivative(p1, p2, p3, p4, p5)
     p0, p1, p2 = q0 if of_rate else p0, q1 if of_rate else p1, q2 if of_rate else p2
@@ -100,15 +129,6 @@ def locate_crossings(store):  # type: ignore[no-untyped-def]
         store[k + RESULT] = h * share_above(p0, p1, p2, p3, p4, p5, end_slope, level)
 
 
-@inlined
-def squared_radius(b, i, x_, vx_, ax_, y_, vy_, ay_):  # type: ignore[no-untyped-def]
-    """The squared radius of lane i at an end of the step, smooth also at the hole's centre, and its two rates."""
-    x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
-    rate = fma(x, vx, y * vy)
-    second = fma(vx, vx, fma(vy, vy, fma(x, b[ax_ + i], y * b[ay_ + i])))
-    return fma(x, x, y * y), 2.0 * rate, 2.0 * second
-
-
 @lru_cache
 def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
     """The compiled (attend, settle) for a number of lanes and of companions of the states.
@@ -127,8 +147,13 @@ def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
     drive_, gap_, stuck_ = (
         W * (rows.parameter + PARAMETERS.index(name)) for name in ("drive_speed", "gap", "stuck_below"))
     own = {name: W * (rows.observer + i) for i, name in enumerate(OBSERVED)}
-    u0_, du0_, ddu0_, T0_, dT0_ = (own[f"{name}_before"] for name in ("u", "du", "ddu", "torque", "dtorque"))
-    u1_, du1_, ddu1_, T1_, dT1_ = (own[f"{name}_now"] for name in ("u", "du", "ddu", "torque", "dtorque"))
+    # Rows of value, slope and second derivative at both ends. That of the bit torque is not known.
+    z_rows = (z0_, vz0_, az0_, z1_, vz1_, az1_)
+    twist_rows = (twist0_, speed0_, alpha0_, twist1_, speed1_, alpha1_)
+    u_rows = tuple(own[f"{name}_{when}"] for when in ("before", "now") for name in ("u", "du", "ddu"))
+    torque_rows = tuple(
+        own[f"{name}_{when}"] for when in ("before", "now") for name in ("torque", "dtorque", "dtorque"))
+    radius_rows = (x0_, vx0_, ax0_, y0_, vy0_, ay0_, x1_, vx1_, ax1_, y1_, vy1_, ay1_)
     parts_ = own[PARTS[0]]
     # By what turns: where its greatest and its least value stand, and in which ring its peaks.
     greatest_ = np.array([own[name] for name in ("z_max", "speed_max", "twist_max", "u_max", "torque_max", "rho_max")])
@@ -140,8 +165,8 @@ def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
         locate_crossings(store)
         for k in range(CROSSINGS, CROSSINGS + int(store[CROSSINGS + COUNT])):
             kind, level = int(store[k + KIND]), store[k + LEVEL]
-            # A graze from above was counted as a whole step. Of the bit speed the columns hold the twist.
-            whole = kind != STUCK and store[k + G0] > level and store[k + G1] > level
+            # A graze from above was counted as a whole step.
+            whole = kind in (ROCK_GRAZE, WALL_GRAZE) and store[k + G0] > level
             b[parts_ + W * kind + int(store[k + LANE])] += store[k + RESULT] - (store[k + LENGTH] if whole else 0.0)
         store[CROSSINGS + COUNT] = 0.0
 
@@ -151,7 +176,7 @@ def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
         locate_turns(store)
         for k in range(TURNS, TURNS + int(store[TURNS + COUNT])):
             i, kind, found = int(store[k + LANE]), int(store[k + KIND]), store[k + RESULT]
-            # No branches here, as no processor could guess them: what has no place is put into the spare one.
+            # Without branches that no processor could guess: what has no place is put into the spare one.
             rising = store[k + (C0 if kind == SPEED else D0)] > 0.0
             row = (greatest_[kind] if rising else least_[kind]) + i
             b[row] = max(b[row], found) if rising else min(b[row], found)
@@ -161,11 +186,11 @@ def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
             count = int(store[ring])
             store[ring + 1 + count % max(peaks, 1)] = found
             store[ring] = count + 1
-            # A graze, both ends on one side of the surface and the turn on the other, is two crossings.
+            # A graze, both ends on one side of the surface and the turn on the other, is two crossings. It is rare.
             level = store[k + LEVEL]
             above0, above1, above = store[k + G0] > level, store[k + G1] > level, found > level
             if kind in (U, RHO) and above0 == above1 and above0 != above and note(
-                    store, CROSSINGS, ROCK if kind == U else WALL, i, store[k + LENGTH],
+                    store, CROSSINGS, ROCK_GRAZE if kind == U else WALL_GRAZE, i, store[k + LENGTH],
                     store[k + G0], store[k + D0], store[k + C0],
                     store[k + G1], store[k + D1], store[k + C1], level):
                 settle_crossings(b, store)
@@ -182,8 +207,7 @@ def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
         while z != 0:
             i = lowest_bit(z)
             z &= z - 1
-            if note(store, TURNS, Z, i, b[h_ + i],
-                    b[z0_ + i], b[vz0_ + i], b[az0_ + i], b[z1_ + i], b[vz1_ + i], b[az1_ + i], 0.0):
+            if note_rows(b, store, TURNS, Z, i, b[h_ + i], z_rows, 0.0, 0.0):
                 settle_turns(b, store)
         # The twist, and its rate: the bit speed less the drive's.
         for kind in (SPEED, TWIST):
@@ -192,49 +216,38 @@ def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
                 i = lowest_bit(turning)
                 turning &= turning - 1
                 drive = b[drive_ + i]
-                if note(store, TURNS, kind, i, b[h_ + i],
-                        b[twist0_ + i], b[speed0_ + i] - drive, b[alpha0_ + i],
-                        b[twist1_ + i], b[speed1_ + i] - drive, b[alpha1_ + i], drive):
+                if note_rows(b, store, TURNS, kind, i, b[h_ + i], twist_rows, drive, drive):
                     settle_turns(b, store)
         while u != 0:
             i = lowest_bit(u)
             u &= u - 1
-            if note(store, TURNS, U, i, b[h_ + i],
-                    b[u0_ + i], b[du0_ + i], b[ddu0_ + i], b[u1_ + i], b[du1_ + i], b[ddu1_ + i], 0.0):
+            if note_rows(b, store, TURNS, U, i, b[h_ + i], u_rows, 0.0, 0.0):
                 settle_turns(b, store)
         while torque != 0:
             i = lowest_bit(torque)
             torque &= torque - 1
-            if note(store, TURNS, TORQUE, i, b[h_ + i],
-                    b[T0_ + i], b[dT0_ + i], 0.0, b[T1_ + i], b[dT1_ + i], 0.0, 0.0):
+            if note_rows(b, store, TURNS, TORQUE, i, b[h_ + i], torque_rows, 0.0, 0.0):
                 settle_turns(b, store)
         while rho != 0:
             i = lowest_bit(rho)
             rho &= rho - 1
-            g0, d0, c0 = squared_radius(b, i, x0_, vx0_, ax0_, y0_, vy0_, ay0_)
-            g1, d1, c1 = squared_radius(b, i, x1_, vx1_, ax1_, y1_, vy1_, ay1_)
-            if note(store, TURNS, RHO, i, b[h_ + i], g0, d0, c0, g1, d1, c1, b[gap_ + i] * b[gap_ + i]):
+            if note_radius(b, store, TURNS, RHO, i, b[h_ + i], radius_rows, b[gap_ + i] * b[gap_ + i]):
                 settle_turns(b, store)
         while rock != 0:
             i = lowest_bit(rock)
             rock &= rock - 1
-            if note(store, CROSSINGS, ROCK, i, b[h_ + i],
-                    b[u0_ + i], b[du0_ + i], b[ddu0_ + i], b[u1_ + i], b[du1_ + i], b[ddu1_ + i], 0.0):
+            if note_rows(b, store, CROSSINGS, ROCK, i, b[h_ + i], u_rows, 0.0, 0.0):
                 settle_crossings(b, store)
         while stuck != 0:
             i = lowest_bit(stuck)
             stuck &= stuck - 1
             drive = b[drive_ + i]
-            if note(store, CROSSINGS, STUCK, i, b[h_ + i],
-                    b[twist0_ + i], b[speed0_ + i] - drive, b[alpha0_ + i],
-                    b[twist1_ + i], b[speed1_ + i] - drive, b[alpha1_ + i], b[stuck_ + i] - drive):
+            if note_rows(b, store, CROSSINGS, STUCK, i, b[h_ + i], twist_rows, drive, b[stuck_ + i] - drive):
                 settle_crossings(b, store)
         while wall != 0:
             i = lowest_bit(wall)
             wall &= wall - 1
-            g0, d0, c0 = squared_radius(b, i, x0_, vx0_, ax0_, y0_, vy0_, ay0_)
-            g1, d1, c1 = squared_radius(b, i, x1_, vx1_, ax1_, y1_, vy1_, ay1_)
-            if note(store, CROSSINGS, WALL, i, b[h_ + i], g0, d0, c0, g1, d1, c1, b[gap_ + i] * b[gap_ + i]):
+            if note_radius(b, store, CROSSINGS, WALL, i, b[h_ + i], radius_rows, b[gap_ + i] * b[gap_ + i]):
                 settle_crossings(b, store)
 
     return attend, settle

@@ -55,7 +55,8 @@ def turns(before, now):  # type: ignore[no-untyped-def]
 
 @inlined
 def least_of(g0, g1, d0, d1, h):  # type: ignore[no-untyped-def]
-    """A bound below the least value inside a step of a quantity with one turn there."""
+    """An estimate, on the safe side, of the least value inside a step of a quantity with one turn there. (A least value
+    that is above the level matters to nobody and need not be located.)"""
     return min(g0, g1) - h * max(abs(d0), abs(d1))
 
 
@@ -77,7 +78,8 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
         parameter[n] for n in ("gap", "rock_stiffness", "surface_amplitude", "stuck_below", "drive_speed"))
     eps_, tau_, rise_, mu_ = (parameter[n] for n in ("bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"))
     before_, now_, level_ = own["u_before"], own["u_now"], own["level"]
-    parts_, sums_, parts_count = own[PARTS[0]], own[SUMS[0]], len(PARTS)
+    rock_crossings_, stuck_crossings_, wall_crossings_, rock_grazes_, wall_grazes_ = (own[name] for name in PARTS)
+    parts_, parts_count = own[PARTS[0]], len(PARTS)
     time_, phase_ = W * rows.time, parameter["drive_phase"]
     u0_, du0_, _, _, dT0_, r0_, dr0_ = (before_ + W * i for i in range(len(ENDS)))
     u1_, du1_, ddu1_, T1_, dT1_, r1_, dr1_ = (now_ + W * i for i in range(len(ENDS)))
@@ -144,8 +146,8 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             z_turns |= bit if turns(b[vz0_ + i], b[vz1_ + i]) else 0
             speed_turns |= bit if turns(b[alpha0_ + i], alpha) else 0
             twist_turns |= bit if turns(b[speed0_ + i] - drive, omega - drive) else 0
-            top = turns(du0, du) and (du0 > 0.0 or least_of(u0, u, du0, du, h) < 0.0)
-            u_turns |= bit if top else 0
+            low = u0 > 0.0 and least_of(u0, u, du0, du, h) < 0.0
+            u_turns |= bit if turns(du0, du) and (du0 > 0.0 or low) else 0
             torque_tops |= bit if b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0 else 0
             passing |= bit if (y0 < 0.0) != (y1 < 0.0) else 0
             level = b[gap_ + i] * b[gap_ + i]
@@ -158,7 +160,7 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             wall |= bit if (rho0 > level) != (rho1 > level) else 0
             touching |= bit if (rho0 > level) or (rho1 > level) else 0
 
-            # Time on each side of a level: whole steps here, steps with a crossing lane by lane below.
+            # Time on each side of a level: whole steps here, steps with a crossing below.
             shown = h if bit != 0 else 0.0
             b[on_rock_ + i] += shown if (rock0 and rock1) else 0.0
             b[unstuck_ + i] += shown if (free0 and free1) else 0.0
@@ -281,8 +283,9 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             b[u_max_ + i] = max(b[u_max_ + i], b[u1_ + i])
             b[torque_max_ + i] = max(b[torque_max_ + i], b[T1_ + i])
             b[rho_max_ + i] = max(b[rho_max_ + i], rho)
-            for k in range(0, parts_count * W, W):
-                b[sums_ + k + i] += b[parts_ + k + i]
+            b[on_rock_ + i] += b[rock_crossings_ + i] + b[rock_grazes_ + i]
+            b[unstuck_ + i] += b[stuck_crossings_ + i]
+            b[on_wall_ + i] += b[wall_crossings_ + i] + b[wall_grazes_ + i]
             first = column if mark != CLOSES else column + half_report
             for k in range(half_count):
                 report[first + k] = b[half_ + k * W + i]

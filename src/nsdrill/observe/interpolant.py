@@ -25,10 +25,11 @@ def quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
-    """Coefficients p0..p5 (the last two zero) from value and slope times step at both ends."""
+def bends_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
+    """Second derivatives times step squared, at both ends, of the cubic with these values and slopes: with them the
+    quintic is that cubic."""
     rise = g1 - g0
-    return g0, d0, 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise, 0.0, 0.0
+    return 6.0 * rise - 4.0 * d0 - 2.0 * d1, 2.0 * d0 + 4.0 * d1 - 6.0 * rise
 
 
 @inlined
@@ -59,7 +60,7 @@ def extreme(p1, p2, p3, p4, p5, end_slope):  # type: ignore[no-untyped-def]
     for _ in range(2):
         bend = fma(theta, fma(theta, fma(theta, 20.0 * p5, 12.0 * p4), 6.0 * p3), 2.0 * p2)
         theta = theta - slope(p1, p2, p3, p4, p5, theta) / bend
-        theta = max(min(theta, 1.0), 0.0)  # also where the bend vanishes: max(min(nan, 1), 0) is a bound
+        theta = max(min(1.0, theta), 0.0)  # in this order NaN, where the bend vanishes, gives a bound
     return theta
 
 
@@ -89,15 +90,12 @@ def crossing(p0, p1, p2, p3, p4, p5, level, low, high):  # type: ignore[no-untyp
 
 @inlined
 def root(p0, p1, p2, p3, p4, p5, theta, low, high):  # type: ignore[no-untyped-def]
-    """The polynomial's zero between ``low`` and ``high``, where it has opposite signs, from a guess ``theta``.
-
-    Six Newton steps, each replaced by halving the bracket where it would leave it: from a guess that is a few per cent
-    off four would do. Branch-free.
-    """
-    below_at_low = value(p0, p1, p2, p3, p4, p5, low) < 0.0
+    """The polynomial's zero between ``low`` and ``high``, where it lies on different sides of it, from a guess
+    ``theta``: six Newton steps, each replaced by halving the bracket where it would leave it. Branch-free."""
+    above_at_low = value(p0, p1, p2, p3, p4, p5, low) > 0.0
     for _ in range(6):
         rest = value(p0, p1, p2, p3, p4, p5, theta)
-        before = (rest < 0.0) == below_at_low
+        before = (rest > 0.0) == above_at_low
         low, high = theta if before else low, high if before else theta
         following = theta - rest / slope(p1, p2, p3, p4, p5, theta)
         inside = following >= low and following <= high
@@ -106,21 +104,32 @@ def root(p0, p1, p2, p3, p4, p5, theta, low, high):  # type: ignore[no-untyped-d
 
 
 @inlined
+def zero_of_parabola(near, steep, far):  # type: ignore[no-untyped-def]
+    """Where the parabola vanishes that has value ``near`` and slope ``steep`` at 0, and ``far``, on the other side of
+    zero, at 1."""
+    bend = far - near - steep
+    root_ = np.sqrt(max(fma(steep, steep, -4.0 * bend * near), 0.0))
+    return 2.0 * near / ((root_ if near > 0.0 else -root_) - steep)
+
+
+@inlined
 def share_above(p0, p1, p2, p3, p4, p5, end_slope, level):  # type: ignore[no-untyped-def]
     """Fraction of the step that the polynomial spends above ``level``, with at most one extreme inside the step.
 
-    The extreme, or else the end, divides the step into two parts with at most one crossing each. The guess is the
-    parabola's with its top at the extreme, or else the straight line's. Branch-free.
+    The extreme, or else the end, divides the step into two parts with at most one crossing each. The guess is the zero
+    of the parabola about the extreme or, without one, about the flatter end: from a line, Newton's method would be long
+    in coming where the extreme lies just outside the step. Branch-free.
     """
     p0 = p0 - level
     turning = (p1 > 0.0) != (end_slope > 0.0)
     turn = extreme(p1, p2, p3, p4, p5, end_slope) if turning else 1.0
     top, end = value(p0, p1, p2, p3, p4, p5, turn), value(p0, p1, p2, p3, p4, p5, 1.0)
     above_start, above_top, above_end = p0 > 0.0, top > 0.0, end > 0.0
-    back, on = top / (top - p0), top / (top - end)
-    back = np.sqrt(max(back, 0.0)) if turning else back
-    first = root(p0, p1, p2, p3, p4, p5, turn * (1.0 - back), 0.0, turn)
-    second = root(p0, p1, p2, p3, p4, p5, turn + (1.0 - turn) * np.sqrt(max(on, 0.0)), turn, 1.0)
+    from_start = not turning and abs(p1) < abs(end_slope)
+    steep = p1 if from_start else (0.0 if turning else -end_slope)
+    guess = zero_of_parabola(p0 if from_start else top, steep, top if from_start else p0)
+    first = root(p0, p1, p2, p3, p4, p5, guess if from_start else turn * (1.0 - guess), 0.0, turn)
+    second = root(p0, p1, p2, p3, p4, p5, fma(1.0 - turn, zero_of_parabola(top, 0.0, end), turn), turn, 1.0)
     first = first if above_start != above_top else turn
     second = second if above_top != above_end else 1.0
     # Up to the first crossing it is on the side where it starts, from there to the second on that of the extreme.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from nsdrill.abi import CACHE_LINE, aligned_zeros
 from nsdrill.observe.section import REVOLUTION, section_width
 
 # Quantities at an end of a step that are not states: interference u of bit and rock with its rates, bit torque and its
@@ -15,24 +16,25 @@ SUMS = ("on_rock", "unstuck", "on_wall", "radius_sum", "twist_sum", "lateral_squ
         "rolled", "turned")  # fmt: skip
 ANCHORS = ("twist_start", "angle_start")
 HALF = EXTREMES + SUMS + ANCHORS
-# Of the first three sums what comes from steps with a crossing; the bit angle of the next return to the section; a row
-# that nobody reads.
-PARTS = ("on_rock_part", "unstuck_part", "on_wall_part")
+# Of the first three sums what comes from steps with a crossing and, apart from it, from grazes. Then the bit angle of
+# the next return to the section, and a row that nobody reads.
+PARTS = ("rock_crossings", "stuck_crossings", "wall_crossings", "rock_grazes", "wall_grazes")
 OBSERVED = (*(f"{name}_before" for name in ENDS), *(f"{name}_now" for name in ENDS), *HALF, *PARTS, "level", "spare")
 # What a half leaves in the outbox: the sums so far, its length and the state of the slow angles at its end.
 HALF_REPORT = (*HALF, "twist_end", "angle_end")
 
-# A list of events (:mod:`nsdrill.observe.events`): as many columns of as many rows, then the number of events.
+# A list of events (:mod:`nsdrill.observe.events`): as many columns of as many rows, then the number of events. Every
+# column begins on a cache line.
 COLUMNS = 11
-SIDE_BY_SIDE = 16  # two vector registers: one works while the other waits
+SIDE_BY_SIDE = 2 * CACHE_LINE  # two vector registers: one works while the other waits
 COUNT = COLUMNS * SIDE_BY_SIDE
-LIST = COUNT + 1
+LIST = COUNT + CACHE_LINE
 
 # The store begins with the numbers of peaks and of returns to the section that are kept, the angle between returns, and
-# room for what measures the growth of a deviation. Then the lists of turns and of crossings, a ring that nobody reads,
-# and the rings of the lanes.
+# room for what measures the growth of a deviation (two numbers). Then the lists of turns and of crossings, a ring that
+# nobody reads, and the rings of the lanes.
 PEAKS, RETURNS, SPACING, GROWTH_HEADER = range(4)
-TURNS = GROWTH_HEADER + 2
+TURNS = CACHE_LINE
 CROSSINGS = TURNS + LIST
 SPARE = CROSSINGS + LIST
 RINGS = SPARE + 1 + SIDE_BY_SIDE
@@ -49,6 +51,6 @@ def report_width(peaks: int, returns: int = 0) -> int:
 def new_store(lanes: int, peaks: int, returns: int = 0, spacing: float = REVOLUTION) -> np.ndarray:
     """The observer's store: its header, the lists of events, then for each lane the rings of the peaks, then for each
     that of the section."""
-    store = np.zeros(RINGS + lanes * (RINGS_OF_PEAKS * (peaks + 1) + section_width(returns)))
+    store = aligned_zeros(RINGS + lanes * (RINGS_OF_PEAKS * (peaks + 1) + section_width(returns)))
     store[PEAKS], store[RETURNS], store[SPACING] = peaks, returns, spacing
     return store

@@ -174,10 +174,9 @@ class Engine:
     def _feed(self, crew: _Crew) -> None:
         """Top up: a lone worker with all that fits, several with at most a fair share of what is left, so that they end
         together."""
-        share = self._left()
+        room = self._left()
         if self.workers > 1:
-            share = min(crew.appetite, max(self.lanes, -(-share // (2 * self.workers))))
-        room = share - crew.gang.waiting
+            room = min(crew.appetite, max(self.lanes, -(-room // (2 * self.workers)))) - crew.gang.waiting
         if not self._carried:
             count = min(room, crew.gang.free, self._left())
             if count > 0:
