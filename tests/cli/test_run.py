@@ -18,11 +18,12 @@ from nsdrill.store import read_results
 from .helpers import SCRIPT, Call, finish, start
 
 # Some seconds of work, in points of some milliseconds: time to interrupt, and something to keep.
+# Some seconds: time for a slow machine to see the first points and to interrupt before the last.
 LONG_MAP = (
     "title: Long\nsweep: {wob: {from: 20 kN, to: 100 kN, points: 20}, rotary_speed: {from: 1 rad/s, to: 8 rad/s, "
-    "points: 20}}\nsimulation: {transient: 80 s, observe: 10 s}\nrecord: {peaks: 2}\n"
+    "points: 20}}\nsimulation: {transient: 600 s, observe: 10 s}\nrecord: {peaks: 2}\n"
 )
-LONG_CHAIN = (  # some seconds: time for a slow machine to see the first points and to interrupt before the last
+LONG_CHAIN = (
     "title: Long\nsweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 100}, procedure: up-down}\n"
     "simulation: {transient: 80 s, observe: 10 s}\nrecord: {peaks: 2}\n"
 )
