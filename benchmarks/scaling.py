@@ -64,7 +64,7 @@ def main() -> None:
         study = None if quick else _whole_study(Path(folder))
     sides = (10, 32) if quick else (10, 32, 100, 316)
     cost = [entry for duration in (100.0, 10.0) for entry in _cost(sides, duration)]
-    threads = _threads(12 if quick else 32)
+    threads = _threads(12 if quick else 60)
     text = "\n\n".join([
         "# Scaling", where(machine),
         f"## Cost per point\n\nOne thread, {choose_lanes(100)} lanes; engine, features and classification included; "
