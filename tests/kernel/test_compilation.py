@@ -30,7 +30,7 @@ rows = model_for(Parameters()).rows(len(OBSERVED))
 function = {
     "rhs": lambda: make_right_hand_side(8, False),
     "stepper": lambda: make_stepper(8, rows),
-    "events": lambda: make_events(8)[1],
+    "events": lambda: make_events(8, rows)[1],
 }[sys.argv[1]]()
 print("".join(function.inspect_asm().values()))
 """

@@ -12,6 +12,7 @@ list for turns, whose result is the extreme value, and one for crossings, whose 
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
 
@@ -20,7 +21,7 @@ from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
 from nsdrill.elementary import fma, lowest_bit
-from nsdrill.model.rhs import AUX, PARAMETERS, STATES
+from nsdrill.model.rhs import PARAMETERS
 from nsdrill.observe.interpolant import bends_of_cubic, derivative, extreme, quintic, share_above, value
 from nsdrill.observe.layout import (
     COLUMNS,
@@ -74,10 +75,10 @@ def note_rows(b, store, place, kind, i, h, rows, minus, level):  # type: ignore[
 
 
 @inlined
-def note_radius(b, store, place, kind, i, h, rows, level):  # type: ignore[no-untyped-def]
-    """Note an event of the squared radius, from the rows of x and y with their derivatives at both ends. It is smooth
-    also at the hole's centre."""
-    x0_, vx0_, ax0_, y0_, vy0_, ay0_, x1_, vx1_, ax1_, y1_, vy1_, ay1_ = rows
+def note_radius(b, store, place, kind, i, h, x_rows, y_rows, level):  # type: ignore[no-untyped-def]
+    """Note an event of the squared radius, which is smooth also at the hole's centre."""
+    x0_, vx0_, ax0_, x1_, vx1_, ax1_ = x_rows
+    y0_, vy0_, ay0_, y1_, vy1_, ay1_ = y_rows
     g0, d0, c0 = squared_radius(b, i, x0_, vx0_, ax0_, y0_, vy0_, ay0_)
     g1, d1, c1 = squared_radius(b, i, x1_, vx1_, ax1_, y1_, vy1_, ay1_)
     return note(store, place, kind, i, h, g0, d0, c0, g1, d1, c1, level)
@@ -130,37 +131,34 @@ def locate_crossings(store):  # type: ignore[no-untyped-def]
 
 
 @lru_cache
-def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
-    """The compiled (attend, settle) for a number of lanes and of companions of the states.
+def make_events(lanes: int, rows: Rows) -> tuple[Any, Any]:
+    """The compiled (attend, settle) for a number of lanes and a row layout.
 
     ``attend(b, store, z, speed, twist, u, torque, rho, rock, stuck, wall)`` takes the events of the step just made: for
     what turns and for what is crossed an integer with a bit for every lane in which it does. ``settle(b, store)``
     empties both lists: whoever wants to read the measurements calls it first.
     """
-    rows = Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), len(OBSERVED), companions)
     W = lanes
-    x0_, vx0_, y0_, vy0_, z0_, vz0_, twist0_, speed0_ = (W * (rows.start + i) for i in range(8))
-    ax0_, ay0_, az0_, alpha0_ = (W * (rows.start_acceleration + i) for i in range(4))
-    x1_, vx1_, y1_, vy1_, z1_, vz1_, twist1_, speed1_ = (W * (rows.stage + i) for i in range(8))
-    ax1_, ay1_, az1_, alpha1_ = (W * (rows.acceleration + i) for i in range(4))
     h_ = W * rows.step
     drive_, gap_, stuck_ = (
         W * (rows.parameter + PARAMETERS.index(name)) for name in ("drive_speed", "gap", "stuck_below"))
     own = {name: W * (rows.observer + i) for i, name in enumerate(OBSERVED)}
     # Rows of value, slope and second derivative at both ends. That of the bit torque is not known.
-    z_rows = (z0_, vz0_, az0_, z1_, vz1_, az1_)
-    twist_rows = (twist0_, speed0_, alpha0_, twist1_, speed1_, alpha1_)
+    x_rows, y_rows, z_rows, twist_rows = (
+        tuple(W * row for row in (
+            rows.start + 2 * i, rows.start + 2 * i + 1, rows.start_acceleration + i,
+            rows.stage + 2 * i, rows.stage + 2 * i + 1, rows.acceleration + i))
+        for i in range(4))
     u_rows = tuple(own[f"{name}_{when}"] for when in ("before", "now") for name in ("u", "du", "ddu"))
     torque_rows = tuple(
         own[f"{name}_{when}"] for when in ("before", "now") for name in ("torque", "dtorque", "dtorque"))
-    radius_rows = (x0_, vx0_, ax0_, y0_, vy0_, ay0_, x1_, vx1_, ax1_, y1_, vy1_, ay1_)
     parts_ = own[PARTS[0]]
     # By what turns: where its greatest and its least value stand, and in which ring its peaks.
     greatest_ = np.array([own[name] for name in ("z_max", "speed_max", "twist_max", "u_max", "torque_max", "rho_max")])
     least_ = np.array([own[name] for name in ("z_min", "speed_min", "twist_min", "spare", "spare", "spare")])
     ring_of = np.array([0, 1, -1, -1, -1, 2])
 
-    @compiled(types.void(BUFFER, BUFFER), W, companions)
+    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
     def settle_crossings(b, store):  # type: ignore[no-untyped-def]
         locate_crossings(store)
         for k in range(CROSSINGS, CROSSINGS + int(store[CROSSINGS + COUNT])):
@@ -170,7 +168,7 @@ def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
             b[parts_ + W * kind + int(store[k + LANE])] += store[k + RESULT] - (store[k + LENGTH] if whole else 0.0)
         store[CROSSINGS + COUNT] = 0.0
 
-    @compiled(types.void(BUFFER, BUFFER), W, companions)
+    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
     def settle_turns(b, store):  # type: ignore[no-untyped-def]
         peaks = int(store[PEAKS])
         locate_turns(store)
@@ -197,12 +195,12 @@ def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
         store[SPARE] = 0.0
         store[TURNS + COUNT] = 0.0
 
-    @compiled(types.void(BUFFER, BUFFER), W, companions)
+    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
     def settle(b, store):  # type: ignore[no-untyped-def]
         settle_turns(b, store)
         settle_crossings(b, store)
 
-    @compiled(types.void(BUFFER, BUFFER, *[types.int64] * 9), W, companions)
+    @compiled(types.void(BUFFER, BUFFER, *[types.int64] * 9), W, *astuple(rows))
     def attend(b, store, z, speed, twist, u, torque, rho, rock, stuck, wall):  # type: ignore[no-untyped-def]
         while z != 0:
             i = lowest_bit(z)
@@ -231,7 +229,7 @@ def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
         while rho != 0:
             i = lowest_bit(rho)
             rho &= rho - 1
-            if note_radius(b, store, TURNS, RHO, i, b[h_ + i], radius_rows, b[gap_ + i] * b[gap_ + i]):
+            if note_radius(b, store, TURNS, RHO, i, b[h_ + i], x_rows, y_rows, b[gap_ + i] * b[gap_ + i]):
                 settle_turns(b, store)
         while rock != 0:
             i = lowest_bit(rock)
@@ -247,7 +245,7 @@ def make_events(lanes: int, companions: int = 0) -> tuple[Any, Any]:
         while wall != 0:
             i = lowest_bit(wall)
             wall &= wall - 1
-            if note_radius(b, store, CROSSINGS, WALL, i, b[h_ + i], radius_rows, b[gap_ + i] * b[gap_ + i]):
+            if note_radius(b, store, CROSSINGS, WALL, i, b[h_ + i], x_rows, y_rows, b[gap_ + i] * b[gap_ + i]):
                 settle_crossings(b, store)
 
     return attend, settle

@@ -88,7 +88,7 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
     on_rock_, unstuck_, on_wall_, radius_, twist_sum_, lateral_, axial_, turns_, rolled_, turned_ = (
         own[name] for name in SUMS)
     twist_start_, angle_start_ = (own[name] for name in ANCHORS)
-    attend, settle = make_events(W, companions)
+    attend, settle = make_events(W, rows)
     half_, half_count, ends_count = own[HALF[0]], len(HALF), len(ENDS)
     half_report = len(HALF_REPORT)
 

@@ -65,16 +65,16 @@ def extreme(p1, p2, p3, p4, p5, end_slope):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def crossing(p0, p1, p2, p3, p4, p5, level, low, high):  # type: ignore[no-untyped-def]
-    """Where the polynomial takes ``level`` between ``low`` and ``high``, at which it lies on different sides of it.
+def crossing(p0, p1, p2, p3, p4, p5):  # type: ignore[no-untyped-def]
+    """Where in the step the polynomial vanishes, at whose ends it lies on different sides of zero, to 1e-13.
 
-    Newton, kept inside a shrinking bracket by bisection. For one lane: it branches.
+    Newton, kept inside a shrinking bracket by bisection. For one lane: it branches. (:func:`root` is for many.)
     """
-    below_at_low = value(p0, p1, p2, p3, p4, p5, low) < level
-    theta = 0.5 * (low + high)
+    below_at_start = p0 < 0.0
+    low, high, theta = 0.0, 1.0, 0.5
     for _ in range(60):
-        rest = value(p0, p1, p2, p3, p4, p5, theta) - level
-        if (rest < 0.0) == below_at_low:
+        rest = value(p0, p1, p2, p3, p4, p5, theta)
+        if (rest < 0.0) == below_at_start:
             low = theta
         else:
             high = theta

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill.model.rhs import INDEX
-from nsdrill.observe.layout import ANCHORS, EXTREMES, HALF_REPORT, SUMS
-from nsdrill.observe.section import returns_of, section_width
+from nsdrill.observe.layout import ANCHORS, EXTREMES, HALF_REPORT, RINGS_OF_PEAKS, SUMS, report_width
+from nsdrill.observe.section import returns_of
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
@@ -74,9 +74,8 @@ def peaks(report: Array, count: int) -> Array:
     Shape (runs, 3, count).
     """
     if count == 0:
-        return np.empty((len(report), 3, 0))
-    first = 2 * len(HALF_REPORT)
-    rings = report[:, first : first + 3 * (count + 1)].reshape(len(report), 3, count + 1)
+        return np.empty((len(report), RINGS_OF_PEAKS, 0))
+    rings = report[:, 2 * len(HALF_REPORT) : report_width(count)].reshape(len(report), RINGS_OF_PEAKS, count + 1)
     found = rings[:, :, :1].astype(np.int64)
     place = np.arange(count)
     oldest = np.where(found > count, found % count, 0)
@@ -86,8 +85,7 @@ def peaks(report: Array, count: int) -> Array:
 
 def section(report: Array, peaks: int, returns: int) -> Array:
     """The last ``returns`` crossings of the Poincare section, oldest first: shape (runs, returns, ENTRY)."""
-    first = 2 * len(HALF_REPORT) + 3 * (peaks + 1)
-    return returns_of(report[:, first : first + section_width(returns)], returns)
+    return returns_of(report[:, report_width(peaks) : report_width(peaks, returns)], returns)
 
 
 def _join(first: dict[str, Array], second: dict[str, Array]) -> dict[str, Array]:
