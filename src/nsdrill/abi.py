@@ -40,7 +40,8 @@ FASTMATH = {"nsz"}
 _compiling = threading.RLock()
 
 BUFFER = types.float64[::1]
-# A right-hand side reads the rows `stage`, `stage_time` and `parameter` and writes `acceleration` and `aux_now`.
+# A right-hand side reads the rows `stage`, `stage_time`, `phase` and `parameter`, and writes `acceleration` and
+# `aux_now`.
 RIGHT_HAND_SIDE = types.FunctionType(types.void(BUFFER))
 # An observer is shown every packed step: the lane buffer and a store of its own.
 OBSERVER = types.FunctionType(types.void(BUFFER, BUFFER))
@@ -52,9 +53,6 @@ MARKER = types.FunctionType(types.void(BUFFER, BUFFER, types.int64, types.int64,
 
 # The marks: the window opens, is half over, is over.
 OPENS, HALVES, CLOSES = range(3)
-
-# Every model has its drive angle and speed as its first two parameters: the angle is carried from point to point.
-DRIVE_PHASE, DRIVE_SPEED = 0, 1
 
 
 @lru_cache(maxsize=1)
@@ -96,7 +94,7 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
             saved = numba.config.CACHE_DIR
             numba.config.CACHE_DIR = str(cache_directory())
             try:
-                made = numba.njit(signature, cache=_cache_is_writable(), nogil=True, fastmath=FASTMATH,
+                made = numba.njit(signature, cache=cache_is_writable(), nogil=True, fastmath=FASTMATH,
                                   error_model="numpy", _nrt=False)(function)
             finally:
                 numba.config.CACHE_DIR = saved
@@ -106,7 +104,7 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
 
 
 @lru_cache(maxsize=1)
-def _cache_is_writable() -> bool:
+def cache_is_writable() -> bool:
     # A read-only home is no reason to fail: everything is then compiled anew in each process.
     try:
         cache_directory().mkdir(parents=True, exist_ok=True)
@@ -142,15 +140,19 @@ def aligned_zeros(size: int) -> np.ndarray:
 @dataclass(frozen=True)
 class Rows:
     """Row numbers of the lane buffer for a model of ``states`` states, ``aux`` auxiliary outputs and ``parameters``
-    parameters, and an observer with ``observed`` rows of its own.
+    parameters, an observer with ``observed`` rows of its own and a stepper with ``private`` ones.
 
-    States are positions and velocities in turn: position' = velocity + drift, velocity' = acceleration. The model knows
-    ``stage``, ``acceleration``, ``stage_time``, ``aux`` and ``parameter``; the observer also the ends of the step; the
-    rest is the kernel's.
+    States are positions and velocities in turn, position' = velocity + drift, velocity' = slope; after these pairs come
+    ``singles`` states of first order, state' = slope. The model reads ``stage``, ``stage_time``, ``phase`` and
+    ``parameter`` and writes ``slope`` and ``aux_now``; the observer also reads the ends of the step; the rest is the
+    kernel's.
 
-    The last ``companions`` of the states, an even number, only follow the others, like the tangent vector of a Lyapunov
-    exponent: they have no say in the step size and begin anew in every run of a chain. So the others keep their bits,
-    with companions or without.
+    The last ``companions`` of the states, none or as many as the others, only follow them, like the tangent vector of a
+    Lyapunov exponent: they have no say in the step size and begin anew in every run of a chain. So the others keep
+    their bits, with companions or without.
+
+    The ``phase`` is an angle that advances at a constant rate and is carried from run to run along a chain, the angle
+    of a drive: its row holds its value, less whole turns, when the clock of the run stands at zero.
     """
 
     states: int
@@ -158,6 +160,8 @@ class Rows:
     parameters: int
     observed: int
     companions: int = 0
+    singles: int = 0
+    private: int = 0
 
     @property
     def own(self) -> int:
@@ -166,10 +170,31 @@ class Rows:
 
     @property
     def pairs(self) -> int:
-        """How many positions there are."""
-        return self.states // 2
+        """How many pairs of position and velocity the own states have."""
+        return (self.own - self.singles) // 2
 
-    # What the model reads (`stage`, `stage_time`, `parameter`) and writes (`acceleration`, `aux_now`).
+    @property
+    def own_slopes(self) -> int:
+        """How many slopes the own states have: one a pair, one a state of first order."""
+        return self.pairs + self.singles
+
+    @property
+    def slopes(self) -> int:
+        """How many slopes all states have."""
+        return self.own_slopes * (2 if self.companions else 1)
+
+    @property
+    def blocks(self) -> tuple[tuple[int, int, int, int], ...]:
+        """The states as blocks of one order: (order, how many, first state, first slope)."""
+        found = []
+        for copy in range(2 if self.companions else 1):
+            state, slope = copy * self.own, copy * self.own_slopes
+            found.append((2, self.pairs, state, slope))
+            found.append((1, self.singles, state + 2 * self.pairs, slope + self.pairs))
+        return tuple(block for block in found if block[1])
+
+    # What the model reads (`stage`, `stage_time`, `phase`, `parameter`) and writes (`acceleration`, `aux_now`): the
+    # slopes are accelerations, but for states of first order.
     @property
     def stage(self) -> int:
         return 0
@@ -180,11 +205,15 @@ class Rows:
 
     @property
     def stage_time(self) -> int:
-        return self.acceleration + self.pairs
+        return self.acceleration + self.slopes
+
+    @property
+    def phase(self) -> int:
+        return self.stage_time + 1
 
     @property
     def aux_now(self) -> int:
-        return self.stage_time + 1
+        return self.stage_time + 2
 
     @property
     def parameter(self) -> int:
@@ -203,11 +232,11 @@ class Rows:
 
     @property
     def drift(self) -> int:
-        return self.start_acceleration + self.pairs
+        return self.start_acceleration + self.slopes
 
     @property
     def time(self) -> int:
-        return self.drift + self.pairs
+        return self.drift + self.slopes
 
     @property
     def step(self) -> int:
@@ -225,24 +254,20 @@ class Rows:
     def observer(self) -> int:
         return self.time + 4
 
-    # The kernel's own.
+    # The kernel's own; of these an observer may read `size`.
     @property
-    def inner(self) -> int:
-        """Accelerations at the inner stages 2 to 6."""
+    def size(self) -> int:
+        """The natural sizes of the states."""
         return self.observer + self.observed
 
     @property
-    def lead(self) -> int:
-        """How far each position would go in the step at its present rate."""
-        return self.inner + 5 * self.pairs
-
-    @property
-    def size(self) -> int:
-        return self.lead + self.pairs
+    def stepper(self) -> int:
+        """The stepper's private rows."""
+        return self.size + self.states
 
     @property
     def control(self) -> int:
-        return self.size + self.states
+        return self.stepper + self.private
 
     @property
     def total(self) -> int:

@@ -6,10 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.kernel.gang import Compiled, Gang
-from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.gang import Compiled, Gang, Runs
 from nsdrill.model.ramp import RAMPED, ahead, pack_ramp, ramped_model_for
-from nsdrill.model.rhs import STATES, drifts, first_step, sizes
+from nsdrill.model.rhs import STATES, drifts, first_step, phase_rate, sizes
 from nsdrill.model.schedule import PIECES, Array, Schedule
 from nsdrill.observe.layout import OBSERVED
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
@@ -31,7 +30,7 @@ def follow(
     parameters = study.parameters
     cuts = schedule.cuts(duration, pieces)
     table = pack_ramp(parameters, schedule, cuts, study.thresholds.stuck_below)
-    size, drift, step = sizes(table), drifts(table), first_step(table)
+    size, drift, rate, step = sizes(table), drifts(table), phase_rate(table), first_step(table)
     model = ramped_model_for(parameters)
     parts = Compiled(model.right_hand_side(1), *make_tracer(1, len(RAMPED)))
     store = trace_store(samples, interval)
@@ -42,10 +41,11 @@ def follow(
             status = STEP_LIMIT
             break
         store[BEGAN] = cuts[i]
-        one = Simulation(0.0, float(cuts[i + 1] - cuts[i]), study.simulation.rtol, left)
+        length = float(cuts[i + 1] - cuts[i])
+        one = replace(study.simulation, transient=0.0, observe=length, max_steps=left)
         gang = Gang(1, 1, model.rows(len(OBSERVED)), store, 0, one)
         row = slice(i, i + 1)
-        gang.add(np.array([i]), table[row], size[row], drift[row], step[row], state[np.newaxis])
+        gang.add(np.array([i]), Runs(table[row], size[row], drift[row], rate[row], step[row], state[np.newaxis]))
         done = gang.advance(parts, 0.2, True)
         while len(done.job) == 0:
             done = gang.advance(parts, 0.2, True)

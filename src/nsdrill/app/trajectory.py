@@ -14,12 +14,12 @@ from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import plan_of
 from nsdrill.data import Trace
 from nsdrill.errors import FileError, InputError
-from nsdrill.kernel.gang import Compiled, Gang
+from nsdrill.kernel.gang import Compiled, Gang, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.ensemble import starting_states
 from nsdrill.model.forces import forces
 from nsdrill.model.parameters import Operation
-from nsdrill.model.rhs import STATES, drifts, first_step, model_for, pack, sizes
+from nsdrill.model.rhs import STATES, drifts, first_step, model_for, pack, phase_rate, sizes
 from nsdrill.model.schedule import Schedule
 from nsdrill.observe.layout import OBSERVED
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
@@ -243,7 +243,8 @@ def _at_one_point(
     table = pack(parameters, operation.depth, operation.wob, operation.rotary_speed, study.thresholds.stuck_below)
     store = trace_store(samples, interval)
     gang = Gang(1, 1, model.rows(len(OBSERVED)), store, 0, simulation)
-    gang.add(np.array([0]), table, sizes(table), drifts(table), first_step(table), initial[np.newaxis])
+    runs = Runs(table, sizes(table), drifts(table), phase_rate(table), first_step(table), initial[np.newaxis])
+    gang.add(np.array([0]), runs)
     parts = Compiled(model.right_hand_side(1), *make_tracer(1))
     done = gang.advance(parts, 0.2, True)
     while len(done.job) == 0:

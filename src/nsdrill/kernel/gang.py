@@ -29,7 +29,7 @@ from nsdrill.kernel.loop import (
     make_advance,
 )
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.stepper import make_stepper
+from nsdrill.kernel.steppers import STEPPERS, Stepper
 
 Array = np.ndarray[Any, np.dtype[Any]]
 SEGMENT = 20_000  # packed steps between looks at the clock: some 20 ms
@@ -61,6 +61,29 @@ class Compiled:
     marker: Any
 
 
+@dataclass(frozen=True)
+class Runs:
+    """What distinguishes runs of one model; arrays over the runs.
+
+    ``parameters`` [n, parameters], ``sizes`` [n, states]: the absolute tolerance of a state is the relative one times
+    its size; ``drifts`` [n, slopes]: what the rate of a position has beyond its velocity; ``phase_rate`` [n] [rad/s];
+    ``first_step`` [n] [s]; ``initial`` [n, states + 1], the phase last. ``transient`` and ``observe`` [n] [s] where
+    they are not those of the gang.
+    """
+
+    parameters: Array
+    sizes: Array
+    drifts: Array
+    phase_rate: Array
+    first_step: Array
+    initial: Array
+    transient: Array | None = None
+    observe: Array | None = None
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+
 @dataclass
 class Finished:
     """Runs that ended, in the order in which they did; arrays over these runs."""
@@ -69,10 +92,17 @@ class Finished:
     status: Array
     accepted: Array
     rejected: Array
-    initial: Array  #: [runs, states + 1], the drive angle last
+    initial: Array  #: [runs, states + 1], the phase last
     final: Array
     report: Array  #: the observer's columns
     parameters: Array
+
+
+def _marks(transient: Any, observe: Any) -> dict[str, Any]:
+    """When the marks of a run are due [s], and its least step, which still moves the clock at the end."""
+    closes = transient + observe
+    return {"least_step": 16 * np.finfo(float).eps * closes, "opens": transient, "halves": transient + 0.5 * observe,
+            "closes": closes}  # fmt: skip
 
 
 class Gang:
@@ -84,11 +114,12 @@ class Gang:
     def __init__(
         self, lanes: int, slots: int, rows: Rows, store: Array, report_width: int, simulation: Simulation
     ) -> None:
-        self.lanes, self.rows = lanes, rows
+        self.lanes, self.pair = lanes, simulation.pair
+        self.rows = rows = self._stepper.rows(rows)
         self._buffer = aligned_zeros(rows.total * lanes)
         self._store = store
         self._lane = np.full(3 * lanes, -1, dtype=np.int64)
-        self._table = np.zeros((slots, rows.parameters + rows.states + rows.pairs + len(SETTINGS)))
+        self._table = np.zeros((slots, rows.parameters + rows.states + rows.slopes + len(SETTINGS)))
         self._state = np.zeros((slots, rows.states + 1))
         self._successor = np.full(slots, -1, dtype=np.int64)
         self._job = np.full(slots, -1, dtype=np.int64)
@@ -101,13 +132,14 @@ class Gang:
 
     @staticmethod
     def _settings(simulation: Simulation) -> dict[str, float]:
-        opens, length = simulation.transient, simulation.observe
-        closes = opens + length
-        # The least step still moves the clock at the end of the run.
         return {
-            "least_step": 16 * np.finfo(float).eps * closes, "per_rtol": 1.0 / simulation.rtol,
-            "limit": float(simulation.max_steps), "opens": opens, "halves": opens + 0.5 * length, "closes": closes,
+            **_marks(simulation.transient, simulation.observe), "per_rtol": 1.0 / simulation.rtol,
+            "limit": float(simulation.max_steps),
         }  # fmt: skip
+
+    @property
+    def _stepper(self) -> Stepper:
+        return STEPPERS[self.pair]
 
     @property
     def slots(self) -> int:
@@ -138,38 +170,30 @@ class Gang:
     def packed_steps(self) -> int:
         return int(self._counters[PACKED_STEPS])
 
-    def add(
-        self, job: Array, parameters: Array, sizes: Array, drifts: Array, first_step: Array, initial: Array
-    ) -> None:
+    def add(self, job: Array, runs: Runs) -> None:
         """Append one chain: runs that follow one another, each from the state which the one before has reached.
 
-        ``job`` [n] ids, ``parameters`` [n, parameters], ``sizes`` [n, states], ``drifts`` [n, states / 2],
-        ``first_step`` [n]. ``initial`` [n, states + 1]: the first row is the state of the first run; the others serve
-        where the run before failed. Raises ValueError where they do not fit.
+        ``job`` [n] ids. The first row of ``runs.initial`` is the state of the first run; the others serve where the run
+        before failed. Raises ValueError where they do not fit.
         """
-        slots = self._place(job, parameters, sizes, drifts, first_step)
-        self._state[slots] = initial
+        slots = self._place(job, runs)
         self._successor[slots[:-1]] = slots[1:]
         self._enqueue(slots[:1])
 
-    def add_many(
-        self, job: Array, parameters: Array, sizes: Array, drifts: Array, first_step: Array, initial: Array
-    ) -> None:
+    def add_many(self, job: Array, runs: Runs) -> None:
         """Append independent runs; arguments as of :meth:`add`."""
-        slots = self._place(job, parameters, sizes, drifts, first_step)
-        self._state[slots] = initial
-        self._enqueue(slots)
+        self._enqueue(self._place(job, runs))
 
-    def _place(self, job: Array, parameters: Array, sizes: Array, drifts: Array, first_step: Array) -> Array:
+    def _place(self, job: Array, runs: Runs) -> Array:
         if len(job) > self.free:
             raise ValueError(f"{len(job)} runs for {self.free} free slots")
         slots = np.array([self._free.pop() for _ in range(len(job))], dtype=np.int64)
-        p, n, m = self.rows.parameters, self.rows.states, self.rows.pairs
-        self._table[slots, :p] = parameters
-        self._table[slots, p : p + n] = sizes
-        self._table[slots, p + n : p + n + m] = drifts
-        self._table[slots, p + n + m] = first_step
-        self._table[slots, p + n + m + 1 :] = [self.settings[name] for name in SETTINGS[1:]]
+        settings = {**self.settings, "phase_rate": runs.phase_rate, "first_step": runs.first_step}
+        if runs.transient is not None and runs.observe is not None:
+            settings |= _marks(runs.transient, runs.observe)
+        columns = [runs.parameters, runs.sizes, runs.drifts, *(settings[name] for name in SETTINGS)]
+        self._table[slots] = np.column_stack([np.broadcast_to(c, (len(job),) + np.shape(c)[1:]) for c in columns])
+        self._state[slots] = runs.initial
         self._job[slots] = job
         self._successor[slots] = -1
         return slots
@@ -184,7 +208,7 @@ class Gang:
         finds nothing to do. Gives the runs that ended and forgets them."""
         deadline = time.perf_counter() + seconds
         loop = make_advance(self.lanes, self.rows)
-        stepper = make_stepper(self.lanes, self.rows)
+        stepper = self._stepper.make(self.lanes, self.rows)
         while True:
             before = self.packed_steps
             loop(

@@ -19,8 +19,6 @@ from nsdrill.abi import (
     BUFFER,
     CLOSES,
     CONTROL,
-    DRIVE_PHASE,
-    DRIVE_SPEED,
     LIMIT,
     MARK,
     MARKER,
@@ -36,7 +34,7 @@ from nsdrill.abi import (
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 
 # Columns of the slot table after the model's parameters, the states' sizes and the positions' drifts.
-SETTINGS = ("first_step", "least_step", "per_rtol", "limit", "opens", "halves", "closes")
+SETTINGS = ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens", "halves", "closes")
 # Columns of the outbox before the observer's.
 REPORT = ("status", "accepted", "rejected")
 # Entries of the counters.
@@ -68,8 +66,9 @@ def make_advance(lanes: int, rows: Rows) -> Any:
     are idle, or, unless ``drain``, when one more than at first is. A run that fails does not end its chain: the next
     one then starts from the state laid down in its own slot.
     """
-    W, N, M, P, own = lanes, rows.states, rows.pairs, rows.parameters, rows.own
-    stage_, acceleration_, t_stage_ = W * rows.stage, W * rows.acceleration, W * rows.stage_time
+    W, N, M, P, own = lanes, rows.states, rows.slopes, rows.parameters, rows.own
+    stage_, acceleration_, t_stage_, phase_ = (
+        W * r for r in (rows.stage, rows.acceleration, rows.stage_time, rows.phase))
     parameter_, y_, a1_, t_, h_, moves_, window_ = (W * r for r in (
         rows.parameter, rows.start, rows.start_acceleration, rows.time, rows.step, rows.moves, rows.window))
     size_, drift_ = W * rows.size, W * rows.drift
@@ -79,8 +78,8 @@ def make_advance(lanes: int, rows: Rows) -> Any:
     accepted_, rejected_, limit_, running_, attention_ = (
         row[n] for n in ("accepted", "rejected", "limit", "running", "attention"))
     setting = {name: P + N + M + i for i, name in enumerate(SETTINGS)}
-    first_c, least_c, per_rtol_c, limit_c, opens_c = (
-        setting[n] for n in ("first_step", "least_step", "per_rtol", "limit", "opens"))
+    rate_c, first_c, least_c, per_rtol_c, limit_c, opens_c = (
+        setting[n] for n in ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens"))
     report_state = len(REPORT)
     report_observed = report_state + N + 1
 
@@ -111,7 +110,7 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                         fresh = True
                         for j in range(P):
                             b[parameter_ + j * W + i] = table[slot, j]
-                        b[parameter_ + DRIVE_PHASE * W + i] = np.fmod(state[slot, N], TWO_PI)
+                        b[phase_ + i] = np.fmod(state[slot, N], TWO_PI)
                         for j in range(N):
                             b[y_ + j * W + i] = state[slot, j]
                             b[size_ + j * W + i] = table[slot, P + j]
@@ -191,8 +190,8 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                 outbox[slot, 2] = b[rejected_ + i]
                 for j in range(N):
                     outbox[slot, report_state + j] = b[y_ + j * W + i]
-                angle = state[slot, N] + table[slot, DRIVE_SPEED] * b[t_ + i]
-                outbox[slot, report_state + N] = angle
+                phase = state[slot, N] + table[slot, rate_c] * b[t_ + i]
+                outbox[slot, report_state + N] = phase
                 finished[counters[FINISHED]] = slot
                 counters[FINISHED] += 1
                 counters[LANE_STEPS] += int(b[accepted_ + i] + b[rejected_ + i])
@@ -202,7 +201,7 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                     if status == OK:  # else the next one starts from the state that waits in its slot
                         for j in range(own):
                             state[following, j] = b[y_ + j * W + i]
-                        state[following, N] = angle
+                        state[following, N] = phase
                     lane[i] = following
                     lane[2 * W + i] = 1
                 else:

@@ -28,7 +28,7 @@ from nsdrill.model.parameters import Parameters
 from nsdrill.model.rhs import AUX, INDEX, PARAMETERS, STATES, Model, make_right_hand_side, pack
 from nsdrill.model.schedule import Array, Schedule
 
-DRIVE = 2  # the drive's phase and speed, the first two parameters, stay those of the constant drive
+DRIVE = 1  # the drive's speed, the first parameter, stays that of the constant drive
 MOVING = PARAMETERS[DRIVE:]
 RAMPED = (
     *PARAMETERS,

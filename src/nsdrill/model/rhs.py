@@ -26,7 +26,7 @@ STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
 # speed and its decay factor. The others carry results from one of its loops to the next.
 AUX = ("cosine", "sine", "direction", "decay", "force", "torque", "radius", "slip", "radial", "tangential", "friction")
 PARAMETERS = (
-    "drive_phase", "drive_speed", "wob",
+    "drive_speed", "wob",
     "per_lateral_mass", "per_inertia", "per_axial_mass", "unbalance_arm",
     "bending", "softening_force", "softening_torque", "drag",
     "axial_damping", "axial_stiffness", "torsional_damping", "torsional_stiffness",
@@ -70,7 +70,7 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, compan
     cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
         W * (rows.aux_now + i) for i in range(len(AUX)))
     P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
-    phase_, drive_, wob_ = P["drive_phase"], P["drive_speed"], P["wob"]
+    phase_, drive_, wob_ = W * rows.phase, P["drive_speed"], P["wob"]
     iml_, iJ_, ima_, q_ = P["per_lateral_mass"], P["per_inertia"], P["per_axial_mass"], P["unbalance_arm"]
     bend_, soft_F_, soft_T_, drag_ = P["bending"], P["softening_force"], P["softening_torque"], P["drag"]
     c_a_, k_a_, c_t_, k_t_ = (
@@ -149,7 +149,7 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, compan
 
 def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_below: float = 0.0) -> np.ndarray:
     """Lane parameters of operating points, shape (points, len(PARAMETERS)), from 1-D arrays depth [m], wob [N] and
-    rotary_speed [rad/s] of one length. ``drive_phase`` is left at zero: it belongs to the state."""
+    rotary_speed [rad/s] of one length."""
     depth, wob, rotary_speed = _together(depth, wob, rotary_speed)
     k: Coefficients = derive(parameters, depth, wob, rotary_speed)
     string, well, bit = parameters.drillstring, parameters.well, parameters.bit
@@ -224,6 +224,11 @@ def drifts(table: np.ndarray) -> np.ndarray:
     drift = np.zeros((len(table), len(STATES) // 2))
     drift[:, 3] = -table[:, INDEX["drive_speed"]]
     return drift
+
+
+def phase_rate(table: np.ndarray) -> np.ndarray:
+    """How fast the phase, the drive's angle, advances [rad/s], shape (points,)."""
+    return table[:, INDEX["drive_speed"]]
 
 
 def first_step(table: np.ndarray) -> np.ndarray:

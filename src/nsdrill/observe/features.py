@@ -80,7 +80,7 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
     before_, now_, level_ = own["u_before"], own["u_now"], own["level"]
     rock_crossings_, stuck_crossings_, wall_crossings_, rock_grazes_, wall_grazes_ = (own[name] for name in PARTS)
     parts_, parts_count = own[PARTS[0]], len(PARTS)
-    time_, phase_ = W * rows.time, parameter["drive_phase"]
+    time_, phase_ = W * rows.time, W * rows.phase
     u0_, du0_, _, _, dT0_, r0_, dr0_ = (before_ + W * i for i in range(len(ENDS)))
     u1_, du1_, ddu1_, T1_, dT1_, r1_, dr1_ = (now_ + W * i for i in range(len(ENDS)))
     z_min_, z_max_, speed_min_, speed_max_, twist_min_, twist_max_, u_max_, torque_max_, rho_max_ = (

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.kernel.gang import Finished
+from nsdrill.kernel.gang import Finished, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.compare import scales
 from nsdrill.observe.reduce import features
@@ -32,10 +32,9 @@ class Again(Work):
         return cls(replace(work.plan, along=None), work.parameters, work.initial, simulation, work.thresholds,
                    Record(peaks=0), numbers, states)
 
-    def prepare(self, points: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Lane parameters, state sizes, drifts, first steps and initial states of these points."""
-        table, size, drift, first_step, _ = super().prepare(points)
-        return table, size, drift, first_step, self.states[np.searchsorted(self.numbers, points)]
+    def prepare(self, points: Array) -> Runs:
+        """The runs of these points."""
+        return replace(super().prepare(points), initial=self.states[np.searchsorted(self.numbers, points)])
 
     def columns(self, done: Finished) -> dict[str, Array]:
         """Status and features of finished runs, and the scales in which their differences are measured."""

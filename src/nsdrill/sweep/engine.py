@@ -182,7 +182,7 @@ class Engine:
             if count > 0:
                 points = self._pending[self._next : self._next + count]
                 self._next += count
-                crew.gang.add_many(points, *self.work.prepare(points))
+                crew.gang.add_many(points, self.work.prepare(points))
             return
         # A segment keeps the room of its finished points: its chain goes on there.
         while room > 0 and self._starts and (len(crew.ends) + 1) * self._segment <= crew.gang.slots:
@@ -194,11 +194,11 @@ class Engine:
         plan = self.work.plan
         end = min(start.place + self._segment, plan.chain_length)
         points = plan.points_of(start.chain, np.arange(start.place, end))
-        table, sizes, drifts, first_step, initial = self.work.prepare(points)
+        runs = self.work.prepare(points)
         if start.state is not None:
-            self.work.begin(initial[0], start.state)
+            self.work.begin(runs.initial[0], start.state)
         crew.ends[int(points[-1])] = (start.chain, end) if end < plan.chain_length else None
-        crew.gang.add(points, table, sizes, drifts, first_step, initial)
+        crew.gang.add(points, runs)
 
     def _receive(self, crew: _Crew, future: Future[Any]) -> None:
         gang, done = future.result()

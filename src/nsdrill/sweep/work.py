@@ -10,10 +10,10 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled
-from nsdrill.kernel.gang import Compiled, Finished, Gang
+from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.stepper import make_stepper
+from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.model.ensemble import starting_states
 from nsdrill.model.parameters import Initial, Parameters
 from nsdrill.model.rhs import (
@@ -24,6 +24,7 @@ from nsdrill.model.rhs import (
     first_step,
     make_right_hand_side,
     pack,
+    phase_rate,
     sizes,
 )
 from nsdrill.model.tangent import COMPANIONS, make_tangent
@@ -56,9 +57,11 @@ class Work:
     record: Record
 
     @property
-    def variant(self) -> tuple[bool, int, bool]:
-        """What is fixed when it is compiled: Hertz wall or not, number of lobes, with the Lyapunov exponent or not."""
-        return self.parameters.well.law == "hertz", self.parameters.bit.lobes, self.record.exponent
+    def variant(self) -> tuple[bool, int, bool, str]:
+        """What is fixed when it is compiled: Hertz wall or not, number of lobes, with the Lyapunov exponent or not, and
+        the name of the pair."""
+        well, bit = self.parameters.well, self.parameters.bit
+        return well.law == "hertz", bit.lobes, self.record.exponent, self.simulation.pair
 
     def new_gang(self, lanes: int, slots: int) -> Gang:
         record = self.record
@@ -71,8 +74,8 @@ class Work:
         slots = min(slots, max(FEWEST_SLOTS, OUTBOX_FLOATS // width))
         return Gang(lanes, slots, rows_for(record.exponent), store, width, self.simulation)
 
-    def prepare(self, points: Array) -> tuple[Array, Array, Array, Array, Array]:
-        """Lane parameters, state sizes, drifts, first steps and initial states of these points."""
+    def prepare(self, points: Array) -> Runs:
+        """The runs of these points."""
         depth, wob, speed = self.plan.values(points)
         table = pack(self.parameters, depth, wob, speed, self.thresholds.stuck_below)
         initial = starting_states(self.parameters, self.initial, depth, wob, speed, self.plan.starts_of(points))
@@ -80,7 +83,7 @@ class Work:
         if self.record.exponent:  # the deviation stands between the states and the drive angle, and has no drift
             initial = np.concatenate([initial[:, :-1], seed_deviation(size), initial[:, -1:]], axis=1)
             size, drift = np.tile(size, 2), np.concatenate([drift, np.zeros_like(drift)], axis=1)
-        return table, size, drift, first_step(table), initial
+        return Runs(table, size, drift, phase_rate(table), first_step(table), initial)
 
     @staticmethod
     def own_state(state: Array) -> Array:
@@ -135,11 +138,14 @@ def rows_for(exponent: bool) -> Rows:
 
 
 @lru_cache
-def compiled_parts(lanes: int, hertz: bool, lobes: int = 3, exponent: bool = False) -> Compiled:
+def compiled_parts(
+    lanes: int, hertz: bool, lobes: int = 3, exponent: bool = False, pair: str = "tsitouras"
+) -> Compiled:
     """The model and the observer, compiled for a number of lanes; from the disk cache where it has them. The kernel is
     compiled along, before several threads ask for it at once."""
-    rows = rows_for(exponent)
-    make_stepper(lanes, rows)
+    stepper = STEPPERS[pair]
+    rows = stepper.rows(rows_for(exponent))
+    stepper.make(lanes, rows)
     make_advance(lanes, rows)
     if exponent:
         observer, marker = make_watch(lanes, lobes)
@@ -168,7 +174,7 @@ def make_watch(lanes: int, lobes: int) -> tuple[Any, Any]:
     return watch, watch_marker
 
 
-def advance(gang: Gang, variant: tuple[bool, int, bool], seconds: float, drain: bool) -> tuple[Gang, Finished]:
+def advance(gang: Gang, variant: tuple[bool, int, bool, str], seconds: float, drain: bool) -> tuple[Gang, Finished]:
     """One slice of work: a task for any executor, in this process or in another."""
     done = gang.advance(compiled_parts(gang.lanes, *variant), seconds, drain)
     return gang, done

@@ -1,0 +1,40 @@
+"""The steppers by the names that a study gives them. A new one is a file beside these and a line here."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from nsdrill.abi import Rows
+from nsdrill.kernel.dormand_prince import DORMAND_PRINCE
+from nsdrill.kernel.explicit import ExplicitPair
+from nsdrill.kernel.tableau import TSITOURAS
+
+
+class Stepper(Protocol):
+    """What the kernel asks of a method.
+
+    Its compiled function ``step(buffer, right_hand_side, observer, store)`` tries one step in every lane from
+    (``time``, ``start``, ``start_acceleration``), for which the lanes with ``moves`` set move on first; leaves the end
+    of the step in ``stage`` and ``acceleration`` and the verdict in the rows of ``CONTROL``; shows the step to the
+    observer; and returns whether some lane asks for attention.
+    """
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def order(self) -> int: ...
+
+    def rows(self, rows: Rows) -> Rows:
+        """The row layout with the rows that are the stepper's own."""
+        ...
+
+    def make(self, lanes: int, rows: Rows) -> Any:
+        """The compiled function for a number of lanes and a row layout that :meth:`rows` gave."""
+        ...
+
+
+STEPPERS: dict[str, Stepper] = {
+    "tsitouras": ExplicitPair(TSITOURAS),
+    "dormand_prince": ExplicitPair(DORMAND_PRINCE),
+}
