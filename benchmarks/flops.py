@@ -107,12 +107,12 @@ def main() -> None:
 def _functions() -> dict[str, tuple[Any, int]]:
     """The hot functions, compiled, and how often each runs in a packed step."""
     from benchmarks.workload import mixed
-    from nsdrill.kernel.stepper import make_stepper
+    from nsdrill.kernel.steppers import STEPPERS
     from nsdrill.sweep.work import compiled_parts
 
     work = mixed(2, 2, 1.0, 1.0)
     parts = compiled_parts(LANES, *work.variant)
-    stepper = make_stepper(LANES, work.new_gang(LANES, 8).rows)
+    stepper = STEPPERS["tsitouras"].make(LANES, work.new_gang(LANES, 8).rows)
     return {"right-hand side": (parts.right_hand_side, 6), "stepper": (stepper, 1), "observer": (parts.observer, 1)}
 
 
@@ -187,12 +187,12 @@ def _caller(right_hand_side: Any, in_turn: bool = False) -> Callable[[float], fl
     work = mixed(4, 2, 1.0, 1.0)
     gang = work.new_gang(LANES, 2 * LANES)
     rows = gang.rows
-    table_, *_, initial = work.prepare(np.arange(LANES) % work.plan.points)
+    runs = work.prepare(np.arange(LANES) % work.plan.points)
     raw = np.zeros(rows.total * LANES + 8)
     buffer = raw[(-raw.ctypes.data % 64) // 8 :][: rows.total * LANES]
     grid = buffer.reshape(rows.total, LANES)
-    grid[rows.parameter : rows.parameter + rows.parameters] = table_.T
-    grid[rows.stage : rows.stage + rows.states] = initial[:, : rows.states].T
+    grid[rows.parameter : rows.parameter + rows.parameters] = runs.parameters.T
+    grid[rows.stage : rows.stage + rows.states] = runs.initial[:, : rows.states].T
 
     states, result = LANES * rows.states, LANES * (rows.states + 1)  # the row after the first of the slopes
     first = LANES * rows.stage

@@ -39,14 +39,14 @@ import sys, time
 import numpy as np
 from nsdrill.app.run import work_of
 from nsdrill.kernel.loop import make_advance
-from nsdrill.kernel.stepper import make_stepper
+from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.study import load_study
 from nsdrill.sweep.work import compiled_parts
 work = work_of(load_study(sys.argv[1]))
 compiled_parts(8, *work.variant)
 gang = work.new_gang(8, 64)
-gang.add_many(np.arange(4), *work.prepare(np.arange(4)))
-make_advance(8, gang.rows), make_stepper(8, gang.rows)
+gang.add_many(np.arange(4), work.prepare(np.arange(4)))
+make_advance(8, gang.rows), STEPPERS["tsitouras"].make(8, gang.rows)
 print(time.time() - float(sys.argv[2]))
 """
 

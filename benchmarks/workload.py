@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.kernel.gang import Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.coefficients import derive
 from nsdrill.model.parameters import Initial, Parameters
@@ -60,9 +61,9 @@ class Started(Work):
 
     states: Array | None = None
 
-    def prepare(self, points: Array) -> tuple[Array, ...]:  # type: ignore[override]
-        *prepared, initial = super().prepare(points)
-        return *prepared, initial if self.states is None else self.states[points]
+    def prepare(self, points: Array) -> Runs:
+        runs = super().prepare(points)
+        return runs if self.states is None else replace(runs, initial=self.states[points])
 
 
 def grid(
@@ -100,10 +101,11 @@ def with_rtol(work: Started, rtol: float) -> Started:
 def problem_of(work: Started) -> Problem:
     """The same runs for the peers."""
     points = np.arange(work.plan.points)
-    _, sizes, *_, first, initial = work.prepare(points)
-    constants = constants_of(work.parameters, *work.plan.values(points), initial[:, STATES])
+    runs = work.prepare(points)
+    constants = constants_of(work.parameters, *work.plan.values(points), runs.initial[:, STATES])
     duration = work.simulation.transient + work.simulation.observe
-    return Problem(constants, sizes.copy(), first.copy(), initial[:, :STATES].copy(), duration)
+    return Problem(
+        constants, runs.sizes.copy(), runs.first_step.copy(), runs.initial[:, :STATES].copy(), duration)
 
 
 def constants_of(parameters: Parameters, depth: Array, wob: Array, speed: Array, drive_angle: Array) -> Array:

@@ -50,7 +50,7 @@ class Nsdrill:
             end = np.empty((len(points), STATES))
             tries = 0
             with Stopwatch() as watch:
-                gang.add_many(points, *work.prepare(points))
+                gang.add_many(points, work.prepare(points))
                 while not gang.idle:
                     done = gang.advance(parts, 1.0, True)
                     end[done.job] = done.final[:, :STATES]

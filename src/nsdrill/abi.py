@@ -208,16 +208,16 @@ class Rows:
         return self.acceleration + self.slopes
 
     @property
-    def phase(self) -> int:
+    def aux_now(self) -> int:
         return self.stage_time + 1
 
     @property
-    def aux_now(self) -> int:
-        return self.stage_time + 2
+    def phase(self) -> int:
+        return self.aux_now + self.aux
 
     @property
     def parameter(self) -> int:
-        return self.aux_now + self.aux
+        return self.phase + 1
 
     # What the observer reads besides: the step goes from (`time`, `start`) to (`time` + `step`, `stage`), with the
     # accelerations `start_acceleration` and `acceleration` at its ends; `moves` is 1.0 where it is accepted, `window`
@@ -254,20 +254,19 @@ class Rows:
     def observer(self) -> int:
         return self.time + 4
 
-    # The kernel's own; of these an observer may read `size`.
+    # The stepper's private rows, then the kernel's own; of these an observer may read `size`.
     @property
-    def size(self) -> int:
-        """The natural sizes of the states."""
+    def stepper(self) -> int:
         return self.observer + self.observed
 
     @property
-    def stepper(self) -> int:
-        """The stepper's private rows."""
-        return self.size + self.states
+    def size(self) -> int:
+        """The natural sizes of the states."""
+        return self.stepper + self.private
 
     @property
     def control(self) -> int:
-        return self.stepper + self.private
+        return self.size + self.states
 
     @property
     def total(self) -> int:

@@ -21,7 +21,7 @@ TESTS = str(Path(__file__).parents[1])
 
 ASSEMBLY = """
 import sys
-from nsdrill.kernel.stepper import make_stepper
+from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.model.parameters import Parameters
 from nsdrill.model.rhs import make_right_hand_side, model_for
 from nsdrill.observe.events import make_events
@@ -29,7 +29,7 @@ from nsdrill.observe.layout import OBSERVED
 rows = model_for(Parameters()).rows(len(OBSERVED))
 function = {
     "rhs": lambda: make_right_hand_side(8, False),
-    "stepper": lambda: make_stepper(8, rows),
+    **{name: lambda stepper=stepper: stepper.make(8, stepper.rows(rows)) for name, stepper in STEPPERS.items()},
     "events": lambda: make_events(8, rows)[1],
 }[sys.argv[1]]()
 print("".join(function.inspect_asm().values()))
@@ -44,7 +44,7 @@ def has_wide_registers() -> bool:
 
 
 @pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
-@pytest.mark.parametrize("part", ["rhs", "stepper", "events"])
+@pytest.mark.parametrize("part", ["rhs", "tsitouras", "dormand_prince", "events"])
 def test_lane_loops_compile_to_packed_instructions(part: str, tmp_path: Path) -> None:
     """One function call or branch in a lane loop, and LLVM goes back to one lane at a time: five times slower.
 

@@ -30,7 +30,7 @@ def test_slots_are_taken_and_given_back() -> None:
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
     gang = work.new_gang(8, 20)
     points = np.arange(13)
-    gang.add_many(points, *work.prepare(points))
+    gang.add_many(points, work.prepare(points))
     assert gang.free == 7
     assert not gang.idle
     done = finish(work, gang)
@@ -44,13 +44,13 @@ def test_more_runs_than_slots_are_refused() -> None:
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
     gang = work.new_gang(8, 12)
     with pytest.raises(ValueError, match="13 runs for 12 free slots"):
-        gang.add_many(np.arange(13), *work.prepare(np.arange(13)))
+        gang.add_many(np.arange(13), work.prepare(np.arange(13)))
 
 
 def test_steps_tried_are_accepted_and_rejected_ones() -> None:
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
     gang = work.new_gang(8, 13)
-    gang.add_many(np.arange(13), *work.prepare(np.arange(13)))
+    gang.add_many(np.arange(13), work.prepare(np.arange(13)))
     done = finish(work, gang)
     assert gang.lane_steps == sum(int(np.sum(d.accepted + d.rejected)) for d in done)
     assert gang.lane_steps <= 8 * gang.packed_steps
@@ -60,7 +60,7 @@ def test_lanes_are_refilled_at_once() -> None:
     """Runs that differ tenfold in length: with fixed blocks of eight, lanes would idle half of the time."""
     work = work_for(Case(), Simulation(transient=5.0, observe=5.0), rotary_speed=np.tile(SPEEDS, 10))
     gang = work.new_gang(8, 130)
-    gang.add_many(np.arange(130), *work.prepare(np.arange(130)))
+    gang.add_many(np.arange(130), work.prepare(np.arange(130)))
     done = finish(work, gang)
     steps = np.concatenate([d.accepted + d.rejected for d in done])
     assert np.max(steps) > 3 * np.min(steps)
@@ -75,28 +75,28 @@ def test_a_refilled_slot_keeps_nothing_of_its_last_run() -> None:
     while left or not gang.idle:
         batch = np.array([left.pop(0) for _ in range(min(gang.free, len(left)))], dtype=np.int64)
         if len(batch):
-            gang.add_many(batch, *work.prepare(batch))
+            gang.add_many(batch, work.prepare(batch))
         done.append(gang.advance(parts, 0.0, False))
-    assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13))[-1]))
+    assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13)).initial))
 
 
 def test_a_gang_goes_on_after_a_journey_to_another_process() -> None:
     """Pickled in the middle of its work, as a remote executor does."""
     work = work_for(Case(), Simulation(transient=50.0, observe=50.0), rotary_speed=SPEEDS)
     gang = work.new_gang(8, 13)
-    gang.add_many(np.arange(13), *work.prepare(np.arange(13)))
+    gang.add_many(np.arange(13), work.prepare(np.arange(13)))
     done, parts = [], compiled_parts(8, False)
     while not gang.idle:
         gang = pickle.loads(pickle.dumps(gang))
         assert gang._buffer.ctypes.data % 64 == 0
         done.append(gang.advance(parts, 0.0, True))
     assert len(done) > 2
-    assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13))[-1]))
+    assert same_bits(collect(work, done), run_from(work, work.prepare(np.arange(13)).initial))
 
 
 def test_a_velocity_that_overflows_is_divergence() -> None:
     work = work_for(Case(), BRIEF, rotary_speed=[3.0, 4.0])
-    states = work.prepare(np.arange(2))[-1]
+    states = work.prepare(np.arange(2)).initial
     states[0, 5] = np.inf
     out = run_from(work, states)
     assert out["status"].tolist() == [DIVERGED, OK]

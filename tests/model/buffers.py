@@ -27,7 +27,7 @@ def slopes(
             filled = np.resize(here, lanes)  # the last lanes once more, where too few are left
             buffer = buffer_of(table[filled], time[filled], states[filled])
             function(buffer)
-            rows = buffer.reshape(ROWS.total, lanes)[ROWS.acceleration : ROWS.acceleration + ROWS.pairs]
+            rows = buffer.reshape(ROWS.total, lanes)[ROWS.acceleration : ROWS.acceleration + ROWS.slopes]
             out[here, velocities] = rows.T[: len(here)]
     return out
 

@@ -16,7 +16,7 @@ from reference import Case, contacts, derivative, quick
 from model.buffers import ROWS, buffer_of, slopes
 from model.cases import parameters_of, random_case, random_state, table_of
 from nsdrill.model.lobes import multiple_cosine, multiple_sine
-from nsdrill.model.rhs import first_step, initial_states, make_right_hand_side, pack, sizes
+from nsdrill.model.rhs import INDEX, first_step, initial_states, make_right_hand_side, pack, sizes
 
 HERE = Path(__file__).parent
 TESTS = str(HERE.parent)
@@ -205,7 +205,7 @@ def test_mirror_image_of_the_rotation() -> None:
         s = random_state(rng, c)
         flip = np.array([1, 1, -1, -1, 1, 1, -1, -1])
         table = np.repeat(table_of(c), 8, axis=0)
-        table[1, 1] *= -1  # drive_speed; depth of cut and all else stay
+        table[1, INDEX["drive_speed"]] *= -1  # depth of cut and all else stay
         f = slopes(8, False, table, np.full(8, 2.0), np.array([s, s * flip] + [s] * 6))
         if c.softening != "live":  # the torque that softens changes its sign in the mirror
             assert f[1] == pytest.approx(f[0] * flip, rel=1e-12, abs=1e-12 * np.max(np.abs(f[0])))

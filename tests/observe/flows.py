@@ -1,6 +1,4 @@
 """Systems with published answers, run through nsdrill's own kernel: Lorenz and Roessler, with a deviation each.
-
-A first-order system is one of pairs whose positions nobody looks at: the velocities are its variables.
 """
 
 from __future__ import annotations
@@ -12,14 +10,14 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
-from nsdrill.kernel.gang import Compiled, Finished, Gang
+from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
 from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.observe.exponent import GROWTH, REPORT, growth_header, make_growth, seed_deviation
 from nsdrill.observe.interpolant import bends_of_cubic, crossing, quintic, value
 
-# Three parameters after the two that every model has, the drive phase and speed.
-ROWS = Rows(12, 0, 5, len(GROWTH), 6)
-UNSEEN = 1e100  # the size of a position: none of its errors counts
+# Three states of first order and as many companions; three parameters.
+ROWS = STEPPERS["tsitouras"].rows(Rows(6, 0, 3, len(GROWTH), 3, singles=3))
 
 
 @inlined
@@ -31,9 +29,9 @@ def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
 @lru_cache
 def right_hand_side(lanes: int, roessler: bool) -> Any:
     W = lanes
-    x_, y_, z_, dx_, dy_, dz_ = (W * (ROWS.stage + i) for i in (1, 3, 5, 7, 9, 11))
+    x_, y_, z_, dx_, dy_, dz_ = (W * (ROWS.stage + i) for i in range(6))
     ax_, ay_, az_, adx_, ady_, adz_ = (W * (ROWS.acceleration + i) for i in range(6))
-    p_, q_, r_ = (W * (ROWS.parameter + i) for i in (2, 3, 4))
+    p_, q_, r_ = (W * (ROWS.parameter + i) for i in range(3))
 
     @compiled(types.void(BUFFER), W, roessler)
     def slopes(b):  # type: ignore[no-untyped-def]
@@ -56,14 +54,13 @@ def run(roessler: bool, parameters: list[tuple[float, float, float]], start: tup
     """All the parameters side by side, from one start."""
     count = len(parameters)
     gang = Gang(lanes, count, ROWS, store, len(REPORT), simulation)
-    table = np.zeros((count, 5))
-    table[:, 2:] = parameters
-    sizes = np.tile([UNSEEN, size] * 3, (count, 1))
-    initial = np.zeros((count, 13))
-    initial[:, 1:6:2] = start
-    initial[:, 6:12] = seed_deviation(sizes)
-    initial[:, 6:12:2] = 0.0
-    gang.add_many(np.arange(count), table, np.tile(sizes, 2), np.zeros((count, 6)), np.full(count, 1e-3), initial)
+    sizes = np.full((count, 3), size)
+    initial = np.zeros((count, 7))
+    initial[:, :3] = start
+    initial[:, 3:6] = seed_deviation(sizes)
+    gang.add_many(np.arange(count), Runs(
+        np.array(parameters), np.tile(sizes, 2), drifts=np.zeros((count, 6)), phase_rate=np.zeros(count),
+        first_step=np.full(count, 1e-3), initial=initial))
     parts, done = Compiled(right_hand_side(lanes, roessler), *watch), []
     while not gang.idle:
         done.append(gang.advance(parts, 60.0, True))
@@ -89,14 +86,14 @@ def section_watch() -> tuple[Any, Any]:
 
     @compiled(types.void(BUFFER, BUFFER))
     def note_sections(b, store):  # type: ignore[no-untyped-def]
-        if b[moves_] * b[window_] == 0.0 or not (b[start_ + 3] < 0.0 <= b[end_ + 3]):
+        if b[moves_] * b[window_] == 0.0 or not (b[start_ + 1] < 0.0 <= b[end_ + 1]):
             return
         h, count = b[step_], int(store[0])
-        p0, p1, p2, p3, p4, p5 = cubic(b[start_ + 3], h * b[rate_ + 1], b[end_ + 3], h * b[end_rate_ + 1])
+        p0, p1, p2, p3, p4, p5 = cubic(b[start_ + 1], h * b[rate_ + 1], b[end_ + 1], h * b[end_rate_ + 1])
         theta = crossing(p0, p1, p2, p3, p4, p5)
         for k in range(3):
             p0, p1, p2, p3, p4, p5 = cubic(
-                b[start_ + 2 * k + 1], h * b[rate_ + k], b[end_ + 2 * k + 1], h * b[end_rate_ + k])
+                b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k])
             store[1 + 3 * count + k] = value(p0, p1, p2, p3, p4, p5, theta)
         store[0] = count + 1
 

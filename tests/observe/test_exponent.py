@@ -68,18 +68,18 @@ def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(case: Ca
     deviation = seed_deviation(size)
     with_deviation = replace(work_for(case, simulation), record=WITH)
     start = start_of(case)
-    table, double, drift, first, initial = with_deviation.prepare(np.array([0]))
-    with_deviation.begin(initial[0], start)
+    runs = with_deviation.prepare(np.array([0]))
+    with_deviation.begin(runs.initial[0], start)
     gang = with_deviation.new_gang(1, 1)
-    gang.add(np.array([0]), table, double, drift, first, initial)
+    gang.add(np.array([0]), runs)
     done = finish(with_deviation, gang)[-1]
     ends = []
     for sign in (1.0, -1.0):
         plain = work_for(case, simulation)
-        table, plain_size, drift, first, initial = plain.prepare(np.array([0]))
-        plain.begin(initial[0], start + sign * distance * np.append(deviation, 0.0))
+        runs = plain.prepare(np.array([0]))
+        plain.begin(runs.initial[0], start + sign * distance * np.append(deviation, 0.0))
         gang = plain.new_gang(1, 1)
-        gang.add(np.array([0]), table, plain_size, drift, first, initial)
+        gang.add(np.array([0]), runs)
         ends.append(finish(plain, gang)[-1].final[0, :8])
     quotient = (ends[0] - ends[1]) / (2 * distance) / size
     followed = done.final[0, 8:16] / size

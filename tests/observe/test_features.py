@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, start_of
@@ -268,11 +270,11 @@ def test_a_run_that_fails_leaves_no_events_to_the_next_one_in_its_lane() -> None
     run's window opens, and must not be counted in it."""
     states = np.tile(start_of(BOUNCING), (2, 1))
     work = work_for(BOUNCING, Simulation(0.0, 3.0), depth=[1500.0, BOUNCING.depth])
-    *prepared, _ = work.prepare(np.arange(2))
     gang = work.new_gang(1, 2)
     for point, limit in ((1, 60), (0, 1e9)):
         gang.settings["limit"] = limit
-        gang.add_many(np.array([point]), *(values[[point]] for values in prepared), states[[point]])
+        one = np.array([point])
+        gang.add_many(one, replace(work.prepare(one), initial=states[one]))
     after = collect(work, finish(work, gang))
     alone = run_from(work_for(BOUNCING, Simulation(0.0, 3.0), depth=[1500.0]), states[:1], lanes=1)
     assert after["status"].tolist() == [OK, STEP_LIMIT]

@@ -26,10 +26,10 @@ def with_section(case: Case, returns: int = 40, section: str = "revolution", sim
 
 def crossings(work: Work, start: np.ndarray) -> dict[str, np.ndarray]:
     """The section of one run from ``start``, NaN left out."""
-    *prepared, initial = work.prepare(np.array([0]))
-    work.begin(initial[0], start)
+    runs = work.prepare(np.array([0]))
+    work.begin(runs.initial[0], start)
     gang = work.new_gang(1, 1)
-    gang.add(np.array([0]), *prepared, initial)
+    gang.add(np.array([0]), runs)
     columns = work.columns(finish(work, gang)[-1])
     return {name: columns[name][0][np.isfinite(columns[name][0])] for name in SECTION}
 

@@ -66,9 +66,8 @@ def run_work(
 def run_from(work: Work, states: np.ndarray, lanes: int = 8) -> dict[str, np.ndarray]:
     """The points of ``work``, each from its own initial state: ``states`` [points, 9]; one gang, no engine."""
     points = np.arange(work.plan.points)
-    *prepared, _ = work.prepare(points)
     gang = work.new_gang(lanes, len(points))
-    gang.add_many(points, *prepared, states)
+    gang.add_many(points, replace(work.prepare(points), initial=states))
     return collect(work, finish(work, gang))
 
 

@@ -80,9 +80,9 @@ def test_a_chain_is_a_sequence_of_single_runs(procedure: str) -> None:
         state = None
         for place in range(plan.chain_length):
             point = plan.points_of(chain, place)[None]
-            *prepared, initial = work.prepare(point)
+            runs = work.prepare(point)
             gang = work.new_gang(1, 1)
-            gang.add(point, *prepared, initial if state is None else state[None])
+            gang.add(point, runs if state is None else replace(runs, initial=state[None]))
             single = collect(work, finish(work, gang))
             assert all(single[n][0].tobytes() == out[n][point[0]].tobytes() for n in single), (chain, place)
             state = single["final_state"][0]
@@ -169,7 +169,7 @@ def test_a_run_that_blows_up_is_marked_and_leaves_its_neighbours_alone(
 ) -> None:
     """Every third run starts with an infinite or absurd velocity."""
     points = np.arange(GRID.plan.points)
-    states = GRID.prepare(points)[-1]
+    states = GRID.prepare(points).initial
     bad = points % 3 == 1
     states[bad, 3] = np.where(points[bad] % 2, np.inf, 1e200)
     out = run_from(GRID, states, lanes)
@@ -181,7 +181,7 @@ def test_a_run_that_blows_up_is_marked_and_leaves_its_neighbours_alone(
 
 def test_nan_in_a_state_is_divergence() -> None:
     work = work_for(Case())
-    states = work.prepare(np.array([0]))[-1]
+    states = work.prepare(np.array([0])).initial
     states[0, 1] = np.nan
     assert run_from(work, states)["status"][0] == DIVERGED
 
@@ -195,7 +195,7 @@ def test_a_chain_goes_on_after_a_failed_point_from_the_study_s_initial_state() -
     status = out["status"][points]
     assert np.any(status == STEP_LIMIT)
     assert np.any(status == OK)
-    fresh = work.prepare(points)[-1]
+    fresh = work.prepare(points).initial
     for place in range(1, len(points)):
         expected = out["final_state"][points[place - 1]] if status[place - 1] == OK else fresh[place]
         assert np.array_equal(out["initial_state"][points[place]], expected), place

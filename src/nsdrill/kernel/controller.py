@@ -1,8 +1,8 @@
 """Proportional-integral step-size control (Gustafsson 1991; Hairer, Norsett & Wanner, Solving ODEs II, IV.2).
 
-The next step is h * 0.9 * err^-a * err_before^b, after a rejection h * 0.9 * err^-(1/order). All is done in binary logarithms of the squared error, where it
-vectorises. A step that gives NaN or infinity is rejected and shrunk like one of very large error; should that go on
-down to the least step, the run has diverged.
+The next step is h * 0.9 * err^-a * err_before^b, after a rejection h * 0.9 * err^-(1/order). All is done in binary
+logarithms of the squared error, where it vectorises. A step that gives NaN or infinity is rejected and shrunk like one
+of very large error; should that go on down to the least step, the run has diverged.
 """
 
 from __future__ import annotations
@@ -20,8 +20,10 @@ SMALLEST, LARGEST = 1e-16, 1e16  # bounds of the squared error for the logarithm
 
 
 @inlined
-def decide(square: float, step: float, last: float, growth: float, least: float, exhausted: bool, proportional: float,
-           per_order: float):  # type: ignore[no-untyped-def]
+def decide(  # type: ignore[no-untyped-def]
+    square: float, step: float, last: float, growth: float, least: float, exhausted: bool,
+    proportional: float, per_order: float,
+):
     """From the squared error of a step (1 is the tolerance): (accepted, next step, memory, growth, attention).
 
     ``last`` and ``memory`` are log2 of the last accepted squared error; ``growth`` is log2 of how much the step may

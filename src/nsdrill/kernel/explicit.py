@@ -135,8 +135,8 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
             ahead = "b[lead_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[lead_ + j], b[start_ + x])"
             yield f"        b[stage_ + x] = fma(hh, {_sum(bends)}, {ahead})"
         last = "xv"[order - 1]
-        yield f"        rate = {_sum(weights[:-1])}"
-        yield f"        b[stage_ + {last}] = fma(newest, {newest}, fma(h, rate, b[start_ + {last}]))"
+        rate = _sum(weights[:-1])
+        yield f"        b[stage_ + {last}] = fma(newest, {newest}, fma(h, {rate}, b[start_ + {last}]))"
     yield "right_hand_side(b)"
 
 
@@ -153,12 +153,13 @@ def _judgement(pair: Tableau, rows: Rows) -> Iterable[str]:
         yield f"    {loop}"
         yield from (f"        {line}" for line in _slopes(stages - 1, newest=False))
         yield f"        a{stages} = b[slope_ + j]"
-        last = "xv"[order - 1]
-        for state in "xv"[:order]:
-            yield f"        scale_{state} = b[size_ + {state}] + max(abs(b[start_ + {state}]), abs(b[stage_ + {state}]))"
-        yield f"        error_{last} = {_sum(pair.error)}"
         if order == 2:
             yield f"        error_x = h * {_sum(pair.position_error)}"
+        yield f"        error_{'xv'[order - 1]} = {_sum(pair.error)}"
+        for state in "xv"[:order]:
+            largest = f"max(abs(b[start_ + {state}]), abs(b[stage_ + {state}]))"
+            yield f"        scale_{state} = b[size_ + {state}] + {largest}"
+        if order == 2:
             yield "        cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * scale_v"
             yield "        total += fma(cross_x, cross_x, cross_v * cross_v) / (both * both)"
         else:

@@ -188,11 +188,13 @@ class Gang:
         if len(job) > self.free:
             raise ValueError(f"{len(job)} runs for {self.free} free slots")
         slots = np.array([self._free.pop() for _ in range(len(job))], dtype=np.int64)
-        settings = {**self.settings, "phase_rate": runs.phase_rate, "first_step": runs.first_step}
+        settings: dict[str, Any] = {**self.settings, "phase_rate": runs.phase_rate, "first_step": runs.first_step}
         if runs.transient is not None and runs.observe is not None:
             settings |= _marks(runs.transient, runs.observe)
-        columns = [runs.parameters, runs.sizes, runs.drifts, *(settings[name] for name in SETTINGS)]
-        self._table[slots] = np.column_stack([np.broadcast_to(c, (len(job),) + np.shape(c)[1:]) for c in columns])
+        wide = np.concatenate([runs.parameters, runs.sizes, runs.drifts], axis=1)
+        self._table[slots, : wide.shape[1]] = wide
+        for column, name in enumerate(SETTINGS, start=wide.shape[1]):
+            self._table[slots, column] = settings[name]
         self._state[slots] = runs.initial
         self._job[slots] = job
         self._successor[slots] = -1

@@ -12,6 +12,7 @@ The window is cut in BATCHES parts of equal length; the scatter of their mean ra
 from __future__ import annotations
 
 import math
+from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
 
@@ -62,12 +63,12 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     """
     W, own, companions = lanes, rows.own, rows.companions
     deviation_, size_ = W * (rows.stage + own), W * (rows.size + own)
-    slope_, slopes = W * (rows.acceleration + own // 2), companions // 2
+    slope_, slopes = W * (rows.acceleration + rows.own_slopes), rows.own_slopes
     time_, step_, moves_, window_ = W * rows.time, W * rows.step, W * rows.moves, W * rows.window
     check_, log_, before_, looks_, batches_, growth_, square_ = (
         W * (rows.observer + first + i) for i in range(len(GROWTH)))
 
-    @compiled(types.void(BUFFER, BUFFER), W, own, companions, rows.observed, first, place)
+    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), first, place)
     def growth(b, store):  # type: ignore[no-untyped-def]
         due = 0
         for i in range(W):
@@ -108,7 +109,7 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
                     b[square_ + i] += rise * rise
 
     @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-              W, own, companions, rows.observed, first, place)
+              W, *astuple(rows), first, place)
     def growth_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         square = 0.0
         for j in range(0, companions * W, W):

@@ -72,7 +72,7 @@ class Work:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
             width += len(GROWTH_REPORT)
         slots = min(slots, max(FEWEST_SLOTS, OUTBOX_FLOATS // width))
-        return Gang(lanes, slots, rows_for(record.exponent), store, width, self.simulation)
+        return Gang(lanes, slots, rows_for(record.exponent, self.simulation.pair), store, width, self.simulation)
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
@@ -131,10 +131,11 @@ class Work:
         return index
 
 
-def rows_for(exponent: bool) -> Rows:
+def rows_for(exponent: bool, pair: str) -> Rows:
     """The lane buffer of a sweep, with the companions and the rows for the Lyapunov exponent or without."""
     companions, more = (COMPANIONS, len(GROWTH)) if exponent else (0, 0)
-    return Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), len(OBSERVED) + more, companions)
+    rows = Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), len(OBSERVED) + more, companions)
+    return STEPPERS[pair].rows(rows)
 
 
 @lru_cache
@@ -143,30 +144,30 @@ def compiled_parts(
 ) -> Compiled:
     """The model and the observer, compiled for a number of lanes; from the disk cache where it has them. The kernel is
     compiled along, before several threads ask for it at once."""
-    stepper = STEPPERS[pair]
-    rows = stepper.rows(rows_for(exponent))
-    stepper.make(lanes, rows)
+    rows = rows_for(exponent, pair)
+    STEPPERS[pair].make(lanes, rows)
     make_advance(lanes, rows)
     if exponent:
-        observer, marker = make_watch(lanes, lobes)
+        observer, marker = make_watch(lanes, lobes, rows)
         return Compiled(make_tangent(lanes, hertz, lobes), observer, marker)
     observer, marker = make_observer(lanes, lobes)
     return Compiled(make_right_hand_side(lanes, hertz, lobes), observer, marker)
 
 
 @lru_cache
-def make_watch(lanes: int, lobes: int) -> tuple[Any, Any]:
+def make_watch(lanes: int, lobes: int, rows: Rows) -> tuple[Any, Any]:
     """The compiled (observer, marker) that do both: features of the motion, growth of its deviation."""
     observer, marker = make_observer(lanes, lobes, COMPANIONS)
-    growth, growth_marker = make_growth(lanes, rows_for(True), len(OBSERVED), GROWTH_HEADER)
+    growth, growth_marker = make_growth(lanes, rows, len(OBSERVED), GROWTH_HEADER)
     columns = len(GROWTH_REPORT)
 
-    @compiled(types.void(BUFFER, BUFFER), lanes, lobes)
+    @compiled(types.void(BUFFER, BUFFER), lanes, lobes, rows.private)
     def watch(b, store):  # type: ignore[no-untyped-def]
         observer(b, store)
         growth(b, store)
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes, lobes)
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+              lanes, lobes, rows.private)
     def watch_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         marker(b, store, i, mark, report, column)
         growth_marker(b, store, i, mark, report, len(report) - columns)
