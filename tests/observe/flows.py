@@ -15,6 +15,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.observe.exponent import GROWTH, REPORT, growth_header, make_growth, seed_deviation
 from nsdrill.observe.interpolant import bends_of_cubic, crossing, quintic, value
+from nsdrill.scalar import in_lanes
 
 # Three states of first order and as many companions; three parameters.
 ROWS = STEPPERS["tsitouras"].rows(Rows(6, 0, 3, len(GROWTH), 3, singles=3))
@@ -26,30 +27,33 @@ def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
     return quintic(g0, d0, c0, g1, d1, c1)
 
 
+def lorenz(t, y, p):  # type: ignore[no-untyped-def]
+    (x, y, z), (sigma, rho, beta) = y, p
+    return sigma * (y - x), x * (rho - z) - y, x * y - beta * z
+
+
+def lorenz_deviation(t, y, d, p):  # type: ignore[no-untyped-def]
+    (x, y, z), (dx, dy, dz), (sigma, rho, beta) = y, d, p
+    return sigma * (dy - dx), dx * (rho - z) - x * dz - dy, dx * y + x * dy - beta * dz
+
+
+def roessler(t, y, p):  # type: ignore[no-untyped-def]
+    (x, y, z), (a, b, c) = y, p
+    return -y - z, x + a * y, b + z * (x - c)
+
+
+def roessler_deviation(t, y, d, p):  # type: ignore[no-untyped-def]
+    (x, _, z), (dx, dy, dz), (a, _, c) = y, d, p
+    return -dy - dz, dx + a * dy, dz * (x - c) + z * dx
+
+
 @lru_cache
-def right_hand_side(lanes: int, roessler: bool) -> Any:
-    W = lanes
-    x_, y_, z_, dx_, dy_, dz_ = (W * (ROWS.stage + i) for i in range(6))
-    ax_, ay_, az_, adx_, ady_, adz_ = (W * (ROWS.acceleration + i) for i in range(6))
-    p_, q_, r_ = (W * (ROWS.parameter + i) for i in range(3))
-
-    @compiled(types.void(BUFFER), W, roessler)
-    def slopes(b):  # type: ignore[no-untyped-def]
-        for i in range(W):
-            x, y, z, dx, dy, dz = b[x_ + i], b[y_ + i], b[z_ + i], b[dx_ + i], b[dy_ + i], b[dz_ + i]
-            p, q, r = b[p_ + i], b[q_ + i], b[r_ + i]
-            if roessler:  # a, b, c
-                b[ax_ + i], b[ay_ + i], b[az_ + i] = -y - z, x + p * y, q + z * (x - r)
-                b[adx_ + i], b[ady_ + i], b[adz_ + i] = -dy - dz, dx + p * dy, dz * (x - r) + z * dx
-            else:  # sigma, rho, beta
-                b[ax_ + i], b[ay_ + i], b[az_ + i] = p * (y - x), x * (q - z) - y, x * y - r * z
-                b[adx_ + i], b[ady_ + i] = p * (dy - dx), dx * (q - z) - x * dz - dy
-                b[adz_ + i] = dx * y + x * dy - r * dz
-
-    return slopes
+def right_hand_side(lanes: int, is_roessler: bool) -> Any:
+    flow = (roessler, roessler_deviation) if is_roessler else (lorenz, lorenz_deviation)
+    return in_lanes(flow[0], lanes, ROWS, flow[1])
 
 
-def run(roessler: bool, parameters: list[tuple[float, float, float]], start: tuple[float, float, float],
+def run(is_roessler: bool, parameters: list[tuple[float, float, float]], start: tuple[float, float, float],
         simulation: Simulation, lanes: int, watch: tuple[Any, Any], store: np.ndarray, size: float = 10.0) -> Finished:
     """All the parameters side by side, from one start."""
     count = len(parameters)
@@ -61,7 +65,7 @@ def run(roessler: bool, parameters: list[tuple[float, float, float]], start: tup
     gang.add_many(np.arange(count), Runs(
         np.array(parameters), np.tile(sizes, 2), drifts=np.zeros((count, 6)), phase_rate=np.zeros(count),
         first_step=np.full(count, 1e-3), initial=initial))
-    parts, done = Compiled(right_hand_side(lanes, roessler), *watch), []
+    parts, done = Compiled(right_hand_side(lanes, is_roessler), *watch), []
     while not gang.idle:
         done.append(gang.advance(parts, 60.0, True))
     whole = Finished(**{name: np.concatenate([getattr(d, name) for d in done]) for name in vars(done[0])})
@@ -69,11 +73,11 @@ def run(roessler: bool, parameters: list[tuple[float, float, float]], start: tup
     return Finished(**{name: values[order] for name, values in vars(whole).items()})
 
 
-def exponents(roessler: bool, parameters: list[tuple[float, float, float]], start: tuple[float, float, float],
+def exponents(is_roessler: bool, parameters: list[tuple[float, float, float]], start: tuple[float, float, float],
               simulation: Simulation, lanes: int = 1) -> np.ndarray:
     """The observer's columns, shape (runs, len(REPORT))."""
     watch = make_growth(lanes, ROWS, 0, 0)
-    done = run(roessler, parameters, start, simulation, lanes, watch, growth_header(simulation.observe))
+    done = run(is_roessler, parameters, start, simulation, lanes, watch, growth_header(simulation.observe))
     assert (done.status == 1).all()
     return done.report
 

@@ -1,0 +1,114 @@
+"""A model written for one trajectory, in lanes: the torsional string with one degree of freedom."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from kernel.test_compilation import has_wide_registers
+from scipy.integrate import solve_ivp
+
+from nsdrill.abi import Rows, compiled
+from nsdrill.elementary import direction as smoothed_direction
+from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
+from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.scalar import in_lanes
+
+ROWS = Rows(2, 0, 4, 0)
+INERTIA, STIFFNESS, DAMPING = 565.0, 197.0, 50.0
+STATIC, DYNAMIC, SMOOTHING = 6000.0, 3000.0, 20.0
+
+
+def torsion(t, y, p):  # type: ignore[no-untyped-def]
+    """The twist and the bit's speed under a smoothed friction torque that falls with speed."""
+    twist, speed = y
+    inertia, stiffness, damping, torque = p
+    direction = smoothed_direction(SMOOTHING * speed)
+    friction = direction * (torque / (1.0 + 3.0 * abs(speed)) + 0.5 * torque)
+    return ((-damping * speed - stiffness * twist - friction) / inertia,)
+
+
+TORQUES = (500.0, 2000.0, 4000.0)
+
+
+def run(lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: float = 1e-10) -> Finished:
+    """From rest behind a drive at 3 rad/s, 20 s for each friction torque."""
+    from numba import types
+
+    from nsdrill.abi import BUFFER
+
+    @compiled(types.void(BUFFER, BUFFER), lanes)
+    def watch_nothing(b, store):  # type: ignore[no-untyped-def]
+        pass
+
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes)
+    def mark_nothing(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+        pass
+
+    n = len(torques)
+    gang = Gang(lanes, n, ROWS, np.zeros(1), 0, Simulation(5.0, 15.0, rtol, pair=stepper))  # type: ignore[arg-type]
+    table = np.column_stack([np.full(n, INERTIA), np.full(n, STIFFNESS), np.full(n, DAMPING), torques])
+    gang.add_many(np.arange(n), Runs(
+        table, sizes=np.ones((n, 2)), drifts=np.full((n, 1), -3.0), phase_rate=np.full(n, 3.0),
+        first_step=np.full(n, 1e-3), initial=np.zeros((n, 3))))
+    done = gang.advance(Compiled(in_lanes(torsion, lanes, ROWS), watch_nothing, mark_nothing), 60.0, True)
+    assert gang.idle
+    order = np.argsort(done.job)
+    done.final, done.accepted = done.final[order], done.accepted[order]
+    return done
+
+
+@pytest.mark.parametrize("stepper", list(STEPPERS))
+def test_a_scalar_model_follows_its_equations(stepper: str) -> None:
+    """Against SciPy's DOP853 at 1e-12. Twenty seconds at rtol 1e-10, a few thousand steps: 1e-6."""
+    done = run(1, stepper)
+    for torque, final in zip(TORQUES, done.final, strict=True):
+        def slopes(t: float, y: np.ndarray, torque: float = torque) -> list[float]:
+            twist, speed = y
+            direction = 2 / np.pi * np.arctan(SMOOTHING * speed)
+            friction = direction * (torque / (1 + 3 * abs(speed)) + 0.5 * torque)
+            return [speed - 3.0, (-DAMPING * speed - STIFFNESS * twist - friction) / INERTIA]
+
+        exact = solve_ivp(slopes, (0.0, 20.0), [0.0, 0.0], "DOP853", rtol=1e-12, atol=1e-12, max_step=0.01).y[:, -1]
+        assert final[:2] == pytest.approx(exact, abs=1e-6)
+        assert final[2] == 60.0
+
+
+def test_a_scalar_model_has_the_same_bits_in_any_lanes() -> None:
+    torques = np.linspace(100.0, 4000.0, 21)
+    one = run(1, torques=torques, rtol=1e-6)
+    for lanes in (8, 16):
+        assert run(lanes, torques=torques, rtol=1e-6).final.tobytes() == one.final.tobytes()
+
+
+def test_the_pairs_differ_in_their_steps() -> None:
+    """The pair of Dormand and Prince takes more steps at the same tolerance: an eighth or so."""
+    tsitouras, dormand = (run(1, name).accepted.sum() for name in ("tsitouras", "dormand_prince"))
+    assert 1.05 < dormand / tsitouras < 1.5
+
+
+ASSEMBLY = """
+import sys
+sys.path.insert(0, {tests!r})
+from test_scalar import ROWS, torsion
+from nsdrill.scalar import in_lanes
+print("".join(in_lanes(torsion, 8, ROWS).inspect_asm().values()))
+"""
+
+
+@pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
+def test_a_scalar_model_compiles_to_packed_instructions(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", ASSEMBLY.format(tests=str(Path(__file__).parent))],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}, capture_output=True, text=True, check=True)
+    packed = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)pd\b[^\n]*%[yz]mm", done.stdout)
+    single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", done.stdout)
+    assert len(packed) > 20
+    assert len(single) < 0.5 * len(packed), "more than the loop over the lanes that are left, of which there are none"
