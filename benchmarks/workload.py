@@ -102,7 +102,7 @@ def problem_of(work: Started) -> Problem:
     """The same runs for the peers."""
     points = np.arange(work.plan.points)
     runs = work.prepare(points)
-    constants = constants_of(work.parameters, *work.plan.values(points), runs.initial[:, STATES])
+    constants = constants_of(work.parameters, *work.plan.values(points).values(), runs.initial[:, STATES])
     duration = work.simulation.transient + work.simulation.observe
     return Problem(
         constants, runs.sizes.copy(), runs.first_step.copy(), runs.initial[:, :STATES].copy(), duration)

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nsdrill.sweep.plan import Plan
-from nsdrill.variables import AXES
 
-SIZES = st.tuples(*[st.integers(1, 6)] * 3)
+AXES = ("depth", "wob", "rotary_speed", "bit.rock_stiffness")
+SIZES = st.tuples(*[st.integers(1, 5)] * 4)
 PROCEDURES = st.sampled_from(["same", "up", "down", "up-down"])
 
 
-def plan_of(sizes: tuple[int, int, int], procedure: str, along: str) -> Plan:
+def plan_of(sizes: tuple[int, ...], procedure: str, along: str) -> Plan:
     axes = {name: np.arange(n, dtype=float) * 10 + i for i, (name, n) in enumerate(zip(AXES, sizes, strict=True))}
     return Plan(axes, procedure, None if procedure == "same" else along)
 
@@ -26,7 +26,7 @@ def all_points(plan: Plan) -> np.ndarray:
 
 @given(SIZES, PROCEDURES, st.sampled_from(AXES))
 @settings(max_examples=200, deadline=None)
-def test_every_point_is_visited_once(sizes: tuple[int, int, int], procedure: str, along: str) -> None:
+def test_every_point_is_visited_once(sizes: tuple[int, ...], procedure: str, along: str) -> None:
     plan = plan_of(sizes, procedure, along)
     assert sorted(all_points(plan).ravel().tolist()) == list(range(plan.points))
 
@@ -34,10 +34,10 @@ def test_every_point_is_visited_once(sizes: tuple[int, int, int], procedure: str
 @given(SIZES, st.sampled_from(["up", "down"]), st.sampled_from(AXES))
 @settings(max_examples=100, deadline=None)
 def test_a_carried_axis_runs_one_way_and_the_others_stand_still(
-    sizes: tuple[int, int, int], procedure: str, along: str
+    sizes: tuple[int, ...], procedure: str, along: str
 ) -> None:
     plan = plan_of(sizes, procedure, along)
-    values = dict(zip(AXES, plan.values(all_points(plan)), strict=True))
+    values = plan.values(all_points(plan))
     steps = np.diff(values[along], axis=1)
     assert np.all(steps == (10 if procedure == "up" else -10))
     for other in set(AXES) - {along}:
@@ -46,10 +46,10 @@ def test_a_carried_axis_runs_one_way_and_the_others_stand_still(
 
 @given(SIZES, st.sampled_from(AXES))
 @settings(max_examples=100, deadline=None)
-def test_up_down_goes_up_and_comes_back(sizes: tuple[int, int, int], along: str) -> None:
+def test_up_down_goes_up_and_comes_back(sizes: tuple[int, ...], along: str) -> None:
     plan = plan_of(sizes, "up-down", along)
     points = all_points(plan)
-    values = dict(zip(AXES, plan.values(points), strict=True))[along]
+    values = plan.values(points)[along]
     n = len(plan.axes[along])
     assert values.shape[1] == 2 * n
     assert np.array_equal(values[:, :n], np.broadcast_to(plan.axes[along], (plan.chains, n)))
@@ -61,27 +61,27 @@ def test_up_down_goes_up_and_comes_back(sizes: tuple[int, int, int], along: str)
 @given(SIZES, PROCEDURES, st.sampled_from(AXES), st.data())
 @settings(max_examples=100, deadline=None)
 def test_a_point_is_found_by_its_values(
-    sizes: tuple[int, int, int], procedure: str, along: str, data: st.DataObject
+    sizes: tuple[int, ...], procedure: str, along: str, data: st.DataObject
 ) -> None:
     plan = plan_of(sizes, procedure, along)
     number = data.draw(st.integers(0, plan.points - 1))
-    values = [float(v) for v in plan.values(np.array(number))]
+    values = {name: float(value) for name, value in plan.values(np.array(number)).items()}
     name = plan.procedures[int(np.unravel_index(number, plan.shape)[0])]
     off = data.draw(st.floats(-4.9, 4.9))
-    assert plan.find(*[v + off for v in values], name) == (number, tuple(values))
+    assert plan.find({axis: value + off for axis, value in values.items()}, name) == (number, values)
 
 
-def test_single_points_are_numbered_with_the_speed_fastest() -> None:
-    plan = plan_of((2, 2, 3), "same", "depth")
+def test_single_points_are_numbered_with_the_last_axis_fastest() -> None:
+    plan = plan_of((2, 2, 1, 3), "same", "depth")
     assert plan.chain_length == 1
     assert plan.chains == 12
-    assert plan.values(np.arange(12))[2].tolist() == [2, 12, 22] * 4
-    assert plan.values(np.arange(12))[0].tolist() == [0] * 6 + [10] * 6
+    assert plan.values(np.arange(12))["bit.rock_stiffness"].tolist() == [3, 13, 23] * 4
+    assert plan.values(np.arange(12))["depth"].tolist() == [0] * 6 + [10] * 6
 
 
 def test_a_procedure_that_was_not_run_is_refused() -> None:
     with pytest.raises(ValueError, match=r"found down, allowed: up"):
-        plan_of((2, 1, 1), "up", "depth").find(0, 0, 0, "down")
+        plan_of((2, 1, 1, 1), "up", "depth").find(dict.fromkeys(AXES, 0.0), "down")
 
 
 def test_a_million_points_are_numbered_without_listing_them() -> None:

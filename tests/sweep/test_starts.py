@@ -24,13 +24,14 @@ def test_starts_run_fastest() -> None:
     assert (plan.points, plan.chains, plan.chain_length) == (24, 24, 1)
     points = np.arange(24)
     assert plan.starts_of(points).tolist() == [0, 1, 2, 3] * 6
-    depth, wob, speed = plan.values(points)
+    depth, wob, speed = plan.values(points).values()
     assert depth.tolist() == [1.0] * 12 + [2.0] * 12
     assert speed.tolist() == np.repeat([7.0, 8.0, 9.0] * 2, 4).tolist()
     assert wob.tolist() == [5.0] * 24
-    assert plan.find(2.0, 5.0, 8.0, "same", 3) == (12 + 4 + 3, (2.0, 5.0, 8.0))
+    wanted = {"depth": 2.0, "wob": 5.0, "rotary_speed": 8.0}
+    assert plan.find(wanted, "same", 3) == (12 + 4 + 3, wanted)
     with pytest.raises(ValueError, match="start: found 4, allowed: 0 to 3"):
-        plan.find(2.0, 5.0, 8.0, "same", 4)
+        plan.find(wanted, "same", 4)
 
 
 def test_starts_are_not_carried() -> None:

@@ -46,7 +46,7 @@ def labels_of(study: Study, plan: Plan, variables: Mapping[str, Array], toleranc
 
 
 def _label(study: Study, plan: Plan, points: Array, variables: Mapping[str, Array], tolerance: float) -> Array:
-    depth, wob, speed = plan.values(points[:: plan.starts])
+    depth, wob, speed = plan.values(points[:: plan.starts]).values()
     gap = np.full(len(speed), derive(study.parameters, depth[0], wob[0], speed[0]).gap)
     return label(variables, speed, gap, tolerance).ravel()
 

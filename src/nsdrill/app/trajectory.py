@@ -18,6 +18,7 @@ from nsdrill.kernel.gang import Compiled, Gang, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.ensemble import starting_states
 from nsdrill.model.forces import forces
+from nsdrill.model.leaves import values_at
 from nsdrill.model.parameters import Operation
 from nsdrill.model.rhs import STATES, drifts, first_step, model_for, pack, phase_rate, sizes
 from nsdrill.model.schedule import Schedule
@@ -120,7 +121,7 @@ def replay(
         procedure = plan.procedures[0]
     begun = _start(path, start, plan.starts)
     try:
-        number, found = plan.find(**wanted, procedure=procedure, start=begun)
+        number, found = plan.find(wanted, procedure, begun)
     except ValueError as error:
         raise InputError(f"{path}: {error}.") from error
     point = read_point(path, *(int(i) for i in np.unravel_index(number, plan.grid)))
@@ -128,7 +129,9 @@ def replay(
         raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
     if point["status"] == INFERRED:
         raise InputError(f"{path}: {_not_run(path, plan, number)}")
-    schedule = Schedule(Operation(*found), {})
+    at = values_at(study.parameters, study.initial, found)
+    study = replace(study, parameters=at.parameters)
+    schedule = Schedule(Operation(*at.operation), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": str(path)}
     if plan.starts:
         extra["start"] = begun

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -52,15 +53,15 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
     collar, pipe, steel = string.collar, string.pipe, string.material
     pipe_length = np.asarray(depth, dtype=float) - collar.length
     if np.any(pipe_length <= 0.0):
-        raise ValueError(f"depth: found {np.min(depth):g} m, allowed: more than the collar length, {collar.length:g} m")
+        length = np.max(collar.length)
+        raise ValueError(f"depth: found {np.min(depth):g} m, allowed: more than the collar length, {length:g} m")
 
     area_c, second_c = _ring(collar.outer_diameter, collar.inner_diameter)
     area_p, second_p = _ring(pipe.outer_diameter, pipe.inner_diameter)
     half_span = collar.span / 2
     m_c = steel.density * area_c * half_span
-    m_f = (
-        mud.density * math.pi / 4 * (collar.inner_diameter**2 + mud.added_mass * collar.outer_diameter**2) * half_span
-    )
+    inside, outside = power(collar.inner_diameter, 2), power(collar.outer_diameter, 2)
+    m_f = mud.density * math.pi / 4 * (inside + mud.added_mass * outside) * half_span
     bending = steel.young_modulus * second_c
     bit_radius = well.diameter / 2
     speed = np.asarray(rotary_speed, dtype=float)
@@ -71,7 +72,7 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
         "m_f": m_f,
         "m_l": m_c + m_f,
         "m_e": m_c + m_f if string.eccentric_mass == "total" else m_c,
-        "k_bend": bending * math.pi**4 / (2 * collar.span**3),
+        "k_bend": bending * math.pi**4 / (2 * power(collar.span, 3)),
         "c_h": 2 / (3 * math.pi) * mud.density * mud.drag * collar.outer_diameter * collar.span,
         "m_a": steel.density * (area_c * collar.length + area_p * pipe_length / 3),
         "k_a": steel.young_modulus * area_p / pipe_length,
@@ -81,7 +82,7 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
         "gap": (well.diameter - collar.outer_diameter) / 2,
         "depth_of_cut": depth_of_cut,
         "cutting_arm": bit.cutting.zeta * np.sqrt(bit_radius * depth_of_cut),
-        "buckling_load": math.pi**2 * bending / collar.span**2,
+        "buckling_load": math.pi**2 * bending / power(collar.span, 2),
         "bit_radius": bit_radius,
         "collar_radius": collar.outer_diameter / 2,
     }
@@ -89,9 +90,18 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
     return Coefficients(**plain)
 
 
-def _ring(outer: float, inner: float) -> tuple[float, float]:
+def _ring(outer: Float, inner: Float) -> tuple[Any, Any]:
     """Area [m^2] and second moment of area [m^4] of a ring."""
-    return math.pi / 4 * (outer**2 - inner**2), math.pi / 64 * (outer**4 - inner**4)
+    return math.pi / 4 * (power(outer, 2) - power(inner, 2)), math.pi / 64 * (power(outer, 4) - power(inner, 4))
+
+
+def power(base: Float, exponent: int) -> Any:
+    """``base`` to a whole power, number by number: numpy's own on arrays is another one in the last bit, and a point
+    of a sweep has the bits of a run of its own."""
+    if np.ndim(base) == 0:
+        return float(base) ** exponent
+    values, places = np.unique(base, return_inverse=True)
+    return np.array([value**exponent for value in values.tolist()])[places].reshape(np.shape(base))
 
 
 def at(coefficients: Coefficients, index: int) -> Coefficients:

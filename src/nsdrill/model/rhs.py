@@ -16,7 +16,7 @@ from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
-from nsdrill.model.coefficients import Coefficients, derive
+from nsdrill.model.coefficients import Coefficients, derive, power
 from nsdrill.model.friction import slip_factors
 from nsdrill.model.lobes import multiple_sine
 from nsdrill.model.parameters import Initial, Parameters
@@ -155,7 +155,7 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
     string, well, bit = parameters.drillstring, parameters.well, parameters.bit
     span = string.collar.span
     q = k.m_e * string.eccentricity / k.m_l
-    force_softening, torque_softening = math.pi**2 / (2 * span), math.pi**3 / (2 * span**2)
+    force_softening, torque_softening = math.pi**2 / (2 * span), math.pi**3 / (2 * power(span, 2))
     live = string.lateral_softening == "live"
     # Both parts of the torque, (2/3) r_h f(omega) + arm g(omega), share g: they are one law with shifted coefficients.
     friction_arm = 2 / 3 * k.bit_radius

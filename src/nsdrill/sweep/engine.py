@@ -141,7 +141,7 @@ class Engine:
         the order of the file, in which they are quickest to store."""
         if self.work.simulation.transient + self.work.simulation.observe < SHORT:
             return points
-        speed = self.work.plan.values(points)[2]
+        speed = self.work.plan.values(points)["rotary_speed"]
         return points[np.argsort(-speed, kind="stable")]
 
     def _left(self) -> int:

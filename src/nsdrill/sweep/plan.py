@@ -1,26 +1,25 @@
 """From axes to points to chains: which operating points there are, and in which order the state is carried.
 
-Points are numbered in the order of the results file: (procedure, depth, wob, rotary_speed), the last fastest; where
-every operating point is started from several states, each start is a point of its own, and the starts run fastest. A
-chain is a row of points that follow one another; without carried state every point is a chain of its own.
+Points are numbered over (procedure, axes), the last axis fastest; where every operating point is started from several
+states, each start is a point of its own, and the starts run fastest. A chain is a row of points that follow one
+another; without carried state every point is a chain of its own.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-
-from nsdrill.variables import AXES
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @dataclass(frozen=True)
 class Plan:
-    """``axes``: ascending values of depth [m], wob [N] and rotary_speed [rad/s]; ``procedure`` same, up, down or
-    up-down; ``along`` the axis along which the state is carried; ``starts`` from how many states each operating point
+    """``axes``: the ascending values in SI of each axis by its key, in order; ``procedure`` same, up, down or up-down;
+    ``along`` the key of the axis along which the state is carried; ``starts`` from how many states each operating point
     is started, 0 where from one; there are several with procedure same only.
 
     Up-down is one chain: up to the end and back down from there, so that the end point is run twice.
@@ -40,9 +39,9 @@ class Plan:
         return ("up", "down") if self.procedure == "up-down" else (self.procedure,)
 
     @property
-    def shape(self) -> tuple[int, int, int, int]:
-        d, w, s = (len(self.axes[name]) for name in AXES)
-        return len(self.procedures), d, w, s
+    def shape(self) -> tuple[int, ...]:
+        """(procedures, values of each axis)."""
+        return len(self.procedures), *(len(values) for values in self.axes.values())
 
     @property
     def grid(self) -> tuple[int, ...]:
@@ -70,7 +69,7 @@ class Plan:
             return np.asarray(chain)
         assert self.along is not None
         _, *lengths = self.shape
-        axis = AXES.index(self.along)
+        axis = list(self.axes).index(self.along)
         n = lengths[axis]
         others = [length if i != axis else 1 for i, length in enumerate(lengths)]
         position = list(np.unravel_index(chain, others))
@@ -81,28 +80,23 @@ class Plan:
         position[axis] = np.where(backward, n - 1 - step, step)
         return np.asarray(np.ravel_multi_index((second.astype(np.int64), *position), self.shape))
 
-    def values(self, points: Array) -> tuple[Array, Array, Array]:
-        """Depth [m], weight on bit [N] and speed [rad/s] of these points."""
-        _, *indices = np.unravel_index(points, self.grid)[:4]
-        depth, wob, speed = (self.axes[name][index] for name, index in zip(AXES, indices, strict=True))
-        return depth, wob, speed
+    def values(self, points: Array) -> dict[str, Array]:
+        """The values of every axis at these points."""
+        _, *indices = np.unravel_index(points, self.grid)
+        return {name: values[index] for (name, values), index in zip(self.axes.items(), indices, strict=False)}
 
     def starts_of(self, points: Array) -> Array:
         """The number of the start of these points."""
         return np.asarray(points) % max(self.starts, 1)
 
-    def find(
-        self, depth: float, wob: float, rotary_speed: float, procedure: str, start: int = 0
-    ) -> tuple[int, tuple[float, ...]]:
-        """The point nearest to these values in a procedure, and its values. Raises ValueError for a procedure or a
-        start that is not there."""
+    def find(self, wanted: Mapping[str, float], procedure: str, start: int = 0) -> tuple[int, dict[str, float]]:
+        """The point nearest to the values ``wanted`` of all axes in a procedure, and its values. ValueError for a
+        procedure or a start that is not there."""
         if not 0 <= start < max(self.starts, 1):
             raise ValueError(f"start: found {start}, allowed: 0 to {max(self.starts, 1) - 1}")
         if procedure not in self.procedures:
             raise ValueError(f"procedure: found {procedure}, allowed: {', '.join(self.procedures)}")
-        wanted = (depth, wob, rotary_speed)
-        nearest = [
-            int(np.argmin(np.abs(self.axes[name] - value))) for name, value in zip(AXES, wanted, strict=True)]
-        found = tuple(float(self.axes[name][i]) for name, i in zip(AXES, nearest, strict=True))
+        nearest = [int(np.argmin(np.abs(values - wanted[name]))) for name, values in self.axes.items()]
+        found = {name: float(values[i]) for (name, values), i in zip(self.axes.items(), nearest, strict=True)}
         operating_point = int(np.ravel_multi_index((self.procedures.index(procedure), *nearest), self.shape))
         return operating_point * max(self.starts, 1) + start, found

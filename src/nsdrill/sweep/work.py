@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -15,6 +16,7 @@ from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.model.ensemble import starting_states
+from nsdrill.model.leaves import Values, values_at
 from nsdrill.model.parameters import Initial, Parameters
 from nsdrill.model.rhs import (
     AUX,
@@ -63,6 +65,10 @@ class Work:
         well, bit = self.parameters.well, self.parameters.bit
         return well.law == "hertz", bit.lobes, self.record.exponent, self.simulation.pair
 
+    def at(self, values: Mapping[str, Any]) -> Values:
+        """What the points have at these values of the axes, scalars or arrays [points]."""
+        return values_at(self.parameters, self.initial, values)
+
     def new_gang(self, lanes: int, slots: int) -> Gang:
         record = self.record
         spacing = REVOLUTION / (self.parameters.bit.lobes if record.section == "lobe" else 1)
@@ -76,9 +82,9 @@ class Work:
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
-        depth, wob, speed = self.plan.values(points)
-        table = pack(self.parameters, depth, wob, speed, self.thresholds.stuck_below)
-        initial = starting_states(self.parameters, self.initial, depth, wob, speed, self.plan.starts_of(points))
+        at = self.at(self.plan.values(points))
+        table = pack(at.parameters, *at.operation, self.thresholds.stuck_below)
+        initial = starting_states(at.parameters, at.initial, *at.operation, self.plan.starts_of(points))
         size, drift = sizes(table), drifts(table)
         if self.record.exponent:  # the deviation stands between the states and the drive angle, and has no drift
             initial = np.concatenate([initial[:, :-1], seed_deviation(size), initial[:, -1:]], axis=1)

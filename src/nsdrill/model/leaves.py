@@ -1,0 +1,49 @@
+"""Numbers inside trees of parameter records, by their dotted keys: what a sweep changes from point to point."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from nsdrill.model.parameters import Initial, Parameters
+
+OPERATION = ("depth", "wob", "rotary_speed")  # axes by their short keys
+
+
+@dataclass(frozen=True)
+class Values:
+    """What points have: the parameters and the start, with arrays [points] where an axis changes a number, and the
+    operation: depth [m], weight on bit [N] and rotary speed [rad/s]."""
+
+    parameters: Parameters
+    initial: Initial
+    operation: tuple[Any, Any, Any]
+
+
+def values_at(parameters: Parameters, initial: Initial, values: Mapping[str, Any]) -> Values:
+    """``parameters`` and ``initial`` with the ``values`` of the axes, among which are those of the operation."""
+    own = {key: value for key, value in values.items() if key not in OPERATION}
+    start = {key.removeprefix("initial."): value for key, value in own.items() if key.startswith("initial.")}
+    rest = {key: value for key, value in own.items() if not key.startswith("initial.")}
+    depth, wob, rotary_speed = (values[name] for name in OPERATION)
+    return Values(with_values(parameters, rest), with_values(initial, start), (depth, wob, rotary_speed))
+
+
+def with_values(tree: Any, values: Mapping[str, Any]) -> Any:
+    """A copy of a tree of frozen dataclasses with these values, numbers or arrays [points], at dotted keys.
+
+    The records do not check them: whoever gives the values has done so. AttributeError for a key that is not there.
+    """
+    for key, value in values.items():
+        tree = _with_value(tree, key, value)
+    return tree
+
+
+def _with_value(tree: Any, key: str, value: Any) -> Any:
+    name, _, rest = key.partition(".")
+    part = getattr(tree, name)
+    made = copy.copy(tree)
+    object.__setattr__(made, name, _with_value(part, rest, value) if rest else value)
+    return made
