@@ -85,7 +85,7 @@ def test_a_procedure_that_was_not_run_is_refused() -> None:
 
 
 def test_a_million_points_are_numbered_without_listing_them() -> None:
-    plan = plan_of((1000, 10, 1000), "up", "rotary_speed")
+    plan = plan_of((1000, 10, 1000, 1), "up", "rotary_speed")
     assert plan.points == 10_000_000
     last = plan.points_of(plan.chains - 1, plan.chain_length - 1)
     assert int(last) == 9_999_999
