@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.variables import Axis
+
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
@@ -18,27 +20,34 @@ Array = np.ndarray[Any, np.dtype[Any]]
 class Results:
     """The results of a sweep.
 
-    ``coords`` holds the 1-D coordinates (``procedure``, ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s], ``peak``,
-    ``state``), and ``start`` where every operating point is started from several states; ``variables`` one array per
-    entry of :data:`nsdrill.variables.VARIABLES`, shaped by its ``dims`` with ``start`` after the axes; ``attrs`` the
-    root attributes of the file.
+    ``coords`` holds the 1-D coordinates in the order of the dimensions: ``procedure``, the axes ``depth`` [m], ``wob``
+    [N], ``rotary_speed`` [rad/s] and those of ``more``, ``start`` where every operating point is started from several
+    states, then ``peak``, ``crossing``, ``state``; ``variables`` one array per entry of
+    :data:`nsdrill.variables.VARIABLES`, over procedure, axes and start and its own dimension; ``attrs`` the root
+    attributes of the file.
     """
 
     coords: dict[str, Array]
     variables: dict[str, Array]
     attrs: dict[str, Any] = field(default_factory=dict)
+    more: tuple[Axis, ...] = ()
 
     def __getitem__(self, name: str) -> Array:
         return self.variables[name] if name in self.variables else self.coords[name]
 
     @property
+    def axes(self) -> tuple[str, ...]:
+        """The names of the axes: depth, wob, rotary_speed, and what else was swept."""
+        return tuple(name for name in self.grid if name not in ("procedure", "start"))
+
+    @property
     def grid(self) -> tuple[str, ...]:
         """The dimensions over which points are numbered, the last fastest."""
-        return tuple(name for name in ("procedure", "depth", "wob", "rotary_speed", "start") if name in self.coords)
+        return tuple(name for name in self.coords if name not in ("peak", "crossing", "state"))
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(procedures, depths, WOBs, speeds), and the number of starts where each operating point has several."""
+        """(procedures, values of each axis), and the number of starts where each operating point has several."""
         return tuple(len(self.coords[name]) for name in self.grid)
 
     @property
@@ -50,7 +59,7 @@ class Results:
     @property
     def swept(self) -> list[str]:
         """The axes with more than one value, in file order."""
-        return [name for name in ("depth", "wob", "rotary_speed") if len(self.coords[name]) > 1]
+        return [name for name in self.axes if len(self.coords[name]) > 1]
 
 
 @dataclass

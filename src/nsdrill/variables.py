@@ -29,6 +29,21 @@ UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(
 
 
 @dataclass(frozen=True)
+class Axis:
+    """A number of the study that a sweep varies: its dotted ``key`` as the study has it, the ``units`` of its values
+    (SI, as CF writes them) and what it is."""
+
+    key: str
+    units: str
+    long_name: str
+
+    @property
+    def name(self) -> str:
+        """Its name as a dimension."""
+        return self.key.replace(".", "_")
+
+
+@dataclass(frozen=True)
 class Variable:
     """One variable. ``room`` says who makes it: ``run`` (bookkeeping), ``feature`` (measured during the run; a new
     classification leaves it alone), ``label`` (made from features by the classification), ``trust`` (measured by the
@@ -51,18 +66,24 @@ class Variable:
 class Kept:
     """What is kept of each point beside features and labels: how many peaks and returns to the Poincare section, and
     whether the Lyapunov exponent; from how many states each operating point is started, 0 where from one only,
-    without a dimension for it; and whether there are checks of each point."""
+    without a dimension for it; whether there are checks of each point; and the axes beside those of the operation."""
 
     peaks: int = 0
     returns: int = 0
     exponent: bool = False
     starts: int = 0
     verify: bool = False
+    axes: tuple[Axis, ...] = ()
+
+    def __post_init__(self) -> None:
+        # As plain data has them.
+        made = tuple(axis if isinstance(axis, Axis) else Axis(**axis) for axis in self.axes)
+        object.__setattr__(self, "axes", made)
 
     @property
     def grid(self) -> tuple[str, ...]:
         """The dimensions over which points are numbered, the last fastest."""
-        return (*POINT, "start") if self.starts else POINT
+        return (*POINT, *(axis.name for axis in self.axes), *(("start",) if self.starts else ()))
 
     def dims(self, variable: Variable) -> tuple[str, ...]:
         """The dimensions of ``variable`` in a file."""

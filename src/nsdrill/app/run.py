@@ -158,7 +158,7 @@ def plan_of(study: Study) -> Plan:
 
 def kept_of(study: Study) -> Kept:
     """What is kept of each point of a study."""
-    return replace(study.record.kept(study.initial.starts), verify=study.simulation.verify)
+    return replace(study.record.kept(study.initial.starts), verify=study.simulation.verify, axes=study.more)
 
 
 def work_of(study: Study) -> Work:
@@ -191,7 +191,8 @@ def processors() -> int:
 
 
 def _header(study: Study) -> dict[str, Any]:
-    coords = {"procedure": list(plan_of(study).procedures), **study.axes}
+    axes = {key.replace(".", "_"): values for key, values in study.axes.items()}
+    coords = {"procedure": list(plan_of(study).procedures), **axes}
     if study.initial.starts:
         coords["start"] = list(range(study.initial.starts))
     return {"coords": coords, "attrs": provenance(study, "run")}

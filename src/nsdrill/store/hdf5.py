@@ -28,7 +28,7 @@ from nsdrill.store.files import reason
 from nsdrill.store.forgiving import ForgivingFile
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
-from nsdrill.variables import COORDINATES, FORMAT_VERSION, Variable
+from nsdrill.variables import COORDINATES, FORMAT_VERSION, Axis, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -72,17 +72,20 @@ def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
             raw.complain()  # also in place of what HDF5 made of it
 
 
-def add_coordinate(file: Any, name: str, values: Any) -> None:
-    """Write the coordinate ``name`` as a dimension scale. Text becomes UTF-8 strings."""
+def add_coordinate(file: Any, name: str, values: Any, axis: Axis | None = None) -> None:
+    """Write the coordinate ``name`` as a dimension scale, of the swept ``axis`` if it is one. Text becomes UTF-8
+    strings."""
     import h5py
 
-    units, long_name = COORDINATES[name]
+    units, long_name = (axis.units, axis.long_name) if axis else COORDINATES[name]
     array = np.asarray(values)
     if array.dtype.kind in "OU":
         scale = file.create_dataset(name, data=array.astype(object), dtype=h5py.string_dtype())
     else:
         scale = file.create_dataset(name, data=array, **_storage(array.shape, array.dtype, array.shape))
     scale.attrs["long_name"] = long_name
+    if axis:
+        scale.attrs["key"] = axis.key
     if array.dtype.kind not in "OU":
         scale.attrs["units"] = units
     scale.make_scale(name)
@@ -276,3 +279,16 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
     if scale.dtype.kind in "OS":
         return np.array(scale.asstr()[()], dtype=str)
     return np.asarray(scale[()])
+
+
+def read_axes(path: str | os.PathLike[str], file: Any) -> tuple[Axis, ...]:
+    """The swept axes beside those of the operation, in the order of the dimensions: coordinates that name their key."""
+    names = [str(name) for name in file.attrs.get("axes", "").split()] if "axes" in file.attrs else []
+    axes = []
+    for name in names:
+        scale = file.get(name)
+        told = {} if scale is None else {item: scale.attrs.get(item) for item in ("key", "units", "long_name")}
+        if not told or not all(isinstance(value, str) for value in told.values()):
+            raise FileError(f"{path}: the axis {name} is missing or does not say what it is. {EDITED}")
+        axes.append(Axis(**told))
+    return tuple(axes)

@@ -67,7 +67,7 @@ class RunLog:
         the points that are to come.
         """
         path = Path(path)
-        check_header(header, n_points)
+        check_header(header, n_points, kept)
         head = pack_header(header, n_points, kept)
         size = first_slot(len(head)) + n_points * slot_dtype(kept).itemsize
         # Under a name of its own until the header is whole; the link then fails if another process was quicker.

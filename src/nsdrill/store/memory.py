@@ -16,7 +16,7 @@ class MemoryLog:
     """Points kept in one array [n_points]; memory that no point has touched yet costs nothing."""
 
     def __init__(self, header: dict[str, Any], n_points: int, kept: Kept) -> None:
-        check_header(header, n_points)
+        check_header(header, n_points, kept)
         self.header = header
         self.n_points = n_points
         self.kept = kept

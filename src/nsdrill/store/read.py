@@ -48,7 +48,7 @@ def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
             for variable in _present(file, kept)
             if wanted is None or variable.name in wanted
         }
-        return Results(coords, variables, hdf5.get_attributes(file))
+        return Results(coords, variables, hdf5.get_attributes(file), kept.axes)
 
 
 def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
@@ -60,11 +60,12 @@ def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
 
 def collect(log: Source, names: Iterable[str] | None = None) -> Results:
     """Everything in a log, or only the variables ``names``, in memory; the same arrays as in its results file."""
-    shape = grid_shape(log.header)
+    shape = grid_shape(log.header, log.kept)
     wanted = set(BY_NAME) if names is None else set(names)
     flat = columns(log, [v.name for v in recorded(log.kept) if v.name in wanted])
     variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
-    return Results(coordinates(log), variables, {**log.header["attrs"], "format_version": FORMAT_VERSION})
+    attrs = {**log.header["attrs"], "format_version": FORMAT_VERSION}
+    return Results(coordinates(log), variables, attrs, log.kept.axes)
 
 
 def variables_in(path: PathLike) -> tuple[Variable, ...]:
@@ -196,12 +197,16 @@ def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], Kept]:
     if tuple(coords["state"]) != STATE_NAMES:
         found = ", ".join(map(str, coords["state"]))
         raise FileError(f"{path}: the states are {found}; they should be {', '.join(STATE_NAMES)}.")
+    axes = hdf5.read_axes(path, file)
     for name in ("start", "peak", "crossing"):
         if name in file:
             coords[name] = hdf5.read_coordinate(path, file, name)
-    ordered = {name: coords[name] for name in (*POINT, "start", "peak", "crossing", "state") if name in coords}
+    coords |= {axis.name: hdf5.read_coordinate(path, file, axis.name) for axis in axes}
+    order = (*POINT, *(axis.name for axis in axes), "start", "peak", "crossing", "state")
+    ordered = {name: coords[name] for name in order if name in coords}
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
-    return ordered, Kept(peaks, returns, exponent="lyapunov_exponent" in file, starts=starts, verify="trusted" in file)
+    return ordered, Kept(peaks, returns, exponent="lyapunov_exponent" in file, starts=starts, verify="trusted" in file,
+                         axes=axes)
 
 
 def _present(file: Any, kept: Kept) -> tuple[Variable, ...]:

@@ -26,16 +26,18 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
     ``attrs`` are added to the root attributes of the log's header. ``path`` is replaced in one step at the end;
     NsdrillError if that fails, with ``path`` and ``log`` as they were.
     """
-    shape = grid_shape(log.header)
+    shape = grid_shape(log.header, log.kept)
     block = block_shape(shape, points_in_block(log.kept))
     variables = recorded(log.kept)
     part = getattr(log, "path", None)
     where = f"safe in {part}: give the same command with --resume" if part else "still in memory"
     with replacing(path, f"Make room first. The points are {where}.") as temporary:
         with hdf5.writing(temporary) as file:
-            hdf5.put_attributes(file, root_attributes("results", {**log.header["attrs"], **(attrs or {})}))
+            own = {"axes": " ".join(axis.name for axis in log.kept.axes) or None}
+            hdf5.put_attributes(file, root_attributes("results", {**log.header["attrs"], **own, **(attrs or {})}))
+            axes = {axis.name: axis for axis in log.kept.axes}
             for name, values in coordinates(log).items():
-                hdf5.add_coordinate(file, name, values)
+                hdf5.add_coordinate(file, name, values, axes.get(name))
             kind = record_dtype(log.kept)
             datasets = [hdf5.add_variable(file, v, log.kept.dims(v), block + kind[v.name].shape) for v in variables]
             for place, start, stop in blocks(shape, block):
@@ -48,7 +50,7 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
 
 def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     """The coordinates of a file of these results, in file order."""
-    coords = {name: np.asarray(log.header["coords"][name]) for name in POINT}
+    coords = {name: np.asarray(log.header["coords"][name]) for name in (*POINT, *(a.name for a in log.kept.axes))}
     for name in ("start", "peak", "crossing"):
         if log.kept.length(name):
             coords[name] = np.arange(log.kept.length(name), dtype="<i4")

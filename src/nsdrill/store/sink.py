@@ -1,7 +1,6 @@
 """What a sweep needs of the place where its points go, whether a file or memory.
 
-Points are numbered in C order over (procedure, depth, wob, rotary_speed), and over the starts of each where there are
-several.
+Points are numbered in C order over the procedures and the axes, and over the starts of each where there are several.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ import math
 from typing import Any, Protocol, Self
 
 from nsdrill.data import Array
-from nsdrill.variables import POINT, Kept
+from nsdrill.variables import Kept
 
 
 class Source(Protocol):
@@ -61,15 +60,16 @@ class Sink(Source, Protocol):
     def __exit__(self, *exc: object) -> None: ...
 
 
-def grid_shape(header: dict[str, Any]) -> tuple[int, ...]:
-    """(procedures, depths, WOBs, speeds) of a header, and the number of starts where there are several."""
-    return tuple(len(header["coords"][name]) for name in (*POINT, "start") if name in header["coords"])
+def grid_shape(header: dict[str, Any], kept: Kept) -> tuple[int, ...]:
+    """(procedures, values of each axis) of a header, and the number of starts where there are several."""
+    return tuple(len(header["coords"][name]) for name in kept.grid)
 
 
-def check_header(header: dict[str, Any], n_points: int) -> None:
+def check_header(header: dict[str, Any], n_points: int, kept: Kept) -> None:
     """ValueError unless ``header`` describes ``n_points`` points."""
-    missing = [name for name in POINT if name not in header.get("coords", {})]
+    missing = [name for name in kept.grid if name not in header.get("coords", {})]
     if missing or "attrs" not in header:
-        raise ValueError(f"a header needs 'attrs' and 'coords' with {', '.join(POINT)}; missing: {missing or 'attrs'}")
-    if n_points < 1 or math.prod(grid_shape(header)) != n_points:
-        raise ValueError(f"the axes span {math.prod(grid_shape(header))} points, not {n_points}")
+        wanted = ", ".join(kept.grid)
+        raise ValueError(f"a header needs 'attrs' and 'coords' with {wanted}; missing: {missing or 'attrs'}")
+    if n_points < 1 or math.prod(grid_shape(header, kept)) != n_points:
+        raise ValueError(f"the axes span {math.prod(grid_shape(header, kept))} points, not {n_points}")

@@ -11,6 +11,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.model.parameters import Initial, Operation, Parameters
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.variables import Axis
 
 Procedure = Literal["same", "up", "down", "up-down"]
 
@@ -20,7 +21,8 @@ class Study:
     """One study.
 
     ``axes`` holds depth [m], wob [N] and rotary_speed [rad/s], each a 1-D ascending float array, of length one (from
-    ``operation``) where it is not swept; ``ramps`` those of the three that follow time in a single run, whose values at
+    ``operation``) where it is not swept, and the other numbers that are swept by their dotted keys, which ``more``
+    describes; ``ramps`` those of the three that follow time in a single run, whose values at
     time zero are in ``operation``; ``swept`` the names that the file sweeps; ``along`` the axis along which the
     state is carried, None for procedure ``same``. ``text`` is the YAML as read, ``overrides`` the ``--set`` texts,
     ``resolved`` the complete study, defaults filled in and in SI, as plain data, ``sha256`` the digest of that.
@@ -46,6 +48,7 @@ class Study:
     sha256: str = ""
     refine: int = 0
     refined: tuple[str, ...] = ()
+    more: tuple[Axis, ...] = ()
     ramps: dict[str, Ramp] = field(default_factory=dict)
 
     @property
