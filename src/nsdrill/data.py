@@ -6,12 +6,14 @@ The file rooms fill and read these, the plots draw them; neither knows the other
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 Array = np.ndarray[Any, np.dtype[Any]]
+RUN, LABELS = "study_overrides", "classification"  # root attributes with ``key=value`` texts: of --set of run, classify
 
 
 @dataclass
@@ -65,3 +67,18 @@ class Trace:
 
     def __getitem__(self, name: str) -> Array:
         return self.time if name == "time" else self.variables[name]
+
+
+def overrides(attrs: Mapping[str, Any], *names: str) -> dict[str, str]:
+    """The keys that ``--set`` changed, with their values as given: those of the root attributes ``names``
+    (:data:`RUN` where none is named), the last one where a key is given twice."""
+    found: dict[str, str] = {}
+    for name in names or (RUN,):
+        try:
+            texts = json.loads(attrs.get(name) or "[]")
+        except (TypeError, ValueError):
+            continue
+        for text in texts if isinstance(texts, list) else ():
+            key, _, value = str(text).partition("=")
+            found[key.strip()] = " ".join(value.split())
+    return found

@@ -14,7 +14,7 @@ from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.app.attractors import attractors, labels_of
 from nsdrill.app.run import plan_of
-from nsdrill.data import Results, Trace
+from nsdrill.data import Results, Trace, overrides
 from nsdrill.errors import FileError, InputError
 from nsdrill.model.rhs import pack, sizes
 from nsdrill.observe.classify import classify
@@ -58,6 +58,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     summary: dict[str, Any] = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
+        "overrides": overrides(results.attrs),
         # Only a run log has points that are still to come.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),
@@ -183,6 +184,7 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
     return {
         "kind": "trace",
         **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
+        "overrides": overrides(trace.attrs),
         **({"ramps": {n: {"time": times, "value": values} for n, (times, values) in ramps.items()}} if ramps else {}),
         "samples": len(trace.time),
         "duration": float(trace.time[-1]) if len(trace.time) else 0.0,

@@ -13,7 +13,9 @@ if TYPE_CHECKING:
 
 
 def read(path: str, names: Iterable[str] | None = None) -> Results | Trace:
-    """The results, trace or unfinished run in ``path``; of a sweep only the variables ``names``, if given."""
+    """The results, trace or unfinished run in ``path``; of a sweep only the variables ``names``, if given. Its root
+    attributes say the overrides, whatever its age."""
+    from nsdrill.app.overrides import with_overrides
     from nsdrill.store import kind_of, part_path, read_partial, read_results, read_trace
 
     part = part_path(path)
@@ -21,8 +23,8 @@ def read(path: str, names: Iterable[str] | None = None) -> Results | Trace:
         raise FileError(f"{path}: there is no such file yet, but an unfinished run: {part} can be shown and drawn.")
     kind = kind_of(path)
     if kind == "trace":
-        return read_trace(path)
-    return read_partial(path, names) if kind == "partial" else read_results(path, names)
+        return with_overrides(read_trace(path))
+    return with_overrides(read_partial(path, names) if kind == "partial" else read_results(path, names))
 
 
 MOST_KNOTS = 6

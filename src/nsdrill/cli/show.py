@@ -9,6 +9,7 @@ import click
 
 from nsdrill.cli import options
 from nsdrill.cli.reading import knots_text, read
+from nsdrill.errors import InputError
 
 AXES = {
     "depth": ("depth", "m", "ft"), "wob": ("weight on bit", "kN", "klbf"), "rotary_speed": ("speed", "rad/s", "rpm"),
@@ -18,11 +19,19 @@ MOST_INTERVALS = 40
 MOST_CHANGED = 12
 
 
-@click.command("show", epilog=options.examples("show out.h5", "show out.h5.part", "show out.h5 --json | jq .failed"))
+@click.command("show", epilog=options.examples("show out.h5", "show out.h5.part", "show out.h5 --study > study.yaml", "show out.h5 --json | jq .failed"))
 @options.file_argument("file")
 @click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units, with every failed point.")
-def command(file: str, as_json: bool) -> int:
+@click.option("--study", is_flag=True, help="Print the study as it was run, overrides applied, as a study file.")
+def command(file: str, as_json: bool, study: bool) -> int:
     """Say what is in FILE: a results file, the .part file of a run that goes on, or a trace."""
+    if study and as_json:
+        raise InputError("--study: found with --json; allowed: one of the two.")
+    if study:
+        from nsdrill.app.overrides import study_of
+
+        click.echo(study_of(file, read(file, ()).attrs), nl=False)
+        return 0
     from nsdrill.app.report import NEEDED, summarize
 
     summary = summarize(read(file, NEEDED))
@@ -48,6 +57,7 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
     what = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
     click.echo(f"{file}: {what}. {s['title']}".rstrip())
     click.echo(f"  made           {s['created']} by nsdrill {s['nsdrill_version']}")
+    _show_overrides(s["overrides"])
     for name, axis in s["axes"].items():
         label = AXES[name][0]
         text = value_text(name, axis["from"], field=axis["points"] == 1)
@@ -102,6 +112,11 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
             click.echo(f"  {in_words(point['status'])}: {where}, {point['procedure']}")
         if len(failed) > MOST_FAILED:
             click.echo(f"  and {len(failed) - MOST_FAILED} more (all with --json)")
+
+
+def _show_overrides(overrides: dict[str, str]) -> None:
+    if overrides:
+        click.echo(f"  overrides      {'; '.join(f'{key} = {value}' for key, value in overrides.items())}")
 
 
 CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
@@ -177,6 +192,7 @@ def _show_ranges(ranges: dict[str, Any]) -> None:
 def _show_trace(file: str, s: dict[str, Any]) -> None:
     click.echo(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
     click.echo(f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}")
+    _show_overrides(s["overrides"])
     for name, (label, _, _) in AXES.items():
         if name in s.get("ramps", {}):
             ramp = s["ramps"][name]

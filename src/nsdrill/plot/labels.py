@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from nsdrill.data import Results
+from nsdrill.data import LABELS, RUN, Results, overrides
 from nsdrill.errors import InputError
 from nsdrill.variables import AXES, COORDINATES, TRACE_VARIABLES, VARIABLES
 
@@ -135,6 +135,20 @@ def fixed_values(results: Results) -> dict[str, float]:
 
 
 def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
-    """The title of the study and, on a line of its own, the operating values."""
+    """The title of the study and, on lines of their own, what ``--set`` changed and the operating values."""
     title = textwrap.fill(" ".join(str(attrs.get("title") or "").split()), width)
-    return "\n".join(line for line in (title, point) if line)
+    return "\n".join(line for line in (title, changed(attrs, width), point) if line)
+
+
+def changed(attrs: Mapping[str, Any], width: int) -> str:
+    """What ``--set`` of run and classify changed, but for the title, in one line: ``bit.lobes = 1, and 3 more``."""
+    found = overrides(attrs, RUN, LABELS)
+    texts = [f"{key} = {value}" for key, value in found.items() if key != "title"]
+    line = ""
+    for number, text in enumerate(texts):
+        more = f" and {len(texts) - number} more"
+        longer = f"{line}, {text}" if line else text if len(text) <= width else f"{text[: width - 4]} ..."
+        if line and len(longer) + (len(more) if number < len(texts) - 1 else 0) > width:
+            return line + more
+        line = longer
+    return line
