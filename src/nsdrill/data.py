@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray[Any, np.dtype[Any]]
-RUN, LABELS = "study_overrides", "classification"  # root attributes with ``key=value`` texts: of --set of run, classify
+OVERRIDES, THRESHOLDS = "study_overrides", "classification"  # root attributes: the --set of run, and of classify
 
 
 @dataclass
@@ -69,11 +69,11 @@ class Trace:
         return self.time if name == "time" else self.variables[name]
 
 
-def overrides(attrs: Mapping[str, Any], *names: str) -> dict[str, str]:
-    """The keys that ``--set`` changed, with their values as given: those of the root attributes ``names``
-    (:data:`RUN` where none is named), the last one where a key is given twice."""
+def overrides(attrs: Mapping[str, Any], *, thresholds: bool = False) -> dict[str, str]:
+    """The keys that ``--set`` changed in the study of a file with the root attributes ``attrs``, with their values as
+    given; with ``thresholds`` also those that ``nsdrill classify`` changed. Where a key was given twice the last one."""
     found: dict[str, str] = {}
-    for name in names or (RUN,):
+    for name in (OVERRIDES, THRESHOLDS) if thresholds else (OVERRIDES,):
         try:
             texts = json.loads(attrs.get(name) or "[]")
         except (TypeError, ValueError):

@@ -124,6 +124,13 @@ def test_points_whose_checks_answer_otherwise_are_not_safe() -> None:
     data["long_response"][1, 0, 1, 1] = 1
     note = find_window(data)
     assert (note["safe"], note["rim"], note["distrusted_points"]) == (9, 4, 1)
+    # A check that failed leaves a safe run unknown, and a critical one as it was.
+    data["long_response"][1, 0, 1, 1] = 0
+    data["trusted"][1, 0, :2, 1] = 0
+    data["tight_status"][1, 0, :2, 1] = DIVERGED
+    note = find_window(data)
+    assert (note["safe"], note["rim"], note["critical"], note["unknown"]) == (9, 3, 22, 1)
+    assert (note["failed_runs"], note["distrusted_points"]) == (1, 0)
 
 
 def test_by_severity() -> None:

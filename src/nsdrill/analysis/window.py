@@ -15,10 +15,9 @@ import numpy as np
 from nsdrill.analysis.hysteresis import words
 from nsdrill.analysis.outcome import known, text
 from nsdrill.analysis.plane import largest_margin, regions
-from nsdrill.data import LABELS as RELABELLED
-from nsdrill.data import RUN, Array, Results, overrides
+from nsdrill.data import Array, Results, overrides
 from nsdrill.errors import InputError
-from nsdrill.observe.trust import RESPONSE_DIFFERS, verdict
+from nsdrill.observe.trust import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.variables import AXES, BIT_BOUNCE, INFERRED, LABELS, OK, STICK_SLIP, WHIRL
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across, the next one up
@@ -31,9 +30,10 @@ SEVERITIES = tuple(name for name in LABELS if name.endswith("_severity"))
 class Classes:
     """A sweep as maps: ``state`` [third, y, x] is SAFE, RIM, CRITICAL or UNKNOWN.
 
-    ``bits`` are the responses that occur in any history; ``failed`` and ``distrusted`` say whether any history failed
-    or has not run, or is not to be trusted; ``safe_in`` how many points are safe in each procedure by itself. ``y`` and ``third``
-    are None where no such axis is swept; their length is then 1.
+    ``bits`` are the responses that occur in any history; ``failed`` and ``distrusted`` say whether any history (or the
+    check of one that was safe) failed or has not run, or is not to be trusted; ``failed_runs`` how many there are of
+    the first; ``safe_in`` how many points are safe in each procedure by itself. ``y`` and ``third`` are None where no
+    such axis is swept; their length is then 1.
     """
 
     results: Results
@@ -45,6 +45,7 @@ class Classes:
     failed: Array
     distrusted: Array
     histories: int
+    failed_runs: int
     safe_in: dict[str, int]
 
     def values(self, axis: str | None) -> Array:
@@ -66,15 +67,17 @@ def classes(results: Results, severity: int | None = None) -> Classes:
     swept = [axis for axis in ACROSS if axis in results.swept]
     if not swept:
         raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
-    failed = ~known(results["status"])
+    # Not trusted: a point whose checks gave another response. (That its numbers differ is the rule where the motion is
+    # chaotic.) An inferred point was not run, so it was not checked either; the runs around it were.
+    verdicts = verdict(results) if "trusted" in results.variables else np.full(results.shape, UNCHECKED)
+    verdicts = np.where(results["status"] == INFERRED, UNCHECKED, verdicts)
+    trusted = verdicts != RESPONSE_DIFFERS
     if severity is None:
-        good, calm = ~failed, results["response"] == 0
+        good, calm = known(results["status"]), results["response"] == 0
     else:
         good, calm = results["status"] == OK, np.all([results[name] <= severity for name in SEVERITIES], axis=0)
-    # A point whose checks gave another response. (That its numbers differ is the rule where the motion is chaotic.) An
-    # inferred point was not run, so it was not checked either; the runs around it were.
-    trusted = (verdict(results) != RESPONSE_DIFFERS) | (results["status"] == INFERRED) if (
-        "trusted" in results.variables) else np.ones(good.shape, dtype=bool)
+    unchecked = good & calm & (verdicts == CHECK_FAILED)
+    failed = ~known(results["status"]) | unchecked
     third = swept[2] if len(swept) == 3 else None
     y = swept[1] if len(swept) > 1 else None
 
@@ -85,27 +88,27 @@ def classes(results: Results, severity: int | None = None) -> Classes:
         lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, swept[0])]
         return moved.reshape(*lengths, -1)
 
-    each = good & calm & trusted
-    safe, bad = planes(each), planes(good & ~each)
-    some, none = safe.any(axis=-1), bad.any(axis=-1)
-    state = np.where(planes(good).all(axis=-1) | (some & none),
+    each, bad = good & calm & trusted & ~unchecked, good & ~(calm & trusted)
+    safe, some, none = planes(each), planes(each).any(axis=-1), planes(bad).any(axis=-1)
+    state = np.where(planes(each | bad).all(axis=-1) | (some & none),
                      np.where(none, np.where(some, RIM, CRITICAL), SAFE), UNKNOWN)
-    bits = np.bitwise_or.reduce(planes(np.where(failed, 0, results["response"]).astype(int)), axis=-1)
+    bits = np.bitwise_or.reduce(planes(np.where(known(results["status"]), results["response"], 0).astype(int)), axis=-1)
     safe_in = {text(name): int(np.count_nonzero(one.all(axis=tuple(range(3, one.ndim)))))
                for name, one in zip(results.coords["procedure"], each, strict=True)}
-    return Classes(results, swept[0], y, third, state, bits, np.asarray(planes(failed).any(axis=-1)),
-                   np.asarray(planes(good & ~trusted).any(axis=-1)), safe.shape[-1], safe_in)
+    return Classes(
+        results, swept[0], y, third, state, bits, np.asarray(planes(failed).any(axis=-1)),
+        np.asarray(planes(good & ~trusted).any(axis=-1)), safe.shape[-1], int(np.count_nonzero(failed)), safe_in)
 
 
 def find_window(results: Results, severity: int | None = None) -> dict[str, Any]:
     """The safe window of a sweep with ascending axes, as plain data in SI units. See the page on the window."""
     found = classes(results, severity)
     axes = [axis for axis in (found.x, found.y) if axis]
-    status, names = results["status"], words(BIT_BOUNCE | STICK_SLIP | WHIRL).split("+")
+    names = words(BIT_BOUNCE | STICK_SLIP | WHIRL).split("+")
     note: dict[str, Any] = {
         "kind": "window",
         "title": str(results.attrs.get("title") or ""),
-        "overrides": overrides(results.attrs, RUN, RELABELLED),
+        "overrides": overrides(results.attrs, thresholds=True),
         "procedures": [text(name) for name in results.coords["procedure"]],
         "histories": found.histories,
         "history_examined": found.histories > 1,
@@ -113,8 +116,8 @@ def find_window(results: Results, severity: int | None = None) -> dict[str, Any]
         "axes": axes,
         "third": found.third,
         "fixed": {axis: float(results.coords[axis][0]) for axis in AXES if axis not in results.swept},
-        "runs": int(status.size),
-        "failed_runs": int(np.count_nonzero(~known(status))),
+        "runs": int(results["status"].size),
+        "failed_runs": found.failed_runs,
         "failed_points": int(np.count_nonzero(found.failed)),
         "distrusted_points": int(np.count_nonzero(found.distrusted)),
         **_counts(found.state),

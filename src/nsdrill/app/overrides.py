@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from nsdrill.data import RUN, Results, Trace, overrides
+from nsdrill.data import OVERRIDES, Results, Trace, overrides
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.study.resolved import study_from_resolved
 
@@ -23,7 +23,7 @@ def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
     """
     if found := overrides(attrs):
         return [f"{key}={value}" for key, value in found.items()]
-    if RUN in attrs and "replay_of" not in attrs:
+    if OVERRIDES in attrs and "replay_of" not in attrs:
         return []
     from nsdrill.study import parse_study  # late: the parser is slow to import, and most files do not need it
     from nsdrill.study.written import changes
@@ -38,7 +38,7 @@ def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
 
 def with_overrides(data: Data) -> Data:
     """``data``, whose root attributes now say the overrides."""
-    data.attrs[RUN] = json.dumps(overrides_of(data.attrs))
+    data.attrs[OVERRIDES] = json.dumps(overrides_of(data.attrs))
     return data
 
 

@@ -18,7 +18,7 @@ from nsdrill.data import Results, Trace, overrides
 from nsdrill.errors import FileError, InputError
 from nsdrill.model.rhs import pack, sizes
 from nsdrill.observe.classify import classify
-from nsdrill.observe.trust import AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
+from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
 from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
@@ -43,7 +43,8 @@ SHOWN = (
 )  # fmt: skip
 SEVERITIES = ("bounce_severity", "stick_slip_severity", "whirl_severity")
 NEEDED = tuple(variable.name for variable in VARIABLES if variable.dims == POINT)  # not peaks, returns, states
-VERDICTS = {"agree": AGREES, "features_differ": FEATURES_DIFFER, "response_differs": RESPONSE_DIFFERS}
+VERDICTS = {"agree": AGREES, "features_differ": FEATURES_DIFFER, "response_differs": RESPONSE_DIFFERS,
+            "check_failed": CHECK_FAILED}
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:

@@ -19,7 +19,15 @@ MOST_INTERVALS = 40
 MOST_CHANGED = 12
 
 
-@click.command("show", epilog=options.examples("show out.h5", "show out.h5.part", "show out.h5 --study > study.yaml", "show out.h5 --json | jq .failed"))
+@click.command(
+    "show",
+    epilog=options.examples(
+        "show out.h5",
+        "show out.h5.part",
+        "show out.h5 --json | jq .failed",
+        "show out.h5 --study > study.yaml",
+    ),
+)
 @options.file_argument("file")
 @click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units, with every failed point.")
 @click.option("--study", is_flag=True, help="Print the study as it was run, overrides applied, as a study file.")
@@ -81,7 +89,9 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
         counts = s["responses"][procedure]
         total = sum(counts.values())
         if total:
-            click.echo(f"\nResponses, {procedure}:")
+            runs = s["points"] // len(s["procedures"])
+            known = f", of the {total} of {runs} points that are known" if total < runs else ""
+            click.echo(f"\nResponses, {procedure}{known}:")
         for word, count in counts.items():
             click.echo(f"  {in_words(word):32s} {count:8d}  {100 * count / total:5.1f} %")
         if kinds := s["whirl_kinds"][procedure]:
@@ -123,10 +133,11 @@ CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 
 
 def _show_trust(trust: dict[str, Any]) -> None:
-    checked = trust["agree"] + trust["features_differ"] + trust["response_differs"]
+    checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
+    failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
     click.echo(
         f"  checked        {checked} points: {trust['agree']} agree, {trust['features_differ']} keep their response "
-        f"but not their numbers (chaotic, or not settled), {trust['response_differs']} change response")
+        f"but not their numbers (chaotic, or not settled), {trust['response_differs']} change response{failed_checks}")
     for check, failed in trust["failed_checks"].items():
         if failed:
             click.echo(f"    {CHECKS[check]}: {failed} did not end well")

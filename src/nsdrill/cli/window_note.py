@@ -93,7 +93,7 @@ def _basis(note: dict[str, Any]) -> Iterator[str]:
                "study with procedure: up-down\n  to learn whether the window holds whatever came before.")
     yield "  critical  no run of the point was safe"
     if note["unknown"]:
-        yield "  unknown   a run failed or has no severity, and the others leave it open: in no window, and not critical"
+        yield "  unknown   a run failed or has no severity, and the others leave it open; no window goes there"
     if note["failed_runs"]:
         yield f"  {note['failed_runs']} of {note['runs']} runs failed, at {note['failed_points']} points."
     if note["distrusted_points"]:

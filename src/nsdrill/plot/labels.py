@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from nsdrill.data import LABELS, RUN, Results, overrides
+from nsdrill.data import Results, overrides
 from nsdrill.errors import InputError
 from nsdrill.variables import AXES, COORDINATES, TRACE_VARIABLES, VARIABLES
 
@@ -142,7 +142,7 @@ def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
 
 def changed(attrs: Mapping[str, Any], width: int) -> str:
     """What ``--set`` of run and classify changed, but for the title, in one line: ``bit.lobes = 1, and 3 more``."""
-    found = overrides(attrs, RUN, LABELS)
+    found = overrides(attrs, thresholds=True)
     texts = [f"{key} = {value}" for key, value in found.items() if key != "title"]
     line = ""
     for number, text in enumerate(texts):

@@ -18,7 +18,8 @@ from nsdrill.variables import AXES, STATE_NAMES
 
 def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
     """The study ``resolved`` as YAML with every key, below the comments ``head``; read again it has the same digest."""
-    parts = ["".join(f"# {_one_line(words)}\n" for words in head) + line("", "title", _title(resolved), MEANINGS["title"])]
+    comments = "".join(f"# {_one_line(words)}\n" for words in head)
+    parts = [comments + line("", "title", _title(resolved), MEANINGS["title"])]
     for name, cls in SECTIONS.items():
         if name == "simulation":
             parts.append("\n".join([
@@ -27,7 +28,8 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
                   for key in (*AXES, "procedure", "along", "refine") if key in resolved["sweep"])]))
         parts.append("\n".join(section(name, cls, lambda leaf: _needed(resolved, leaf))))
         if name == "initial" and (plane := resolved["initial"].get("slice")):
-            ranges = [f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}" for state in STATE_NAMES if state in plane]
+            ranges = [f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}"
+                      for state in STATE_NAMES if state in plane]
             parts[-1] += "\n" + "\n".join([line("  ", "slice", "", MEANINGS[SLICE]), *ranges])
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
