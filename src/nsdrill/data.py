@@ -71,7 +71,7 @@ class Trace:
 
 def overrides(attrs: Mapping[str, Any], *, thresholds: bool = False) -> dict[str, str]:
     """The keys that ``--set`` changed in the study of a file with the root attributes ``attrs``, with their values as
-    given; with ``thresholds`` also those that ``nsdrill classify`` changed. Where a key was given twice the last one."""
+    given; with ``thresholds`` also those that ``nsdrill classify`` changed. Of a key given twice the last value."""
     found: dict[str, str] = {}
     for name in (OVERRIDES, THRESHOLDS) if thresholds else (OVERRIDES,):
         try:

@@ -12,6 +12,7 @@ from typing import Any
 AXES = ("depth", "wob", "rotary_speed")
 POINT = ("procedure", *AXES)
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
+STATE_UNITS = ("m", "m s-1", "m", "m s-1", "m", "m s-1", "rad", "rad s-1", "rad")
 PROCEDURES = ("same", "up", "down")
 FORMAT_VERSION = 1
 
