@@ -33,8 +33,9 @@ UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(
 class Variable:
     """One variable. ``room`` says who makes it: ``run`` (bookkeeping), ``feature`` (measured during the run; a new
     classification leaves it alone), ``label`` (made from features by the classification), ``trust`` (measured by the
-    checks of a point), ``peaks``, ``section``, ``states``. Where ``only`` names something to keep (:class:`Kept`), the
-    variable is there only if that is kept."""
+    checks of a point), ``peaks``, ``section``, ``states``. ``units`` are empty where those of its entries differ
+    (:data:`STATE_UNITS`). Where ``only`` names something to keep (:class:`Kept`), the variable is there only if that
+    is kept."""
 
     name: str
     dtype: str
@@ -177,8 +178,8 @@ VARIABLES: tuple[Variable, ...] = (
     _section("axial_velocity", "m s-1", "axial velocity"),
     _section("twist", "rad", "twist of the string"),
     _section("bit_speed", "rad s-1", "bit speed"),
-    Variable("initial_state", "f8", "SI", "state at the start of the run", "states", (*POINT, "state")),
-    Variable("final_state", "f8", "SI", "state at the end of the run", "states", (*POINT, "state")),
+    Variable("initial_state", "f8", "", "state at the start of the run", "states", (*POINT, "state")),
+    Variable("final_state", "f8", "", "state at the end of the run", "states", (*POINT, "state")),
 )
 
 TRACE_VARIABLES: tuple[Variable, ...] = tuple(

@@ -47,7 +47,8 @@ def test_two_studies(call: Call, shared: Path) -> None:
 def test_two_axes_and_no_common_point(call: Call, shared: Path) -> None:
     answer = call("diff", shared / "small.h5", shared / "map.h5")
     assert answer.code == 0
-    changed = {row["key"]: (row["a"], row["b"]) for row in nsdrill.diff(shared / "small.h5", shared / "map.h5")["study"]}
+    found = nsdrill.diff(shared / "small.h5", shared / "map.h5")["study"]
+    changed = {row["key"]: (row["a"], row["b"]) for row in found}
     assert changed["sweep.wob"] == (None, "{from: 20 kN, to: 100 kN, points: 5}")
     assert changed["sweep.rotary_speed"][1] == "[30 rpm, 45 rpm, 60 rpm, 75 rpm]"
     assert changed["sweep.procedure"] == ("up-down", "same")

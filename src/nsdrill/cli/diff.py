@@ -111,8 +111,9 @@ def _responses(responses: dict[str, Any], points: int, swept: list[str]) -> Iter
         yield f"  and {len(changes) - MOST_CHANGES} more kinds of change (all with --json)"
     if responses["changed"]:
         named = responses["at"]
-        yield f"  {'At' if len(named) == responses['changed'] else 'Some of them at'} " + "; ".join(
-            f"{_where(point, swept)}: {in_words(point['from'])} -> {in_words(point['to'])}" for point in named) + "."
+        yield "  At:" if len(named) == responses["changed"] else f"  The first {len(named)} of them:"
+        for point in named:
+            yield f"    {_where(point, swept)}: {in_words(point['from'])} -> {in_words(point['to'])}"
 
 
 def _where(point: dict[str, Any], swept: list[str]) -> str:

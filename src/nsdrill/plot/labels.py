@@ -145,10 +145,12 @@ def changed(attrs: Mapping[str, Any], width: int) -> str:
     found = overrides(attrs, thresholds=True)
     texts = [f"{key} = {value}" for key, value in found.items() if key != "title"]
     line = ""
-    for number, text in enumerate(texts):
-        more = f" and {len(texts) - number} more"
-        longer = f"{line}, {text}" if line else text if len(text) <= width else f"{text[: width - 4]} ..."
-        if line and len(longer) + (len(more) if number < len(texts) - 1 else 0) > width:
-            return line + more
-        line = longer
+    for left, text in zip(reversed(range(len(texts))), texts, strict=True):
+        room = width - (len(f" and {left} more") if left else 0)
+        if not line:
+            line = text if len(text) <= room else f"{text[: room - 4].rstrip()} ..."
+        elif len(line) + 2 + len(text) <= room:
+            line += f", {text}"
+        else:
+            return f"{line} and {left + 1} more"
     return line
