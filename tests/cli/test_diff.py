@@ -6,6 +6,7 @@ import json
 import shutil
 from pathlib import Path
 
+import h5py
 import pytest
 
 import nsdrill
@@ -63,6 +64,16 @@ def test_labels_of_another_threshold(call: Call, shared: Path) -> None:
     assert found["study"] == [{"key": "classify.whirl.wall_contact_fraction", "a": "0.01", "b": "0.9"}]
     assert {row["name"] for row in found["variables"] if not row["same"]} <= {
         "response", "whirl_kind", "whirl_severity"}
+
+
+@pytest.mark.parametrize("text", ["no JSON", "3", '{"well": {"stiffness": "x"}}'])
+def test_a_study_that_is_none(call: Call, shared: Path, text: str) -> None:
+    shutil.copy(shared / "small.h5", "odd.h5")
+    with h5py.File("odd.h5", "r+") as file:
+        file.attrs["study_resolved"] = text
+    answer = call("diff", shared / "small.h5", "odd.h5")
+    assert answer.code == 2
+    assert "does not hold a study" in answer.err
 
 
 def test_traces(call: Call, shared: Path) -> None:

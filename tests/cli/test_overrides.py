@@ -83,7 +83,8 @@ def test_new_thresholds_are_told_too(call: Call, shared: Path) -> None:
     ([f"mud.key{i}={i}{'0' * 20}" for i in range(5)],
      "mud.key0 = 000000000000000000000, mud.key1 = 100000000000000000000 and 3 more"),
     (["sweep.depth=" + "[1 m]" * 99], "sweep.depth = " + ("[1 m]" * 99)[:82] + " ..."),
-    (["sweep.depth=" + "[1 m]" * 99, "bit.rock_stiffness=50 MN/m"], "sweep.depth = " + ("[1 m]" * 99)[:71] + " ... and 1 more"),
+    (["sweep.depth=" + "[1 m]" * 99, "bit.rock_stiffness=50 MN/m"],
+     "sweep.depth = " + ("[1 m]" * 99)[:71] + " ... and 1 more"),
 ])  # fmt: skip
 def test_a_title_stays_short(texts: list[str], said: str) -> None:
     from nsdrill.plot.labels import heading

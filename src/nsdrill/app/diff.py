@@ -11,6 +11,7 @@ from nsdrill.analysis.comparison import compare_results, compare_traces
 from nsdrill.app.reading import read_any
 from nsdrill.data import Results, Trace
 from nsdrill.errors import FileError
+from nsdrill.store.hdf5 import EDITED
 from nsdrill.study.written import changes
 
 MADE = ("study_sha256", "created", "nsdrill_version", "model_digest", "python", "python_version", "llvmlite",
@@ -29,7 +30,11 @@ def diff(a: str | os.PathLike[str], b: str | os.PathLike[str]) -> dict[str, Any]
     ``points``, ``responses``, ``variables``, ``only_a``, ``only_b``. FileError for a file that cannot be read.
     """
     one, two = read_any(a), read_any(b)
-    study = [{"key": key, "a": old, "b": new} for key, old, new in changes(_study(a, one.attrs), _study(b, two.attrs))]
+    try:
+        differing = changes(_study(one.attrs), _study(two.attrs))
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise FileError(f"{a} or {b}: study_resolved in the file does not hold a study ({error}). {EDITED}") from error
+    study = [{"key": key, "a": old, "b": new} for key, old, new in differing]
     found: dict[str, Any] = {
         "kind": "diff",
         "files": [os.fspath(a), os.fspath(b)],
@@ -55,14 +60,11 @@ def _kind(data: Results | Trace) -> str:
     return "trace" if isinstance(data, Trace) else "results"
 
 
-def _study(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> dict[str, Any]:
+def _study(attrs: Mapping[str, Any]) -> dict[str, Any]:
     """The study of a file, with the thresholds in force; empty where it has none."""
-    try:
-        study = dict(json.loads(attrs.get("study_resolved") or "{}"))
-        if study and "classification_resolved" in attrs:
-            study["classify"] = json.loads(attrs["classification_resolved"])
-    except (TypeError, ValueError) as error:
-        raise FileError(f"{path}: its attributes do not hold a study that this version can read ({error}).") from error
+    study = dict(json.loads(attrs.get("study_resolved") or "{}"))
+    if study and "classification_resolved" in attrs:
+        study["classify"] = json.loads(attrs["classification_resolved"])
     return study
 
 
