@@ -184,7 +184,7 @@ def results_variables() -> str:
     def rows() -> Iterable[list[str]]:
         for v in VARIABLES:
             extra = ", ".join(code(name) for name in v.dims[4:])
-            yield [code(v.name), v.dtype, v.units, ROOMS[v.room], extra, v.long_name + flags(v),
+            yield [code(v.name), v.dtype, v.units or "`state_units`", ROOMS[v.room], extra, v.long_name + flags(v),
                    code(ONLY[v.only]) if v.only else ""]
 
     return table(["variable", "type", "units", "kind", "further dimension", "meaning", "only with"], rows())

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from nsdrill.app.attractors import attractors
     from nsdrill.app.check import check
+    from nsdrill.app.diff import diff
     from nsdrill.app.hysteresis import hysteresis
     from nsdrill.app.run import run
     from nsdrill.app.trajectory import replay, simulate
@@ -32,6 +33,7 @@ _HOME = {
     "StudyError": "errors",
     "attractors": "app.attractors",
     "check": "app.check",
+    "diff": "app.diff",
     "hysteresis": "app.hysteresis",
     "load_study": "study",
     "open_results": "store",
@@ -51,6 +53,7 @@ __all__ = [
     "StudyError",
     "attractors",
     "check",
+    "diff",
     "hysteresis",
     "load_study",
     "open_results",

@@ -6,6 +6,7 @@ The file rooms fill and read these, the plots draw them; neither knows the other
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 from nsdrill.variables import Axis
 
 Array = np.ndarray[Any, np.dtype[Any]]
+OVERRIDES, THRESHOLDS = "study_overrides", "classification"  # root attributes: the --set of run, and of classify
 
 
 @dataclass
@@ -74,3 +76,18 @@ class Trace:
 
     def __getitem__(self, name: str) -> Array:
         return self.time if name == "time" else self.variables[name]
+
+
+def overrides(attrs: Mapping[str, Any], *, thresholds: bool = False) -> dict[str, str]:
+    """The keys that ``--set`` changed in the study of a file with the root attributes ``attrs``, with their values as
+    given; with ``thresholds`` also those that ``nsdrill classify`` changed. Of a key given twice the last value."""
+    found: dict[str, str] = {}
+    for name in (OVERRIDES, THRESHOLDS) if thresholds else (OVERRIDES,):
+        try:
+            texts = json.loads(attrs.get(name) or "[]")
+        except (TypeError, ValueError):
+            continue
+        for text in texts if isinstance(texts, list) else ():
+            key, _, value = str(text).partition("=")
+            found[key.strip()] = " ".join(value.split())
+    return found

@@ -12,6 +12,7 @@ from typing import Any
 AXES = ("depth", "wob", "rotary_speed")
 POINT = ("procedure", *AXES)
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
+STATE_UNITS = ("m", "m s-1", "m", "m s-1", "m", "m s-1", "rad", "rad s-1", "rad")
 PROCEDURES = ("same", "up", "down")
 FORMAT_VERSION = 1
 
@@ -47,8 +48,9 @@ class Axis:
 class Variable:
     """One variable. ``room`` says who makes it: ``run`` (bookkeeping), ``feature`` (measured during the run; a new
     classification leaves it alone), ``label`` (made from features by the classification), ``trust`` (measured by the
-    checks of a point), ``peaks``, ``section``, ``states``. Where ``only`` names something to keep (:class:`Kept`), the
-    variable is there only if that is kept."""
+    checks of a point), ``peaks``, ``section``, ``states``. ``units`` are empty where those of its entries differ
+    (:data:`STATE_UNITS`). Where ``only`` names something to keep (:class:`Kept`), the variable is there only if that
+    is kept."""
 
     name: str
     dtype: str
@@ -197,8 +199,8 @@ VARIABLES: tuple[Variable, ...] = (
     _section("axial_velocity", "m s-1", "axial velocity"),
     _section("twist", "rad", "twist of the string"),
     _section("bit_speed", "rad s-1", "bit speed"),
-    Variable("initial_state", "f8", "SI", "state at the start of the run", "states", (*POINT, "state")),
-    Variable("final_state", "f8", "SI", "state at the end of the run", "states", (*POINT, "state")),
+    Variable("initial_state", "f8", "", "state at the start of the run", "states", (*POINT, "state")),
+    Variable("final_state", "f8", "", "state at the end of the run", "states", (*POINT, "state")),
 )
 
 TRACE_VARIABLES: tuple[Variable, ...] = tuple(

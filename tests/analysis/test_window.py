@@ -12,7 +12,7 @@ import nsdrill
 from nsdrill.analysis.plane import in_parts, largest_margin, regions
 from nsdrill.analysis.window import find_window
 from nsdrill.errors import FileError, InputError
-from nsdrill.variables import CHECKS, OK
+from nsdrill.variables import CHECKS, DIVERGED, OK
 
 from .grids import grid
 
@@ -31,7 +31,7 @@ def both() -> dict:
 def test_safe_rim_and_critical_are_counted(both: dict) -> None:
     """Safe: 4 + 3 + 3. Rim: the fifth speed of the third weight, the fifth and sixth of the fourth."""
     assert (both["safe"], both["rim"], both["critical"], both["points"]) == (10, 3, 22, 35)
-    assert both["share"] == {"safe": 10 / 35, "rim": 3 / 35, "critical": 22 / 35}
+    assert both["share"] == {"safe": 10 / 35, "rim": 3 / 35, "critical": 22 / 35, "unknown": 0.0}
     assert both["safe_in"] == {"up": 13, "down": 10}
     assert both["history_examined"]
     assert both["fixed"] == {"depth": 5000.0}
@@ -68,15 +68,42 @@ def test_one_procedure_leaves_history_open() -> None:
 
 
 @pytest.mark.parametrize("sign", ["x", "?"])
-def test_failed_points_are_not_safe(sign: str) -> None:
+def test_failed_points_are_neither_safe_nor_critical(sign: str) -> None:
+    """Of the two points of the third weight that are taken from the window one has failed, the other bounces going
+    down; both are safe going up."""
     hole = [*DOWN[:2], f"s.{sign}bwww", *DOWN[3:]]
     note = find_window(grid({"up": [UP], "down": [hole]}, SPEEDS, WEIGHTS))
-    assert (note["failed_runs"], note["failed_points"]) == (1, 1)
-    assert note["safe"] == 10 - 2
+    assert (note["failed_runs"], note["failed_points"], note["unknown_failed"]) == (1, 1, 1)
+    assert (note["safe"], note["rim"], note["critical"], note["unknown"]) == (10 - 2, 3 + 1, 22, 1)
     margins = note["maps"][0]["recommended"]["margins"]
-    reasons = {side["why"] for axis in margins.values() for side in axis.values()}
-    assert note["rim"] == 3 + 2
-    assert "failed" in reasons
+    assert "failed" in {side["why"] for axis in margins.values() for side in axis.values()}
+
+
+@pytest.mark.parametrize(("up", "down", "word"), [
+    ("x", "x", "unknown"), ("x", ".", "unknown"), ("x", "w", "unknown"), (".", "w", "rim"), ("w", "s", "critical"),
+])  # fmt: skip
+def test_a_failed_run_leaves_a_point_unknown(up: str, down: str, word: str) -> None:
+    note = find_window(grid({"up": [f".{up}."], "down": [f".{down}."]}, [1, 2, 3]))
+    assert {name: note[name] for name in ("rim", "critical", "unknown")} == {
+        "rim": 0, "critical": 0, "unknown": 0, word: 1}
+    limits = note["maps"][0]["recommended"]["margins"]["rotary_speed"].values()
+    assert {"failed" if word == "unknown" else word, "edge"} == {side["why"] for side in limits}
+
+
+def test_a_failed_start_beside_a_safe_and_a_critical_one_is_on_the_rim() -> None:
+    """Whatever the third would have done: the point depends on the history."""
+    data = grid({"same": ["...."]}, [1, 2, 3, 4])
+    data.coords["start"] = np.arange(3)
+    data.variables = {name: np.repeat(values[..., None], 3, axis=-1) for name, values in data.variables.items()}
+    data["response"][0, 0, 0, 1, 1] = 1
+    data["status"][0, 0, 0, 1, 2] = DIVERGED
+    note = find_window(data)
+    assert (note["safe"], note["rim"], note["unknown"], note["failed_points"]) == (3, 1, 0, 1)
+
+
+def test_a_map_that_failed_throughout_is_unknown() -> None:
+    note = find_window(grid({"same": [["xx", "xx"]]}, [1, 2], [10e3, 20e3]))
+    assert note["share"] == {"safe": 0.0, "rim": 0.0, "critical": 0.0, "unknown": 1.0}
 
 
 def test_inferred_points_are_as_good_as_run_ones() -> None:
@@ -97,6 +124,13 @@ def test_points_whose_checks_answer_otherwise_are_not_safe() -> None:
     data["long_response"][1, 0, 1, 1] = 1
     note = find_window(data)
     assert (note["safe"], note["rim"], note["distrusted_points"]) == (9, 4, 1)
+    # A check that failed leaves a safe run unknown, and a critical one as it was.
+    data["long_response"][1, 0, 1, 1] = 0
+    data["trusted"][1, 0, :2, 1] = 0
+    data["tight_status"][1, 0, :2, 1] = DIVERGED
+    note = find_window(data)
+    assert (note["safe"], note["rim"], note["critical"], note["unknown"]) == (9, 3, 22, 1)
+    assert (note["failed_runs"], note["distrusted_points"]) == (1, 0)
 
 
 def test_by_severity() -> None:
@@ -108,6 +142,17 @@ def test_by_severity() -> None:
     data["bounce_severity"][1, 0, 4] = 1
     assert [find_window(data, severity)["safe"] for severity in (0, 1, 2)] == [20, 25, 35]
     assert find_window(data, 0)["rim"] == 5
+
+
+def test_by_severity_an_inferred_point_is_unknown() -> None:
+    data = grid({"up": [".i.."], "down": [".i.w"]}, [1, 2, 3, 4])
+    for name in ("bounce_severity", "stick_slip_severity", "whirl_severity"):
+        data.variables[name] = np.zeros(data["status"].shape, dtype=np.int8)
+    note = find_window(data, 0)
+    assert (note["safe"], note["critical"], note["unknown"], note["failed_runs"]) == (3, 0, 1, 0)
+    limits = note["maps"][0]["recommended"]["margins"]["rotary_speed"]
+    assert limits["less"]["why"] == "unknown"
+    assert find_window(data)["safe"] == 3
 
 
 def test_all_starts_of_an_ensemble_must_be_safe() -> None:
@@ -164,6 +209,9 @@ def test_what_is_safe_at_every_depth() -> None:
     note = stack([".w.", "..."], ["...", "w.."], ["..b", "..."])
     every = note["throughout"]
     assert (every["safe"], every["points"]) == (3, 6)
+    # One of the three points failed at a depth where the others are safe, one where another depth is critical.
+    failed = stack([".w.", "..."], ["...", "w.x"], [".xb", "..."])["throughout"]
+    assert (failed["safe"], failed["critical"], failed["unknown"]) == (2, 3, 1)
     assert every["recommended"]["rotary_speed"] in (1.0, 2.0, 3.0)
     limits = [side for axis in every["recommended"]["margins"].values() for side in axis.values()]
     assert {word for side in limits for word in side["responses"]} <= {"whirl", "bit_bounce"}

@@ -27,6 +27,8 @@ POINTS = {
 }  # fmt: skip
 PEAKS = {"axial_peaks": "m", "bit_speed_peaks": "rad s-1", "radius_peaks": "m"}
 STATES = ["x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle"]
+STATE_UNITS = {"x": "m", "vx": "m s-1", "y": "m", "vy": "m s-1", "z": "m", "vz": "m s-1", "twist": "rad",
+               "bit_speed": "rad s-1", "drive_angle": "rad"}  # fmt: skip
 GRID = ("procedure", "depth", "wob", "rotary_speed")
 
 
@@ -46,6 +48,9 @@ def test_variables_units_and_names(data) -> None:  # type: ignore[no-untyped-def
         assert data[name].attrs["units"] == units
     for name in ("initial_state", "final_state"):
         assert data[name].dims == (*GRID, "state")
+        # One unit for all nine would be wrong.
+        assert "units" not in data[name].attrs
+        assert dict(zip(STATES, data[name].attrs["state_units"].split(", "), strict=True)) == STATE_UNITS
 
 
 def test_coordinates(data) -> None:  # type: ignore[no-untyped-def]
@@ -122,7 +127,8 @@ def test_root_attributes(shared: Path) -> None:
     assert attrs["numba_version"] == numba.__version__
     assert attrs["h5py_version"] == h5py.__version__
     assert attrs["processor"]
-    assert attrs["Conventions"].startswith("CF-")
+    # No claim of CF: the coordinates procedure and state are text, and depth is measured along the hole.
+    assert attrs["Conventions"] == "nsdrill-1"
     assert attrs["created"][:2] == "20"
     assert attrs["history"].endswith(" run")
 

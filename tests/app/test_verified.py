@@ -124,7 +124,13 @@ def test_checks_that_failed_are_retried(tmp_path: Path, monkeypatch: pytest.Monk
     assert failed.any()
     assert not np.any(found["trusted"][failed])
     assert np.all(np.isnan(found["tight_difference"][failed]))
-    assert summarize(found)["trust"]["failed_checks"]["tight"] == failed.sum()
+    told = summarize(found)["trust"]
+    assert told["failed_checks"]["tight"] == failed.sum()
+    ran = found["status"] == OK
+    other = [(found[f"{name}_status"] == OK) & (found[f"{name}_response"] != found["response"])
+             for name in ("tight", "long")]
+    assert told["response_differs"] == np.count_nonzero(ran & np.any(other, axis=0)), "a failed check found no response"
+    assert told["check_failed"] == np.count_nonzero(failed & ~np.any(other, axis=0)) > 0
     run_study(study_of(GRID, "simulation.max_steps=50000000"), out, retry_failed=True)
     run_study(study_of(GRID), whole)
     assert same(out, whole)

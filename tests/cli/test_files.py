@@ -59,6 +59,9 @@ def test_show_json_agrees_with_the_file(call: Call, shared: Path) -> None:
 def test_show_lists_failed_points(call: Call, shared: Path) -> None:
     out = call("show", shared / "failing.h5").out
     assert "Failed points (" in out
+    ok = np.count_nonzero(read_results(shared / "failing.h5")["status"][0] == 1)
+    assert 0 < ok < 8
+    assert f"Responses, up, of the {ok} of 8 points that are known:" in out
     assert "  step limit: 2000 m, 22.24 kN, " in out
 
 
@@ -275,6 +278,8 @@ def test_export_csv(call: Call, shared: Path) -> None:
     for row, status, least in zip(rows, results["status"].ravel(), results["bit_speed_min"].ravel(), strict=True):
         assert row["status"] == str(status)
         assert row["status_words"] == {1: "ok", 3: "step_limit"}[int(status)]
+        for label in ("response", "whirl_kind", "settled"):
+            assert (row[f"{label}_words"] == "unknown") == (status != 1), "a failed run has no label"
         assert np.array_equal(float(row["bit_speed_min [rad s-1]"]), least, equal_nan=True)
     assert "axial_peaks_3 [m]" in rows[0]
     assert "final_state_twist" in rows[0]

@@ -66,7 +66,21 @@ def test_no_room_is_said() -> None:
 
 
 def test_failed_runs_are_counted() -> None:
-    assert "2 of 70 runs failed" in note(up=["xx" + LINES[0][2:], *LINES[1:]], down=LINES)
+    text = note(up=["xx" + LINES[0][2:], *LINES[1:]], down=LINES)
+    assert "2 of 70 runs failed, at 2 points." in text
+    assert "23 critical (65.7 %), 2 unknown (2 failed, 5.7 %)." in text
+    assert "unknown" not in note()
+
+
+def test_a_failed_map_is_not_critical(call: Call, shared: Path) -> None:
+    """Of the study that fails with 1000 steps: what failed going up or down is in none of the shares."""
+    out = call("window", shared / "failing.h5").out
+    found = json.loads(call("window", shared / "failing.h5", "--json").out)
+    assert found["unknown"] == found["unknown_failed"] > 0
+    assert found["safe"] + found["rim"] + found["critical"] + found["unknown"] == found["points"]
+    assert f"{found['unknown']} unknown ({found['unknown']} failed, " in out
+    assert "overrides simulation.max_steps = 1000\n" in out
+    assert found["overrides"] == {"simulation.max_steps": "1000"}
 
 
 def test_nothing_safe_says_what_is_in_the_way() -> None:

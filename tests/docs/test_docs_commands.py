@@ -8,11 +8,19 @@ from itertools import pairwise
 from pathlib import Path
 
 import click
+import numpy as np
 import pytest
 
+from nsdrill.app.run import _header, check_sweep, kept_of, plan_of
 from nsdrill.cli.main import COMMANDS, group
+from nsdrill.data import Results
 from nsdrill.observe.thresholds import Thresholds
+from nsdrill.plot import needed
+from nsdrill.store import MemoryLog, recorded
+from nsdrill.store.results import coordinates
+from nsdrill.study import Study, change_thresholds, parse_study, template_text
 from nsdrill.study.keys import all_leaves, leaves
+from nsdrill.variables import AXES
 
 SHOWN = re.compile(r"^(?:.*&& )?(?:\.venv/bin/)?nsdrill (.+)$")
 
@@ -79,6 +87,45 @@ def test_examples_use_commands_and_options_that_exist(page: Path) -> None:
                 assert key in all_leaves() or key.startswith("sweep."), words
                 if words[0] == "classify":
                     assert key in {leaf.key for leaf in leaves(Thresholds, "classify")}
+
+
+def outline(study: Study) -> Results:
+    """What the results of ``study`` would hold, without numbers."""
+    plan, kept = plan_of(study), kept_of(study)
+    log = MemoryLog(_header(study), plan.points, kept)
+    zeros = np.broadcast_to(np.int8(0), plan.grid)
+    return Results(coordinates(log), {v.name: zeros for v in recorded(kept)}, log.header["attrs"])
+
+
+def test_examples_fit_their_studies(page: Path, root: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every command on a shipped study, on that of ``nsdrill new``, or on results that the page makes of one. Nothing
+    is run: a picture fits its file or not by what the study records."""
+    monkeypatch.chdir(root)
+    studies, sweeps = {str(path.relative_to(root)): path.read_text() for path in root.glob("configs/*.yaml")}, {}
+    for words in shown(page.read_text(encoding="utf-8")):
+        if words[0] not in COMMANDS:
+            continue
+        given = command(words[0]).make_context(words[0], [word for word in words[1:] if word != "&"]).params
+        if words[0] == "new" and given["output"]:
+            studies[given["output"]] = template_text()
+        if given.get("study") in studies:
+            study = parse_study(studies[given["study"]], given["study"], given["overrides"])
+            if words[0] == "run":
+                check_sweep(study)
+                sweeps[given["output"]] = study
+        study = sweeps.get(given.get("file") or given.get("results"))
+        at = {name: given[name] for name in AXES if given.get(name) is not None}
+        if study is None:
+            continue
+        if words[0] == "plot":
+            needed(outline(study), given["kind"], at, given["start"])
+        elif words[0] == "replay":
+            values = {name: at.get(name, float(study.axes[name][0])) for name in AXES}
+            assert all(name in at or len(study.axes[name]) == 1 for name in AXES), words
+            procedure = given["procedure"] or plan_of(study).procedures[0]
+            plan_of(study).find(**values, procedure=procedure, start=given["start"] or 0)
+        elif words[0] == "classify":
+            change_thresholds(study.thresholds, given["overrides"])
 
 
 def test_the_readme_shows_the_main_commands(root: Path) -> None:

@@ -11,7 +11,15 @@ from nsdrill.model.parameters import Bit, Drillstring, Mud, Parameters, Well
 from nsdrill.model.rhs import pack, sizes
 from nsdrill.observe.compare import COMPARED, difference, scales
 from nsdrill.observe.thresholds import Thresholds, Trust
-from nsdrill.observe.trust import AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED, trust_labels, verdict
+from nsdrill.observe.trust import (
+    AGREES,
+    CHECK_FAILED,
+    FEATURES_DIFFER,
+    RESPONSE_DIFFERS,
+    UNCHECKED,
+    trust_labels,
+    verdict,
+)
 from nsdrill.variables import BIT_BOUNCE, FEATURES, OK, PENDING, STEP_LIMIT, STICK_SLIP, WHIRL
 
 
@@ -79,7 +87,7 @@ def test_a_check_that_failed_or_is_missing_is_no_agreement() -> None:
     values = judged([0, 0], tight_status=[STEP_LIMIT, PENDING], **nan)
     assert values["tight_response"].tolist() == [0, 0]
     assert values["trusted"].tolist() == [0, 0]
-    assert verdict(values).tolist() == [RESPONSE_DIFFERS, UNCHECKED]
+    assert verdict(values).tolist() == [CHECK_FAILED, UNCHECKED]
 
 
 def test_the_labels_follow_the_thresholds() -> None:

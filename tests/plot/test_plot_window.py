@@ -74,8 +74,13 @@ def test_one_axis_is_a_strip() -> None:
 
 
 def test_failed_points_and_one_procedure_are_told(both: Results) -> None:
-    figure = plot.draw(spoil(both, diverged=3, step_limit=0), "window")
-    assert "failed or not run (3 points)" in words(figure)
+    spoiled = spoil(both, diverged=3, step_limit=0)
+    figure = plot.draw(spoiled, "window")
+    assert "unknown (3 failed)" in words(figure)
+    note = find_window(spoiled)
+    assert f"critical ({100 * note['share']['critical']:.1f} %)" in words(figure)
+    [axes] = panels(figure)
+    assert len(next(c for c in axes.collections if c.get_gid() == "unknown").get_paths()) == 3
     alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
     assert any("history not examined" in word for word in words(plot.draw(alone, "window")))
     assert not any("rim" in word for word in words(plot.draw(alone, "window")))

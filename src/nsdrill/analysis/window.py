@@ -1,8 +1,8 @@
 """The safe window: the operating points that are safe whatever the history, and the best of them.
 
 A *history* is a procedure (and, in an ensemble, a start): one way of having come to an operating point. A point is
-*safe* where every history in the file ended well without a critical response, *rim* where only some did, else
-*critical*.
+*safe* where every history in the file ended well without a critical response, *rim* where only some did, *critical*
+where none did, and *unknown* where a run failed or is missing and the others leave open which of these it is.
 """
 
 from __future__ import annotations
@@ -15,24 +15,25 @@ import numpy as np
 from nsdrill.analysis.hysteresis import words
 from nsdrill.analysis.outcome import known, text
 from nsdrill.analysis.plane import largest_margin, regions
-from nsdrill.data import Array, Results
+from nsdrill.data import Array, Results, overrides
 from nsdrill.errors import InputError
-from nsdrill.observe.trust import RESPONSE_DIFFERS, verdict
+from nsdrill.observe.trust import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
 from nsdrill.variables import AXES, BIT_BOUNCE, INFERRED, LABELS, OK, STICK_SLIP, WHIRL
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across, the next one up
-SAFE, RIM, CRITICAL = 2, 1, 0
-STATES = ("critical", "rim", "safe")
+SAFE, RIM, CRITICAL, UNKNOWN = 2, 1, 0, -1
+STATES = {SAFE: "safe", RIM: "rim", CRITICAL: "critical", UNKNOWN: "unknown"}
 SEVERITIES = tuple(name for name in LABELS if name.endswith("_severity"))
 
 
 @dataclass(frozen=True)
 class Classes:
-    """A sweep as maps: ``state`` [third, y, x] is SAFE, RIM or CRITICAL.
+    """A sweep as maps: ``state`` [third, y, x] is SAFE, RIM, CRITICAL or UNKNOWN.
 
-    ``bits`` are the responses that occur in any history; ``failed`` and ``distrusted`` say whether any history is not
-    known, or not to be trusted; ``safe_in`` how many points are safe in each procedure by itself. ``y`` and ``third``
-    are None where no such axis is swept; their length is then 1.
+    ``bits`` are the responses that occur in any history; ``failed`` and ``distrusted`` say whether any history (or the
+    check of one that was safe) failed or has not run, or is not to be trusted; ``failed_runs`` how many there are of
+    the first; ``safe_in`` how many points are safe in each procedure by itself. ``y`` and ``third`` are None where no
+    such axis is swept; their length is then 1.
     """
 
     results: Results
@@ -44,6 +45,7 @@ class Classes:
     failed: Array
     distrusted: Array
     histories: int
+    failed_runs: int
     safe_in: dict[str, int]
 
     def values(self, axis: str | None) -> Array:
@@ -60,21 +62,22 @@ def classes(results: Results, severity: int | None = None) -> Classes:
     """Safe, rim or critical at every operating point. With ``severity`` a history is safe where none of the three
     severities exceeds it, whatever the response bits say.
 
-    An inferred point has a response, but no severity: by severity it is not safe.
+    An inferred point has a response, but no severity: by severity it is not known.
     """
     swept = [axis for axis in ACROSS if axis in results.swept]
     if not swept:
         raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
-    good = known(results["status"])
-    failed = ~good
+    # Not trusted: a point whose checks gave another response. (That its numbers differ is the rule where the motion is
+    # chaotic.) An inferred point was not run, so it was not checked either; the runs around it were.
+    verdicts = verdict(results) if "trusted" in results.variables else np.full(results.shape, UNCHECKED)
+    verdicts = np.where(results["status"] == INFERRED, UNCHECKED, verdicts)
+    trusted = verdicts != RESPONSE_DIFFERS
     if severity is None:
-        calm = results["response"] == 0
+        good, calm = known(results["status"]), results["response"] == 0
     else:
-        calm = np.all([results[name] <= severity for name in SEVERITIES], axis=0) & (results["status"] == OK)
-    # A point whose checks gave another response. (That its numbers differ is the rule where the motion is chaotic.) An
-    # inferred point was not run, so it was not checked either; the runs around it were.
-    trusted = (verdict(results) != RESPONSE_DIFFERS) | (results["status"] == INFERRED) if (
-        "trusted" in results.variables) else np.ones(good.shape, dtype=bool)
+        good, calm = results["status"] == OK, np.all([results[name] <= severity for name in SEVERITIES], axis=0)
+    unchecked = good & calm & (verdicts == CHECK_FAILED)
+    failed = ~known(results["status"]) | unchecked
     third = swept[2] if len(swept) == 3 else None
     y = swept[1] if len(swept) > 1 else None
 
@@ -85,24 +88,27 @@ def classes(results: Results, severity: int | None = None) -> Classes:
         lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, swept[0])]
         return moved.reshape(*lengths, -1)
 
-    each = good & calm & trusted
-    safe = planes(each)
-    state = np.where(safe.all(axis=-1), SAFE, np.where(safe.any(axis=-1), RIM, CRITICAL))
-    bits = np.bitwise_or.reduce(planes(np.where(good, results["response"], 0).astype(int)), axis=-1)
+    each, bad = good & calm & trusted & ~unchecked, good & ~(calm & trusted)
+    safe, some, none = planes(each), planes(each).any(axis=-1), planes(bad).any(axis=-1)
+    state = np.where(planes(each | bad).all(axis=-1) | (some & none),
+                     np.where(none, np.where(some, RIM, CRITICAL), SAFE), UNKNOWN)
+    bits = np.bitwise_or.reduce(planes(np.where(known(results["status"]), results["response"], 0).astype(int)), axis=-1)
     safe_in = {text(name): int(np.count_nonzero(one.all(axis=tuple(range(3, one.ndim)))))
                for name, one in zip(results.coords["procedure"], each, strict=True)}
-    return Classes(results, swept[0], y, third, state, bits, np.asarray(planes(failed).any(axis=-1)),
-                   np.asarray(planes(good & ~trusted).any(axis=-1)), safe.shape[-1], safe_in)
+    return Classes(
+        results, swept[0], y, third, state, bits, np.asarray(planes(failed).any(axis=-1)),
+        np.asarray(planes(good & ~trusted).any(axis=-1)), safe.shape[-1], int(np.count_nonzero(failed)), safe_in)
 
 
 def find_window(results: Results, severity: int | None = None) -> dict[str, Any]:
     """The safe window of a sweep with ascending axes, as plain data in SI units. See the page on the window."""
     found = classes(results, severity)
     axes = [axis for axis in (found.x, found.y) if axis]
-    status, names = results["status"], words(BIT_BOUNCE | STICK_SLIP | WHIRL).split("+")
+    names = words(BIT_BOUNCE | STICK_SLIP | WHIRL).split("+")
     note: dict[str, Any] = {
         "kind": "window",
         "title": str(results.attrs.get("title") or ""),
+        "overrides": overrides(results.attrs, thresholds=True),
         "procedures": [text(name) for name in results.coords["procedure"]],
         "histories": found.histories,
         "history_examined": found.histories > 1,
@@ -110,11 +116,12 @@ def find_window(results: Results, severity: int | None = None) -> dict[str, Any]
         "axes": axes,
         "third": found.third,
         "fixed": {axis: float(results.coords[axis][0]) for axis in AXES if axis not in results.swept},
-        "runs": int(status.size),
-        "failed_runs": int(np.count_nonzero(~known(status))),
+        "runs": int(results["status"].size),
+        "failed_runs": found.failed_runs,
         "failed_points": int(np.count_nonzero(found.failed)),
         "distrusted_points": int(np.count_nonzero(found.distrusted)),
         **_counts(found.state),
+        "unknown_failed": int(np.count_nonzero((found.state == UNKNOWN) & found.failed)),
         "safe_in": found.safe_in,
         "obstacles": {name: int(np.count_nonzero(found.bits >> number & 1)) for number, name in enumerate(names)},
         "maps": [],
@@ -126,14 +133,20 @@ def find_window(results: Results, severity: int | None = None) -> dict[str, Any]
         at = {found.third: float(thirds[number])} if found.third else {}
         note["maps"].append({"at": at, **_map(found, state, number)})
     if found.third:
-        everywhere = np.where((found.state == SAFE).all(axis=0), SAFE,
-                              np.where((found.state >= RIM).all(axis=0), RIM, CRITICAL))
+        everywhere = np.where((found.state == CRITICAL).any(axis=0), CRITICAL, found.state.min(axis=0))
         note["throughout"] = _map(found, everywhere, None)
     return note
 
 
+def unknown_words(note: dict[str, Any]) -> str:
+    """Why the unknown points of a note are so: ``3 failed``, ``3 failed, 12 inferred, without a severity``."""
+    failed = note["unknown_failed"]
+    rest = note["unknown"] - failed
+    return ", ".join([f"{failed} failed"] * bool(failed) + [f"{rest} inferred, without a severity"] * bool(rest))
+
+
 def _counts(state: Array) -> dict[str, Any]:
-    counts = {word: int(np.count_nonzero(state == value)) for value, word in reversed(list(enumerate(STATES)))}
+    counts = {word: int(np.count_nonzero(state == value)) for value, word in STATES.items()}
     return {"points": int(state.size), **counts, "share": {word: n / state.size for word, n in counts.items()}}
 
 
@@ -179,9 +192,10 @@ def _limits(found: Classes, state: Array, number: int | None, values: Array, her
             behind = (slice(None) if number is None else number, *cell)
             bits = int(np.bitwise_or.reduce(np.atleast_1d(found.bits[behind])))
             why = STATES[int(state[cell])]
-            if bits == 0:  # no response is known there: say what else is the matter
-                why = "failed" if np.any(found.failed[behind]) else "distrusted" if np.any(
-                    found.distrusted[behind]) else why
+            if why == "unknown" and np.any(found.failed[behind]):
+                why = "failed"
+            elif bits == 0 and np.any(found.distrusted[behind]):  # no response: say what else is the matter
+                why = "distrusted"
             entry |= {"first_not_safe": float(values[beyond]), "why": why,
                       "responses": [] if bits == 0 else words(bits).split("+")}
         sides[side] = entry

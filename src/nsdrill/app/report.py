@@ -14,11 +14,11 @@ from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.app.attractors import attractors, labels_of
 from nsdrill.app.run import plan_of
-from nsdrill.data import Results, Trace
+from nsdrill.data import Results, Trace, overrides
 from nsdrill.errors import FileError, InputError
 from nsdrill.model.rhs import pack, sizes
 from nsdrill.observe.classify import classify
-from nsdrill.observe.trust import AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
+from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
 from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
@@ -43,7 +43,8 @@ SHOWN = (
 )  # fmt: skip
 SEVERITIES = ("bounce_severity", "stick_slip_severity", "whirl_severity")
 NEEDED = tuple(variable.name for variable in VARIABLES if variable.dims == POINT)  # not peaks, returns, states
-VERDICTS = {"agree": AGREES, "features_differ": FEATURES_DIFFER, "response_differs": RESPONSE_DIFFERS}
+VERDICTS = {"agree": AGREES, "features_differ": FEATURES_DIFFER, "response_differs": RESPONSE_DIFFERS,
+            "check_failed": CHECK_FAILED}
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
@@ -58,6 +59,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     summary: dict[str, Any] = {
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
+        "overrides": overrides(results.attrs),
         # Only a run log has points that are still to come.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),
@@ -183,6 +185,7 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
     return {
         "kind": "trace",
         **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
+        "overrides": overrides(trace.attrs),
         **({"ramps": {n: {"time": times, "value": values} for n, (times, values) in ramps.items()}} if ramps else {}),
         "samples": len(trace.time),
         "duration": float(trace.time[-1]) if len(trace.time) else 0.0,

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.app.overrides import overrides_of
 from nsdrill.app.provenance import provenance
 from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import plan_of
@@ -104,7 +105,8 @@ def replay(
         raise FileError(f"{path}: this is a {attrs.get('nsdrill_kind')} file; a results file is needed here.")
     if "study_resolved" not in attrs:
         raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
-    study = study_from_resolved(json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path))
+    study = study_from_resolved(
+        json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), overrides_of(attrs))
     plan = plan_of(study)
     wanted: dict[str, float] = {}
     for name, value in (("depth", depth), ("wob", wob), ("rotary_speed", rotary_speed)):

@@ -6,6 +6,7 @@ import os
 from typing import Any
 
 from nsdrill.analysis.window import find_window, needed
+from nsdrill.app.overrides import with_overrides
 from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.store import read_results
@@ -22,4 +23,4 @@ def read_for_window(path: str | os.PathLike[str], severity: int | None = None) -
     """What the window of the results file ``path`` is made from, and no more."""
     if severity is not None and severity not in range(5):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4.")
-    return read_results(path, [name for name in (*needed(severity), *TRUST)])
+    return with_overrides(read_results(path, [name for name in (*needed(severity), *TRUST)]))

@@ -21,6 +21,7 @@ COMMANDS = {
     "plot": "Draw a results or trace file.",
     "window": "Say where one may run whatever the history.",
     "show": "Say what is in a results or trace file, in words and numbers.",
+    "diff": "Say what differs between two results or trace files.",
     "check": "Validate a study and print its derived coefficients.",
     "new": "Write a commented study to start from.",
     "schema": "Print the JSON Schema of the study file.",

@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
-
-from nsdrill.errors import FileError
 
 if TYPE_CHECKING:
     from nsdrill.data import Results, Trace
 
 
 def read(path: str, names: Iterable[str] | None = None) -> Results | Trace:
-    """The results, trace or unfinished run in ``path``; of a sweep only the variables ``names``, if given."""
-    from nsdrill.store import kind_of, part_path, read_partial, read_results, read_trace
+    """The results, trace or unfinished run in ``path``; of a sweep only the variables ``names``, if given. Its root
+    attributes say the overrides, whatever its age."""
+    from nsdrill.app.reading import read_any
 
-    part = part_path(path)
-    if not os.path.lexists(path) and part.exists():
-        raise FileError(f"{path}: there is no such file yet, but an unfinished run: {part} can be shown and drawn.")
-    kind = kind_of(path)
-    if kind == "trace":
-        return read_trace(path)
-    return read_partial(path, names) if kind == "partial" else read_results(path, names)
+    return read_any(path, names)
 
 
 MOST_KNOTS = 6

@@ -9,6 +9,7 @@ import click
 
 from nsdrill.cli import options
 from nsdrill.cli.reading import knots_text, read
+from nsdrill.errors import InputError
 
 AXES = {
     "depth": ("depth", "m", "ft"), "wob": ("weight on bit", "kN", "klbf"), "rotary_speed": ("speed", "rad/s", "rpm"),
@@ -18,11 +19,27 @@ MOST_INTERVALS = 40
 MOST_CHANGED = 12
 
 
-@click.command("show", epilog=options.examples("show out.h5", "show out.h5.part", "show out.h5 --json | jq .failed"))
+@click.command(
+    "show",
+    epilog=options.examples(
+        "show out.h5",
+        "show out.h5.part",
+        "show out.h5 --json | jq .failed",
+        "show out.h5 --study > study.yaml",
+    ),
+)
 @options.file_argument("file")
 @click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units, with every failed point.")
-def command(file: str, as_json: bool) -> int:
+@click.option("--study", is_flag=True, help="Print the study as it was run, overrides applied, as a study file.")
+def command(file: str, as_json: bool, study: bool) -> int:
     """Say what is in FILE: a results file, the .part file of a run that goes on, or a trace."""
+    if study and as_json:
+        raise InputError("--study: found with --json; allowed: one of the two.")
+    if study:
+        from nsdrill.app.overrides import study_of
+
+        click.echo(study_of(file, read(file, ()).attrs), nl=False)
+        return 0
     from nsdrill.app.report import NEEDED, summarize
 
     summary = summarize(read(file, NEEDED))
@@ -48,6 +65,7 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
     what = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
     click.echo(f"{file}: {what}. {s['title']}".rstrip())
     click.echo(f"  made           {s['created']} by nsdrill {s['nsdrill_version']}")
+    _show_overrides(s["overrides"])
     for name, axis in s["axes"].items():
         label = AXES[name][0]
         text = value_text(name, axis["from"], field=axis["points"] == 1)
@@ -71,7 +89,9 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
         counts = s["responses"][procedure]
         total = sum(counts.values())
         if total:
-            click.echo(f"\nResponses, {procedure}:")
+            runs = s["points"] // len(s["procedures"])
+            known = f", of the {total} of {runs} points that are known" if total < runs else ""
+            click.echo(f"\nResponses, {procedure}{known}:")
         for word, count in counts.items():
             click.echo(f"  {in_words(word):32s} {count:8d}  {100 * count / total:5.1f} %")
         if kinds := s["whirl_kinds"][procedure]:
@@ -104,14 +124,20 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
             click.echo(f"  and {len(failed) - MOST_FAILED} more (all with --json)")
 
 
+def _show_overrides(overrides: dict[str, str]) -> None:
+    if overrides:
+        click.echo(f"  overrides      {'; '.join(f'{key} = {value}' for key, value in overrides.items())}")
+
+
 CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 
 
 def _show_trust(trust: dict[str, Any]) -> None:
-    checked = trust["agree"] + trust["features_differ"] + trust["response_differs"]
+    checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
+    failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
     click.echo(
         f"  checked        {checked} points: {trust['agree']} agree, {trust['features_differ']} keep their response "
-        f"but not their numbers (chaotic, or not settled), {trust['response_differs']} change response")
+        f"but not their numbers (chaotic, or not settled), {trust['response_differs']} change response{failed_checks}")
     for check, failed in trust["failed_checks"].items():
         if failed:
             click.echo(f"    {CHECKS[check]}: {failed} did not end well")
@@ -177,6 +203,7 @@ def _show_ranges(ranges: dict[str, Any]) -> None:
 def _show_trace(file: str, s: dict[str, Any]) -> None:
     click.echo(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
     click.echo(f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}")
+    _show_overrides(s["overrides"])
     for name, (label, _, _) in AXES.items():
         if name in s.get("ramps", {}):
             ramp = s["ramps"][name]

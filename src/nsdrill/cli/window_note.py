@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from nsdrill.analysis.window import unknown_words
+
 NAMES = {"depth": "depth", "wob": "weight on bit", "rotary_speed": "speed"}
 UNITS = {"si": {"depth": "m", "wob": "kN", "rotary_speed": "rad/s"},
          "field": {"depth": "ft", "wob": "klbf", "rotary_speed": "rpm"}}
@@ -61,7 +63,7 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
         yield ""
         yield from _table(note, w)
     if note["depth"]:
-        yield from _over_depth(note["depth"], w, table=not several and len(note["axes"]) > 1)
+        yield from _over_depth(note, w, table=not several and len(note["axes"]) > 1)
     one = note["throughout"] if several else note["maps"][0]
     if several:
         yield ""
@@ -74,6 +76,8 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
 
 def _basis(note: dict[str, Any]) -> Iterator[str]:
     """What was looked at, and what not."""
+    if note["overrides"]:
+        yield f"  overrides {'; '.join(f'{key} = {value}' for key, value in note['overrides'].items())}"
     what = "without a critical response"
     if note["severity"] is not None:
         what = f"with no severity above {note['severity']}"
@@ -87,10 +91,11 @@ def _basis(note: dict[str, Any]) -> Iterator[str]:
         yield f"  safe      the run of the point ended well {what}"
         yield (f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only ({note['procedures'][0]}). Run the "
                "study with procedure: up-down\n  to learn whether the window holds whatever came before.")
-    yield "  critical  else"
+    yield "  critical  no run of the point was safe"
+    if note["unknown"]:
+        yield "  unknown   a run failed or has no severity, and the others leave it open; no window goes there"
     if note["failed_runs"]:
-        yield (f"  {note['failed_runs']} of {note['runs']} runs failed, are not run yet or not known; their "
-               f"{note['failed_points']} points count as not safe.")
+        yield f"  {note['failed_runs']} of {note['runs']} runs failed, at {note['failed_points']} points."
     if note["distrusted_points"]:
         yield f"  {note['distrusted_points']} points are marked as not to be trusted and count as not safe."
 
@@ -98,7 +103,22 @@ def _basis(note: dict[str, Any]) -> Iterator[str]:
 def _shares(note: dict[str, Any]) -> str:
     words = ("safe", "rim", "critical") if note["history_examined"] else ("safe", "critical")
     parts = [f"{note[word]} {word} ({100 * note['share'][word]:.1f} %)" for word in words]
+    if note["unknown"]:
+        parts.append(f"{note['unknown']} unknown ({unknown_words(note)}, {100 * note['share']['unknown']:.1f} %)")
     return f"of {note['points']} points {', '.join(parts)}"
+
+
+def _columns(note: dict[str, Any]) -> tuple[str, ...]:
+    """The classes of points in the tables of this note."""
+    return ("safe", "rim", "critical", "unknown") if note["unknown"] else ("safe", "rim", "critical")
+
+
+def _heads(note: dict[str, Any]) -> str:
+    return "".join(f"{word:>10s}" for word in _columns(note))
+
+
+def _row(note: dict[str, Any], counts: dict[str, Any]) -> str:
+    return "".join(f"{100 * counts['share'][word]:8.1f} %" for word in _columns(note))
 
 
 def _no_window(note: dict[str, Any]) -> Iterator[str]:
@@ -111,11 +131,10 @@ def _no_window(note: dict[str, Any]) -> Iterator[str]:
 
 def _table(note: dict[str, Any], w: Writer) -> Iterator[str]:
     third = note["third"]
-    yield f"{NAMES[third]:>12s}      safe       rim  critical   recommended, and how far from there"
+    yield f"{NAMES[third]:>12s}{_heads(note)}   recommended, and how far from there"
     maps = note["maps"]
     for one in _some(maps):
-        shares = "".join(f"{100 * one['share'][word]:8.1f} %" for word in ("safe", "rim", "critical"))
-        yield f"{w.value(third, one['at'][third]):>12s}{shares}   {_brief(note, one, w)}"
+        yield f"{w.value(third, one['at'][third]):>12s}{_row(note, one)}   {_brief(note, one, w)}"
     if len(maps) > MOST_ROWS:
         yield f"  ({MOST_ROWS} of {len(maps)}; all with --json)"
 
@@ -173,23 +192,24 @@ def _limit(axis: str, limit: dict[str, Any], w: Writer) -> str:
         text = "not at all"
     if limit["why"] == "edge":
         return f"{text}: the edge of the map, nothing is known beyond"
-    reason = {"failed": "a run failed", "distrusted": "not to be trusted"}.get(limit["why"], "critical")
-    if limit["responses"]:
+    reason = {"failed": "a run failed", "distrusted": "not to be trusted", "unknown": "no severity is known"}.get(
+        limit["why"], "critical")
+    if limit["responses"] and limit["why"] not in ("failed", "unknown"):
         reason = ", ".join(_words(name) for name in limit["responses"])
     if limit["why"] == "rim":
         reason += ", depending on the history"
     return f"{text}; at {w.value(axis, limit['first_not_safe'])} {reason}"
 
 
-def _over_depth(depth: dict[str, Any], w: Writer, table: bool) -> Iterator[str]:
+def _over_depth(note: dict[str, Any], w: Writer, table: bool) -> Iterator[str]:
     """Where the window is open, closes and opens again, going down."""
+    depth = note["depth"]
     rows = depth["rows"]
     if table:
         yield ""
-        yield f"{'depth':>12s}      safe       rim  critical"
+        yield f"{'depth':>12s}{_heads(note)}"
         for row in _some(rows):
-            shares = "".join(f"{100 * row['share'][word]:8.1f} %" for word in ("safe", "rim", "critical"))
-            yield f"{w.value('depth', row['depth']):>12s}{shares}"
+            yield f"{w.value('depth', row['depth']):>12s}{_row(note, row)}"
         if len(rows) > MOST_ROWS:
             yield f"  ({MOST_ROWS} of {len(rows)}; all with --json)"
     yield ""

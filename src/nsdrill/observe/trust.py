@@ -15,7 +15,7 @@ from nsdrill.observe.thresholds import Thresholds
 from nsdrill.variables import CHECK_FEATURES, CHECKS, OK, PENDING
 
 Array = np.ndarray[Any, np.dtype[Any]]
-UNCHECKED, AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS = range(4)  # verdicts
+UNCHECKED, AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, CHECK_FAILED = range(5)  # verdicts
 
 
 def trust_labels(found: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
@@ -41,10 +41,15 @@ class Named(Protocol):
 
 def verdict(values: Named) -> Array:
     """What the checks say of each point: :data:`UNCHECKED`; :data:`AGREES`; :data:`FEATURES_DIFFER`, the response holds
-    and its numbers do not (chaotic motion, or one that has not settled); :data:`RESPONSE_DIFFERS`, also where a check
-    did not end well. From ``response``, the labels of :func:`trust_labels` and the status of the checks."""
-    checked, same = np.ones(np.shape(values["trusted"]), dtype=bool), np.ones(np.shape(values["trusted"]), dtype=bool)
+    and its numbers do not (chaotic motion, or one that has not settled); :data:`RESPONSE_DIFFERS`; and
+    :data:`CHECK_FAILED`, where a check did not end well and none that did found another response. From ``response``,
+    the labels of :func:`trust_labels` and the status of the checks."""
+    shape = np.shape(values["trusted"])
+    checked, ended, differs = np.ones(shape, dtype=bool), np.ones(shape, dtype=bool), np.zeros(shape, dtype=bool)
     for check in CHECKS:
+        ok = values[f"{check}_status"] == OK
         checked &= values[f"{check}_status"] != PENDING
-        same &= (values[f"{check}_status"] == OK) & (values[f"{check}_response"] == values["response"])
-    return np.select([~checked, values["trusted"] == 1, same], [UNCHECKED, AGREES, FEATURES_DIFFER], RESPONSE_DIFFERS)
+        ended &= ok
+        differs |= ok & (values[f"{check}_response"] != values["response"])
+    return np.select([~checked, values["trusted"] == 1, differs, ended],
+                     [UNCHECKED, AGREES, RESPONSE_DIFFERS, FEATURES_DIFFER], CHECK_FAILED)

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nsdrill.data import Array
-from nsdrill.observe.trust import FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
+from nsdrill.observe.trust import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
 from nsdrill.plot.style import GREY
 
 _PATTERN = "//////"
@@ -19,7 +19,7 @@ _LARGEST, _SMALLEST = 4.5, 1.6  # points of diameter of a dot
 
 def draw_doubts(axes: Axes, x: Array, y: Array, verdicts: Array, cell_size: float) -> None:
     """Hatch the cells [y, x] between the edges ``x`` and ``y`` whose features do not hold, and put a dot where the
-    response does not; ``cell_size`` in points."""
+    response does not or a check failed; ``cell_size`` in points."""
     rows, columns = np.nonzero(verdicts == FEATURES_DIFFER)
     if rows.size:
         corners = np.stack([
@@ -28,7 +28,7 @@ def draw_doubts(axes: Axes, x: Array, y: Array, verdicts: Array, cell_size: floa
         ], axis=1)  # fmt: skip
         axes.add_collection(PolyCollection(list(corners), facecolors="none", edgecolors="white", linewidths=0,
                                            hatch=_PATTERN, gid="features_differ"), autolim=False)
-    rows, columns = np.nonzero(verdicts == RESPONSE_DIFFERS)
+    rows, columns = np.nonzero((verdicts == RESPONSE_DIFFERS) | (verdicts == CHECK_FAILED))
     if rows.size:
         size = float(np.clip(0.6 * cell_size, _SMALLEST, _LARGEST))
         axes.plot(0.5 * (x[columns] + x[columns + 1]), 0.5 * (y[rows] + y[rows + 1]), marker="o", color="black",
@@ -43,8 +43,10 @@ def doubt_handles(verdicts: Array) -> list[Artist]:
     if features := int(np.count_nonzero(verdicts == FEATURES_DIFFER)):
         handles.append(Patch(facecolor=GREY, edgecolor="white", linewidth=0, hatch=_PATTERN,
                              label=f"checked: numbers differ ({features} of {checked})"))
-    if responses := int(np.count_nonzero(verdicts == RESPONSE_DIFFERS)):
+    responses, failed = (int(np.count_nonzero(verdicts == code)) for code in (RESPONSE_DIFFERS, CHECK_FAILED))
+    if responses or failed:
+        unknown = f", {failed} unknown: a check failed" if failed else ""
         handles.append(Line2D([], [], color="black", marker="o", markersize=4, markeredgecolor="white",
                               markeredgewidth=0.5, linestyle="none",
-                              label=f"checked: response differs ({responses} of {checked})"))
+                              label=f"checked: response differs ({responses} of {checked}{unknown})"))
     return handles

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from nsdrill.data import Results
+from nsdrill.data import Results, overrides
 from nsdrill.errors import InputError
 from nsdrill.variables import AXES, COORDINATES, TRACE_VARIABLES, VARIABLES
 
@@ -135,6 +135,22 @@ def fixed_values(results: Results) -> dict[str, float]:
 
 
 def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
-    """The title of the study and, on a line of its own, the operating values."""
+    """The title of the study and, on lines of their own, what ``--set`` changed and the operating values."""
     title = textwrap.fill(" ".join(str(attrs.get("title") or "").split()), width)
-    return "\n".join(line for line in (title, point) if line)
+    return "\n".join(line for line in (title, changed(attrs, width), point) if line)
+
+
+def changed(attrs: Mapping[str, Any], width: int) -> str:
+    """What ``--set`` of run and classify changed, but for the title, in one line: ``bit.lobes = 1, and 3 more``."""
+    found = overrides(attrs, thresholds=True)
+    texts = [f"{key} = {value}" for key, value in found.items() if key != "title"]
+    line = ""
+    for left, text in zip(reversed(range(len(texts))), texts, strict=True):
+        room = width - (len(f" and {left} more") if left else 0)
+        if not line:
+            line = text if len(text) <= room else f"{text[: room - 4].rstrip()} ..."
+        elif len(line) + 2 + len(text) <= room:
+            line += f", {text}"
+        else:
+            return f"{line} and {left + 1} more"
+    return line

@@ -1,7 +1,7 @@
 """The safe window: where every procedure is safe, where only some are, and the recommended operating point.
 
-A panel for each value of a third axis, or a strip where one axis is swept. The three areas differ in lightness and
-pattern as well as in colour.
+A panel for each value of a third axis, or a strip where one axis is swept. The areas differ in lightness and pattern as
+well as in colour.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from nsdrill.analysis.window import CRITICAL, RIM, SAFE, Classes, classes, find_window
+from nsdrill.analysis.window import CRITICAL, RIM, SAFE, UNKNOWN, Classes, classes, find_window, unknown_words
 from nsdrill.data import Array, Results
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.kinds import MAX_PANELS
@@ -25,9 +25,9 @@ from nsdrill.plot.maps import WRAP, hatch
 from nsdrill.plot.slices import edges
 from nsdrill.plot.style import BLACK, FULL_WIDTH, SEAMLESS, new_figure
 
-SAFE_COLOUR, RIM_COLOUR, CRITICAL_COLOUR = "#D3ECFA", "#E69F00", "#6E6E6E"
-COLOURS = ListedColormap([CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR], name="window")
-NORM = BoundaryNorm([-0.5, 0.5, 1.5, 2.5], 3)
+SAFE_COLOUR, RIM_COLOUR, CRITICAL_COLOUR, UNKNOWN_COLOUR = "#D3ECFA", "#E69F00", "#6E6E6E", "#FFFFFF"
+COLOURS = ListedColormap([UNKNOWN_COLOUR, CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR], name="window")
+NORM = BoundaryNorm([-1.5, -0.5, 0.5, 1.5, 2.5], 4)
 
 
 def draw(results: Results, units: str = "si", severity: int | None = None) -> Figure:
@@ -39,7 +39,7 @@ def draw(results: Results, units: str = "si", severity: int | None = None) -> Fi
     for axes, number in zip(panels, shown, strict=True):
         axes.pcolormesh(*cells, found.state[number], cmap=COLOURS, norm=NORM, gid="cells", **SEAMLESS)
         hatch(axes, cells, found.state[number] == RIM, "//////", RIM_COLOUR, "#3A3A3A", "rim")
-        hatch(axes, cells, found.failed[number], "xxxxxx", CRITICAL_COLOUR, "white", "failed")
+        hatch(axes, cells, found.state[number] == UNKNOWN, "xxxxxx", UNKNOWN_COLOUR, BLACK, "unknown")
         _recommend(axes, found, note["maps"][number]["recommended"], units)
     legend_below(figure, _legend(found, note), 3 if figure.get_figwidth() == FULL_WIDTH else 2)
     return figure
@@ -123,9 +123,9 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
         handles.append(Patch(facecolor=COLOURS(NORM(value)), edgecolor="#3A3A3A", linewidth=0.4,
                              hatch="//////" if value == RIM else None,
                              label=f"{words[value]} ({100 * note['share'][name]:.1f} %)"))
-    if found.failed.any():
-        handles.append(Patch(facecolor=CRITICAL_COLOUR, edgecolor="white", linewidth=0.4, hatch="xxxxxx",
-                             label=f"failed or not run ({note['failed_points']} points)"))
+    if note["unknown"]:
+        handles.append(Patch(facecolor=UNKNOWN_COLOUR, edgecolor=BLACK, linewidth=0.4, hatch="xxxxxx",
+                             label=f"unknown ({unknown_words(note)})"))
     if any(one["recommended"] for one in note["maps"]):
         handles.append(Line2D([], [], color=BLACK, marker="o", markersize=5, linewidth=1.0,
                               label="recommended, bars to the last safe point"))

@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.data import Array, Results
 from nsdrill.store import hdf5
 from nsdrill.store.files import replacing
-from nsdrill.variables import BY_NAME, COORDINATES, POINT, Variable
+from nsdrill.variables import BY_NAME, CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
 
 _ROOMS = ("run", "label", "feature", "trust")
 
@@ -20,7 +20,8 @@ _ROOMS = ("run", "label", "feature", "trust")
 def to_csv(
     results: Results, path: str | os.PathLike[str], *, peaks: bool = False, section: bool = False, states: bool = False
 ) -> None:
-    """One row per point: its coordinates, every variable, and the flags once more in words.
+    """One row per point: its coordinates, every variable, and the flags once more in words, ``unknown`` for labels that
+    a point has not, because its run failed or was not made.
 
     Peaks, returns to the section and states take a column per entry, ``axial_peaks_0 [m]``, if asked for.
     Numbers have as many digits as give back the same bits; a missing one is ``nan``. Written row by row.
@@ -39,8 +40,18 @@ def to_csv(
                 value: Array = results.variables[variable.name][place]
                 row.extend(np.atleast_1d(value).tolist())
                 if variable.name in words:
-                    row.append(words[variable.name](int(value)))
+                    row.append(words[variable.name](int(value)) if _has(results, variable, place) else "unknown")
             writer.writerow(row)
+
+
+def _has(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
+    """Whether the point has a value of this variable: labels are those of runs that ended well, and an inferred point
+    has a response."""
+    if variable.room != "label":
+        return True
+    check = variable.name.removesuffix("_response")
+    status = int(results[f"{check}_status" if check in CHECKS else "status"][place])
+    return status == OK or (status == INFERRED and variable.name == "response")
 
 
 def to_netcdf(path: str | os.PathLike[str], path_nc: str | os.PathLike[str]) -> None:

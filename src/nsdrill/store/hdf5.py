@@ -28,7 +28,7 @@ from nsdrill.store.files import reason
 from nsdrill.store.forgiving import ForgivingFile
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
-from nsdrill.variables import COORDINATES, FORMAT_VERSION, Axis, Variable
+from nsdrill.variables import COORDINATES, FORMAT_VERSION, STATE_UNITS, Axis, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -97,7 +97,10 @@ def add_variable(file: Any, variable: Variable, dims: tuple[str, ...], chunk: tu
     shape = tuple(len(file[name]) for name in dims)
     kind = np.dtype(f"<{variable.dtype}")
     dataset = file.create_dataset(variable.name, shape, kind, **_storage(shape, kind, chunk))
-    dataset.attrs["units"] = variable.units
+    if variable.units:
+        dataset.attrs["units"] = variable.units
+    else:
+        dataset.attrs["state_units"] = ", ".join(STATE_UNITS)
     dataset.attrs["long_name"] = variable.long_name
     if kind.kind == "f":
         dataset.attrs["_FillValue"] = kind.type(np.nan)

@@ -16,6 +16,7 @@ from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import FORMAT_VERSION, POINT, STATE_NAMES, Kept
 
+CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 _BLOCK_BYTES = 4 << 20
 _BLOCK_POINTS = 4096
 
@@ -58,8 +59,9 @@ def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
 
 
 def root_attributes(kind: str, attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """``attrs`` with what every file of nsdrill carries."""
-    return {"Conventions": "CF-1.11", "history": "", **attrs, "nsdrill_kind": kind, "format_version": FORMAT_VERSION}
+    """``attrs`` with what every file of nsdrill carries. The conventions are its own: those of CF ask for numeric
+    coordinates, one unit for a variable, a vertical depth and a time with a date."""
+    return {"Conventions": CONVENTIONS, "history": "", **attrs, "nsdrill_kind": kind, "format_version": FORMAT_VERSION}
 
 
 def points_in_block(kept: Kept) -> int:

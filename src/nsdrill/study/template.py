@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 from nsdrill.study.keys import SECTIONS, SLICE, Leaf, leaves
 from nsdrill.study.meanings import MEANINGS
@@ -33,28 +33,33 @@ sweep:                                      # {sweep}; at least one axis
 
 def template_text() -> str:
     """The text of a complete, commented study that loads as it stands."""
-    parts = [_HEAD, _line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
-    for section, cls in SECTIONS.items():
-        if section == "simulation":
+    parts = [_HEAD, line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
+    for name, cls in SECTIONS.items():
+        if name == "simulation":
             told = {key: MEANINGS[f"sweep.{key}"] for key in ("along", "refine")}
             parts.append(_SWEEP.format(sweep=MEANINGS["sweep"], **told))
-        parts.append("\n".join(_section(section, cls)) + "\n")
+        parts.append("\n".join(section(name, cls, lambda leaf: leaf.default_text)))
+        if name == "initial":
+            parts[-1] += (
+                f"\n  # {MEANINGS[SLICE]}:\n"
+                "  # slice: {x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}")
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
 
-def _section(section: str, cls: type) -> Iterator[str]:
-    yield _line("", section, "", MEANINGS[section])
-    told = {section}
-    for leaf in leaves(cls, section):
+def section(prefix: str, cls: type, text: Callable[[Leaf], str | None]) -> Iterator[str]:
+    """The lines of one section: every key whose ``text`` is not None, with its meaning beside it."""
+    yield line("", prefix, "", MEANINGS[prefix])
+    told = {prefix}
+    for leaf in leaves(cls, prefix):
+        value = text(leaf)
+        if value is None:
+            continue
         *groups, name = leaf.key.split(".")
         group = ".".join(groups)
         if group not in told:
             told.add(group)
-            yield _line(_INDENT * (len(groups) - 1), groups[-1], "", MEANINGS[group])
-        yield _line(_INDENT * len(groups), name, leaf.default_text, _comment(leaf))
-    if section == "initial":
-        yield f"  # {MEANINGS[SLICE]}:"
-        yield "  # slice: {x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}"
+            yield line(_INDENT * (len(groups) - 1), groups[-1], "", MEANINGS[group])
+        yield line(_INDENT * len(groups), name, value, _comment(leaf))
 
 
 def _comment(leaf: Leaf) -> str:
@@ -64,5 +69,6 @@ def _comment(leaf: Leaf) -> str:
     return f"{leaf.meaning}{choices}{units}"
 
 
-def _line(indent: str, name: str, value: str, comment: str) -> str:
+def line(indent: str, name: str, value: str, comment: str) -> str:
+    """``name: value  # comment``, the comments in one column."""
     return f"{indent}{name}: {value}".rstrip().ljust(_COLUMN - 1) + f" # {comment}"

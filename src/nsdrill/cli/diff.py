@@ -1,0 +1,141 @@
+"""nsdrill diff."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+import click
+
+from nsdrill.cli import options
+from nsdrill.cli.show import AXES, in_words, value_text
+
+MOST_CHANGES = 12
+
+
+@click.command(
+    "diff",
+    epilog=options.examples(
+        "diff a.h5 b.h5",
+        "diff a.h5 b.h5 --json | jq .study",
+        "diff --exit-code before.h5 after.h5 && echo reproduced",
+    ),
+)
+@options.file_argument("a")
+@options.file_argument("b")
+@click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units.")
+@click.option("--exit-code", is_flag=True, help="Exit with 1 where the studies or any numbers differ.")
+def command(a: str, b: str, as_json: bool, exit_code: bool) -> int:
+    """Say what differs between the files A and B: results, .part files of runs that go on, or traces.
+
+    The keys of the studies, versions and machines; the axes; and on the points that both have every variable, to the
+    bit. The exit code is 0 whatever was found, unless --exit-code is given. Titles, times, versions and machines do not
+    count for it.
+    """
+    from nsdrill.app.diff import diff
+
+    found = diff(a, b)
+    if as_json:
+        click.echo(json.dumps(found, indent=2))
+    else:
+        for line in _lines(found):
+            click.echo(line)
+    return int(exit_code and not (found["same_study"] and found["same_numbers"]))
+
+
+def _lines(d: dict[str, Any]) -> Iterator[str]:
+    yield f"a: {d['files'][0]}"
+    yield f"b: {d['files'][1]}"
+    rows = [("Study", [(row["key"], row["a"], row["b"]) for row in d["study"]]),
+            ("Run", [(row["name"], row["a"], row["b"]) for row in d["run"]]),
+            ("Made by", [(row["name"], row["a"], row["b"]) for row in d["made"]])]
+    for head, differing in rows:
+        if differing:
+            yield ""
+            yield f"{head}:"
+            yield from _table([("", "a", "b"), *((name, _there(name, x), _there(name, y)) for name, x, y in differing)])
+    yield ""
+    if d["kinds"][0] != d["kinds"][1]:
+        yield "One is a sweep, the other a trace: there are no numbers to compare."
+    elif d["same_numbers"]:
+        what = "samples" if d["kinds"][0] == "trace" else "points"
+        which = "numbers" if d["study"] or d["run"] or d["made"] else "files"
+        yield f"The {which} are the same to the bit: {d['points']} {what}, {len(d['variables'])} variables."
+    else:
+        yield from _numbers(d)
+
+
+def _there(name: str, value: str | None) -> str:
+    if value is None:
+        return "not there"
+    return f"{value[:12]}..." if name in ("study_sha256", "model_digest") else value
+
+
+def _numbers(d: dict[str, Any]) -> Iterator[str]:
+    """Axes, responses and variables of two files of one kind that differ."""
+    trace = d["kinds"][0] == "trace"
+    what = "samples" if trace else "points"
+    for axis in d["axes"]:
+        if not axis["same"]:
+            rounded = " (to rounding)" if axis["common"] == axis["a"] == axis["b"] else ""
+            yield f"{axis['name']}: {axis['a']} and {axis['b']} values, {axis['common']} in common{rounded}."
+    if not d["points"]:
+        yield f"The files have no {what} in common, so there are no numbers to compare."
+        return
+    swept = [axis["name"] for axis in d["axes"] if max(axis["a"], axis["b"]) > 1]
+    whole = all(axis["same"] for axis in d["axes"])
+    yield f"Compared: {'all' if whole else 'the common'} {d['points']} {what}."
+    if responses := d["responses"]:
+        yield from _responses(responses, d["points"], swept)
+    for name in ("a", "b"):
+        if alone := d[f"only_{name}"]:
+            yield f"Only in {name}: {', '.join(alone)}."
+    for row in d["variables"]:
+        if sizes := row.get("not_compared"):
+            yield f"{row['name']}: {sizes['a']} and {sizes['b']} values of {sizes['of']}, not compared."
+    differing = [row for row in d["variables"] if row["points"]]
+    equal = sum(row["same"] for row in d["variables"])
+    yield f"Variables: {equal} of {len(d['variables'])} are equal to the bit{'.' if not differing else '; the others:'}"
+    if differing:
+        heads = ("", f"{what} that differ", "largest difference", "relative", "from" if trace else "there")
+        yield from _table([heads, *(_row(row, swept) for row in differing)])
+
+
+def _responses(responses: dict[str, Any], points: int, swept: list[str]) -> Iterator[str]:
+    yield f"Responses: {responses['changed']} of {points} changed{':' if responses['changed'] else '.'}"
+    changes = responses["changes"]
+    for one in changes[:MOST_CHANGES]:
+        yield f"  {one['points']:6d}  {in_words(one['from'])} -> {in_words(one['to'])}"
+    if len(changes) > MOST_CHANGES:
+        yield f"  and {len(changes) - MOST_CHANGES} more kinds of change (all with --json)"
+    if responses["changed"]:
+        named = responses["at"]
+        yield "  At:" if len(named) == responses["changed"] else f"  The first {len(named)} of them:"
+        for point in named:
+            yield f"    {_where(point, swept)}: {in_words(point['from'])} -> {in_words(point['to'])}"
+
+
+def _where(point: dict[str, Any], swept: list[str]) -> str:
+    words = [value_text(name, point[name]) for name in AXES if name in swept]
+    words += [f"start {point['start']}"] if "start" in swept else []
+    words += [point["procedure"]] if "procedure" in swept else []
+    return ", ".join(words) or "the point"
+
+
+def _row(row: dict[str, Any], swept: list[str]) -> tuple[str, ...]:
+    units = "" if row["units"] == "1" else f" {row['units']}"
+    if "first" in row:
+        where = f"{row['first']:g} s"
+    else:
+        where = _where(row["at"], swept)
+    largest, relative = row.get("largest"), row.get("relative")
+    count = f"{row['points']}" + (f" ({row['undefined']} without a number)" if row.get("undefined") else "")
+    return (row["name"], count, "" if largest is None else f"{largest:.3g}{units}",
+            "" if relative is None else f"{relative:.2g}", where)
+
+
+def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        yield ("  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True))).rstrip()

@@ -1,0 +1,98 @@
+"""A resolved study as people write one: values with their units, and all of it as YAML that reads back the same."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+from nsdrill.study.keys import SECTIONS, SLICE, Leaf, all_leaves
+from nsdrill.study.meanings import MEANINGS
+from nsdrill.study.ramps import TIME
+from nsdrill.study.resolved import differences
+from nsdrill.study.schema import STIFFNESS
+from nsdrill.study.template import line, section
+from nsdrill.variables import AXES, STATE_NAMES
+
+
+def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
+    """The study ``resolved`` as YAML with every key, below the comments ``head``; read again it has the same digest."""
+    comments = "".join(f"# {_one_line(words)}\n" for words in head)
+    parts = [comments + line("", "title", _title(resolved), MEANINGS["title"])]
+    for name, cls in SECTIONS.items():
+        if name == "simulation":
+            parts.append("\n".join([
+                line("", "sweep", "", MEANINGS["sweep"]),
+                *(line("  ", key, value_text(resolved, f"sweep.{key}") or "", MEANINGS[f"sweep.{key}"])
+                  for key in (*AXES, "procedure", "along", "refine") if key in resolved["sweep"])]))
+        parts.append("\n".join(section(name, cls, lambda leaf: _needed(resolved, leaf))))
+        if name == "initial" and (plane := resolved["initial"].get("slice")):
+            ranges = [f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}"
+                      for state in STATE_NAMES if state in plane]
+            parts[-1] += "\n" + "\n".join([line("  ", "slice", "", MEANINGS[SLICE]), *ranges])
+    return "\n".join(part.rstrip("\n") + "\n" for part in parts)
+
+
+def changes(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, str | None, str | None]]:
+    """(key, value in ``a``, value in ``b``) where two resolved studies differ, the values as :func:`value_text`."""
+    keys = dict.fromkeys(_key_of(entry) for entry, _, _ in differences(a, b))
+    return [(key, value_text(a, key), value_text(b, key)) for key in keys]
+
+
+def value_text(resolved: dict[str, Any], key: str) -> str | None:
+    """The value of ``key`` as it may stand in a study file, None where the study has no such key."""
+    name = key.rpartition(".")[2]
+    if key == "title":
+        return _title(resolved)
+    if key.startswith("operation.") and name in resolved.get("ramps", {}):
+        knots = zip(*resolved["ramps"][name], strict=True)
+        leaf = _leaf(resolved, key)
+        return f"{{ramp: [{', '.join(f'[{TIME.text(time)}, {leaf.text(value)}]' for time, value in knots)}]}}"
+    value: Any = resolved
+    for part in key.split("."):
+        if not isinstance(value, dict) or part not in value:
+            return None
+        value = value[part]
+    owner = {"sweep": "operation", SLICE: "initial"}.get(key.rpartition(".")[0])
+    if owner and name in (*AXES, *STATE_NAMES):
+        leaf = _leaf(resolved, f"{owner}.{name}")
+        if isinstance(value, dict):
+            return f"{{from: {leaf.text(value['from'])}, to: {leaf.text(value['to'])}, points: {value['points']}}}"
+        return f"[{', '.join(map(leaf.text, value))}]"
+    if key in all_leaves():
+        return _leaf(resolved, key).text(value)
+    return value if isinstance(value, str) else json.dumps(value)
+
+
+def _key_of(entry: str) -> str:
+    """The key of a study file whose value holds the ``entry`` of a resolved study."""
+    parts = entry.split(".")
+    if parts[0] == "ramps":
+        return f"operation.{parts[1]}"
+    return ".".join(parts[:2] if parts[0] == "sweep" else parts[:3] if entry.startswith(f"{SLICE}.") else parts)
+
+
+def _leaf(resolved: dict[str, Any], key: str) -> Leaf:
+    """The leaf of ``key``; the wall stiffness is in the units of its contact law."""
+    leaf = all_leaves()[key]
+    return replace(leaf, units=STIFFNESS[resolved["well"]["law"]]) if key == "well.stiffness" else leaf
+
+
+def _needed(resolved: dict[str, Any], leaf: Leaf) -> str | None:
+    """The value of ``leaf``, but for a default that the sweep replaces: as a given value it might be refused, a depth
+    above the end of the collars say."""
+    prefix, _, name = leaf.key.rpartition(".")
+    if prefix == "operation" and name in resolved["sweep"] and resolved["operation"][name] == leaf.default:
+        return None
+    return value_text(resolved, leaf.key)
+
+
+def _title(resolved: dict[str, Any]) -> str:
+    """The title in quotes that YAML reads back as it was."""
+    text = json.dumps(resolved.get("title", ""), ensure_ascii=False)
+    return "".join(sign if sign.isprintable() else f"\\U{ord(sign):08x}" for sign in text)
+
+
+def _one_line(words: str) -> str:
+    return " ".join("".join(sign if sign.isprintable() else " " for sign in words).split())

@@ -1,0 +1,99 @@
+"""What differs between two files, as a user asks for it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import h5py
+import pytest
+
+import nsdrill
+from nsdrill.app.report import reclassify
+from nsdrill.store import log_from_results, write_trace
+
+from .helpers import Call
+
+
+def test_a_file_is_the_same_as_itself(call: Call, shared: Path) -> None:
+    answer = call("diff", shared / "small.h5", shared / "small.h5", "--exit-code")
+    assert (answer.code, answer.err) == (0, "")
+    assert "The files are the same to the bit: 16 points, " in answer.out
+    log_from_results(shared / "small.h5", "small.h5.part").close()
+    found = json.loads(call("diff", shared / "small.h5", "small.h5.part", "--json").out)
+    assert found["same_numbers"]
+    assert found["same_study"]
+
+
+def test_two_studies(call: Call, shared: Path) -> None:
+    """The failing study is the small one with fewer steps: of the points that fail nothing is left but their status."""
+    files = shared / "small.h5", shared / "failing.h5"
+    assert call("diff", *files).code == 0
+    answer = call("diff", *files, "--exit-code")
+    assert answer.code == 1
+    assert "  simulation.max_steps  50000000  1000\n" in answer.out
+    assert "Compared: all 16 points." in answer.out
+    assert "-> step limit" in answer.out
+    found = nsdrill.diff(*files)
+    assert found == json.loads(call("diff", *files, "--json").out)
+    assert found["study"] == [{"key": "simulation.max_steps", "a": "50000000", "b": "1000"}]
+    failed = sum(one["points"] for one in found["responses"]["changes"] if one["to"] == "step_limit")
+    status = next(row for row in found["variables"] if row["name"] == "status")
+    assert status["points"] == failed > 0
+    radius = next(row for row in found["variables"] if row["name"] == "radius_max")
+    assert radius["undefined"] == failed
+
+
+def test_two_axes_and_no_common_point(call: Call, shared: Path) -> None:
+    answer = call("diff", shared / "small.h5", shared / "map.h5")
+    assert answer.code == 0
+    found = nsdrill.diff(shared / "small.h5", shared / "map.h5")["study"]
+    changed = {row["key"]: (row["a"], row["b"]) for row in found}
+    assert changed["sweep.wob"] == (None, "{from: 20 kN, to: 100 kN, points: 5}")
+    assert changed["sweep.rotary_speed"][1] == "[30 rpm, 45 rpm, 60 rpm, 75 rpm]"
+    assert changed["sweep.procedure"] == ("up-down", "same")
+    assert "procedure: 2 and 1 values, 0 in common." in answer.out
+    assert "no points in common" in answer.out
+
+
+def test_labels_of_another_threshold(call: Call, shared: Path) -> None:
+    shutil.copy(shared / "small.h5", "labels.h5")
+    reclassify("labels.h5", ["classify.whirl.wall_contact_fraction=0.9"])
+    found = nsdrill.diff(shared / "small.h5", "labels.h5")
+    assert found["study"] == [{"key": "classify.whirl.wall_contact_fraction", "a": "0.01", "b": "0.9"}]
+    assert {row["name"] for row in found["variables"] if not row["same"]} <= {
+        "response", "whirl_kind", "whirl_severity"}
+
+
+@pytest.mark.parametrize("text", ["no JSON", "3", '{"well": {"stiffness": "x"}}'])
+def test_a_study_that_is_none(call: Call, shared: Path, text: str) -> None:
+    shutil.copy(shared / "small.h5", "odd.h5")
+    with h5py.File("odd.h5", "r+") as file:
+        file.attrs["study_resolved"] = text
+    answer = call("diff", shared / "small.h5", "odd.h5")
+    assert answer.code == 2
+    assert "does not hold a study" in answer.err
+
+
+def test_traces(call: Call, shared: Path) -> None:
+    one, other = (nsdrill.simulate(nsdrill.load_study(shared / "small.yaml"), rotary_speed=speed, duration=1.0).trace
+                  for speed in (3.0, 4.0))
+    write_trace("one.h5", one)
+    write_trace("other.h5", other)
+    assert "The files are the same to the bit: 101 samples, 21 variables." in call("diff", "one.h5", "one.h5").out
+    answer = call("diff", "one.h5", "other.h5", "--exit-code")
+    assert answer.code == 1
+    assert "  rotary_speed  3.0 rad/s  4.0 rad/s" in answer.out
+    assert "Compared: all 101 samples." in answer.out
+    answer = call("diff", shared / "small.h5", "one.h5", "--exit-code")
+    assert answer.code == 1
+    assert "One is a sweep, the other a trace" in answer.out
+
+
+@pytest.mark.parametrize("words", [("nothing.h5", "small"), ("small", "text.h5"), ("small",), ()])
+def test_what_is_no_file(call: Call, shared: Path, words: tuple[str, ...]) -> None:
+    Path("text.h5").write_text("no")
+    answer = call("diff", *(shared / "small.h5" if word == "small" else word for word in words))
+    assert answer.code == 2
+    assert answer.out == ""

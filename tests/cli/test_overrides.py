@@ -1,0 +1,122 @@
+"""What --set changed is said by everything that shows a result; and the study can be had as it was run.
+
+The failing study of the shared folder is the small one with simulation.max_steps=1000.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import h5py
+import pytest
+
+import nsdrill
+from nsdrill import plot
+from nsdrill.app.overrides import overrides_of
+from nsdrill.app.report import reclassify
+from nsdrill.cli.reading import read
+from nsdrill.store import log_from_results, write_trace
+
+from .helpers import Call
+
+CHANGED = {"simulation.max_steps": "1000"}
+
+
+@pytest.fixture
+def old(shared: Path, tmp_path: Path) -> Path:
+    """A file that does not say its overrides."""
+    path = Path(shutil.copy(shared / "failing.h5", tmp_path / "old.h5"))
+    with h5py.File(path, "r+") as file:
+        del file.attrs["study_overrides"]
+    return path
+
+
+def test_show(call: Call, shared: Path, old: Path) -> None:
+    log_from_results(shared / "failing.h5", "run.h5.part").close()
+    for file in (shared / "failing.h5", old, "run.h5.part"):
+        assert "\n  overrides      simulation.max_steps = 1000\n" in call("show", file).out
+        assert json.loads(call("show", file, "--json").out)["overrides"] == CHANGED
+    assert "overrides" not in call("show", shared / "small.h5").out
+    assert json.loads(call("show", shared / "small.h5", "--json").out)["overrides"] == {}
+
+
+def test_traces(call: Call, shared: Path) -> None:
+    words = ["simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1s", "--set", "operation.wob=30 kN"]
+    assert call(*words).code == 0
+    assert "  overrides      operation.wob = 30 kN\n" in call("show", "trace.h5").out
+    assert plot.draw(read("trace.h5"), "orbit").get_suptitle().splitlines()[:2] == ["Small", "operation.wob = 30 kN"]
+
+
+def test_a_replay_has_those_of_its_sweep(call: Call, shared: Path, old: Path) -> None:
+    for file in (shared / "failing.h5", old):
+        trace = nsdrill.replay(file, rotary_speed=1.0, procedure="up").trace
+        assert json.loads(trace.attrs["study_overrides"]) == ["simulation.max_steps=1000"]
+    # As early versions wrote it.
+    write_trace("early.h5", trace)
+    with h5py.File("early.h5", "r+") as file:
+        file.attrs["study_overrides"] = "[]"
+    assert json.loads(call("show", "early.h5", "--json").out)["overrides"] == CHANGED
+
+
+def test_pictures(shared: Path, old: Path) -> None:
+    for file in (shared / "failing.h5", old):
+        for kind in ("summary", "bifurcation", "window", "radius_max"):
+            title = plot.draw(read(str(file)), kind).get_suptitle()
+            assert title.splitlines()[:2] == ["Small", "simulation.max_steps = 1000"], kind
+
+
+def test_new_thresholds_are_told_too(call: Call, shared: Path) -> None:
+    shutil.copy(shared / "failing.h5", "labels.h5")
+    reclassify("labels.h5", ["classify.whirl.wall_contact_fraction=0.9"])
+    said = "simulation.max_steps = 1000, classify.whirl.wall_contact_fraction = 0.9"
+    assert plot.draw(read("labels.h5")).get_suptitle().splitlines()[1] == said
+    assert json.loads(call("window", "labels.h5", "--json").out)["overrides"] == {
+        **CHANGED, "classify.whirl.wall_contact_fraction": "0.9"}
+
+
+@pytest.mark.parametrize(("texts", "said"), [
+    (["bit.lobes=1"], "bit.lobes = 1"),
+    (["bit.lobes=2", " bit.lobes = 1"], "bit.lobes = 1"),
+    (["title=Other"], "5000 m"),
+    ([f"mud.key{i}={i}{'0' * 20}" for i in range(5)],
+     "mud.key0 = 000000000000000000000, mud.key1 = 100000000000000000000 and 3 more"),
+    (["sweep.depth=" + "[1 m]" * 99], "sweep.depth = " + ("[1 m]" * 99)[:82] + " ..."),
+    (["sweep.depth=" + "[1 m]" * 99, "bit.rock_stiffness=50 MN/m"],
+     "sweep.depth = " + ("[1 m]" * 99)[:71] + " ... and 1 more"),
+])  # fmt: skip
+def test_a_title_stays_short(texts: list[str], said: str) -> None:
+    from nsdrill.plot.labels import heading
+
+    attrs = {"title": "T", "study_overrides": json.dumps(texts)}
+    lines = heading(attrs, "5000 m").splitlines()
+    assert lines[1] == said
+    assert max(map(len, lines)) <= 100
+
+
+@pytest.mark.parametrize("value", ["", "no JSON", "{}", "3", "null", '["no equals sign"]', 5])
+def test_odd_attributes_are_no_error(value: object) -> None:
+    attrs = {"study_overrides": value}
+    assert overrides_of(attrs) in ([], ["no equals sign="])
+
+
+def test_study_as_it_was_run(call: Call, shared: Path, old: Path) -> None:
+    for file in (shared / "failing.h5", old):
+        answer = call("show", file, "--study")
+        assert (answer.code, answer.err) == (0, "")
+        assert "# Changed by --set: simulation.max_steps=1000\n" in answer.out
+        Path("again.yaml").write_text(answer.out)
+        assert call("check", "again.yaml").code == 0
+        with h5py.File(file) as results:
+            assert nsdrill.load_study("again.yaml").sha256 == results.attrs["study_sha256"]
+    assert call("show", file, "--study", "--json").code == 2
+
+
+def test_a_file_without_a_study(call: Call, old: Path) -> None:
+    with h5py.File(old, "r+") as file:
+        del file.attrs["study_resolved"]
+    assert call("show", old).code == 0
+    answer = call("show", old, "--study")
+    assert answer.code == 2
+    assert "found no study" in answer.err
