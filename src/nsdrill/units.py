@@ -40,6 +40,15 @@ USUAL: dict[str, tuple[str, ...]] = {
 }
 """Units to suggest and to display in, by the SI units of the quantity; SI engineering units first."""
 
+CF = {
+    "": "1", "percent": "percent", "m": "m", "N": "N", "rad/s": "rad s-1", "rad": "rad", "s": "s", "m/s": "m s-1",
+    "m/s^2": "m s-2", "kg/m^3": "kg m-3", "Pa": "Pa", "N/m": "N m-1", "N/m^1.5": "N m-1.5", "N s/m": "N s m-1",
+    "N m s/rad": "N m s rad-1", "N m": "N m", "1/s": "s-1", "s/m": "s m-1", "s/rad": "s rad-1",
+}  # fmt: skip
+"""Units as the attributes of files have them, by the SI units of a key."""
+
+_PLAIN_OF_CF = {cf: plain for plain, cf in CF.items()}
+
 ENGINEERING = {"m": "m", "N": "kN", "rad/s": "rad/s", "N m": "kN*m", "N/m": "MN/m", "Pa": "GPa"}
 FIELD = {"m": "ft", "N": "klbf", "rad/s": "rpm", "N m": "ft*lbf", "N/m": "lbf/in", "Pa": "psi", "kg/m^3": "ppg"}
 
@@ -114,6 +123,21 @@ def format_quantity(value: float, units: str, digits: int = 6) -> str:
     """An SI ``value`` for people, in ``units`` and to ``digits`` significant digits: ``format_quantity(22240, "kN")``
     is "22.24 kN"."""
     return f"{from_si(value, units):.{digits}g} {units}"
+
+
+def readable(value: float, units: str, digits: int = 6) -> str:
+    """An SI ``value`` for people, in the first of its usual units in which it is neither large nor small:
+    ``readable(2.2e4, "N")`` is "22 kN"; a plain number stays one."""
+    if units in ("", "percent"):
+        return f"{value:.{digits}g}"
+    candidates = USUAL.get(units, (units,))
+    fitting = [unit for unit in candidates if 1.0 <= abs(from_si(value, unit)) < 1e4]
+    return format_quantity(value, (fitting or candidates)[0], digits)
+
+
+def plain_units(cf: str) -> str:
+    """The units of an attribute as :func:`to_si` reads them."""
+    return _PLAIN_OF_CF.get(cf, cf)
 
 
 def exact_text(value: float, units: str) -> str:

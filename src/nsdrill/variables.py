@@ -31,8 +31,8 @@ UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(
 
 @dataclass(frozen=True)
 class Axis:
-    """A number of the study that a sweep varies: its dotted ``key`` as the study has it, the ``units`` of its values
-    (SI, as CF writes them) and what it is."""
+    """A number of the study that a sweep varies: its dotted ``key`` as the study has it, the SI ``units`` of its values
+    as a study writes them, and what it is."""
 
     key: str
     units: str

@@ -14,7 +14,7 @@ import numpy as np
 
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
-from nsdrill.variables import AXES, BY_NAME
+from nsdrill.variables import BY_NAME
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,8 @@ def carried_axis(results: Results) -> str | None:
         along = json.loads(results.attrs["study_resolved"])["sweep"]["along"]
     except (KeyError, TypeError, ValueError):
         along = None
-    if along in AXES:
-        return str(along)
+    if isinstance(along, str) and along.replace(".", "_") in results.axes:
+        return along.replace(".", "_")
     return results.swept[0] if len(results.swept) == 1 else None
 
 
@@ -100,7 +100,7 @@ def hysteresis(results: Results, along: str | None = None) -> list[dict[str, Any
 def _lines(results: Results, along: str) -> Iterator[tuple[int | slice, ...]]:
     """Places of the lines along the carried axis, one for each combination of the other axes (and starts)."""
     grid = results["status"].shape[1:]
-    axis = AXES.index(along)
+    axis = results.axes.index(along)
     for place in np.ndindex(*grid[:axis], *grid[axis + 1 :]):
         yield (slice(None), *place[:axis], slice(None), *place[axis:])
 
@@ -111,7 +111,7 @@ def _rows(
     outcomes = outcome(results["status"][place], results["response"][place])
     kinds = results["whirl_kind"][place] if "whirl_kind" in results.variables else None
     x = np.asarray(results.coords[along], dtype=float)
-    held = {axis: results.coords[axis][number].item() for axis, number in zip((*AXES, "start"), place[1:], strict=False)
+    held = {axis: results.coords[axis][number].item() for axis, number in zip(results.grid[1:], place[1:], strict=True)
             if isinstance(number, int)}
     unknown = np.minimum(outcomes[procedures.index("up")], outcomes[procedures.index("down")]) < 0
     for one in differences(procedures, outcomes):

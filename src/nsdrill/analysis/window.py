@@ -18,7 +18,7 @@ from nsdrill.analysis.plane import largest_margin, regions
 from nsdrill.data import Array, Results, overrides
 from nsdrill.errors import InputError
 from nsdrill.observe.trust import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
-from nsdrill.variables import AXES, BIT_BOUNCE, INFERRED, LABELS, OK, STICK_SLIP, WHIRL
+from nsdrill.variables import BIT_BOUNCE, INFERRED, LABELS, OK, STICK_SLIP, WHIRL
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across, the next one up
 SAFE, RIM, CRITICAL, UNKNOWN = 2, 1, 0, -1
@@ -64,9 +64,10 @@ def classes(results: Results, severity: int | None = None) -> Classes:
 
     An inferred point has a response, but no severity: by severity it is not known.
     """
-    swept = [axis for axis in ACROSS if axis in results.swept]
-    if not swept:
-        raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
+    swept = [axis for axis in (*ACROSS, *results.axes[len(ACROSS):]) if axis in results.swept]
+    if not 1 <= len(swept) <= 3:
+        found = f"{len(swept)} swept axes" if swept else "a single operating point"
+        raise InputError(f"window: found {found}; allowed: a sweep of one to three axes.")
     # Not trusted: a point whose checks gave another response. (That its numbers differ is the rule where the motion is
     # chaotic.) An inferred point was not run, so it was not checked either; the runs around it were.
     verdicts = verdict(results) if "trusted" in results.variables else np.full(results.shape, UNCHECKED)
@@ -83,8 +84,10 @@ def classes(results: Results, severity: int | None = None) -> Classes:
 
     def planes(array: Array) -> Array:
         """[third, y, x, history]: the axes not swept have length one and go first, together with a third one."""
-        order = [axis for axis in AXES if axis not in swept[:2]] + [axis for axis in (y, swept[0]) if axis]
-        moved = np.moveaxis(array, 0, 3).transpose(*(AXES.index(axis) for axis in order), *range(3, array.ndim))
+        axes = results.axes
+        order = [axis for axis in axes if axis not in swept[:2]] + [axis for axis in (y, swept[0]) if axis]
+        moved = np.moveaxis(array, 0, len(axes))
+        moved = moved.transpose(*(axes.index(axis) for axis in order), *range(len(axes), array.ndim))
         lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, swept[0])]
         return moved.reshape(*lengths, -1)
 
@@ -115,7 +118,7 @@ def find_window(results: Results, severity: int | None = None) -> dict[str, Any]
         "severity": severity,
         "axes": axes,
         "third": found.third,
-        "fixed": {axis: float(results.coords[axis][0]) for axis in AXES if axis not in results.swept},
+        "fixed": {axis: float(results.coords[axis][0]) for axis in results.axes if axis not in results.swept},
         "runs": int(results["status"].size),
         "failed_runs": found.failed_runs,
         "failed_points": int(np.count_nonzero(found.failed)),

@@ -11,12 +11,12 @@ from typing import Any
 from nsdrill import __version__
 from nsdrill.abi import source_digest
 from nsdrill.model.coefficients import derive
+from nsdrill.model.leaves import values_at
 from nsdrill.study.study import Study
 
 
 def provenance(study: Study, command: str) -> dict[str, Any]:
     """Root attributes for a file made from ``study`` by ``command`` (``run``, ``simulate``, ...)."""
-    operation = study.operation
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return {
         "title": study.title,
@@ -32,8 +32,18 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
         **{f"{name}_version": version(name) for name in ("numpy", "numba", "h5py")},
         "python_version": platform.python_version(),
         "processor": processor(),
-        "gap": derive(study.parameters, float(study.axes["depth"][0]), operation.wob, operation.rotary_speed).gap,
+        "gap": _gap(study),
     }
+
+
+def _gap(study: Study) -> float | None:
+    """The gap between collar and wall, which the pictures draw; None where it is not one number."""
+    values = [study.axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")]
+    if any(len(axis) > 1 for axis in values):
+        return None
+    first = {key: float(axis[0]) for key, axis in study.axes.items()}
+    at = values_at(study.parameters, study.initial, first)
+    return float(derive(at.parameters, *at.operation).gap)
 
 
 def processor() -> str:

@@ -18,7 +18,7 @@ from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.refine import Refinement, refine
 from nsdrill.sweep.work import Work
-from nsdrill.variables import AXES, INFERRED, OK, PENDING, Kept
+from nsdrill.variables import INFERRED, OK, PENDING, Kept
 
 UNKNOWN = -1  # the outcome of a point that has not run
 
@@ -27,10 +27,11 @@ class Grid:
     """The units of a refined sweep: points, or whole chains where a state is carried."""
 
     def __init__(self, plan: Plan, refined: tuple[str, ...], depth: int) -> None:
-        lengths = [1 if plan.chain_length > 1 and name == plan.along else len(plan.axes[name]) for name in AXES]
+        carried = plan.along if plan.chain_length > 1 else None
+        lengths = [1 if name == carried else len(values) for name, values in plan.axes.items()]
         self.plan, self.depth = plan, depth
         self.shape = tuple(lengths)
-        self.axes = tuple(name in refined for name in AXES)
+        self.axes = tuple(name in refined for name in plan.axes)
         self.points = plan.points_of(np.arange(plan.chains)[:, None], np.arange(plan.chain_length))
         """Numbers of the points of each unit: [units, points of a unit]."""
         self.points = self.points.reshape(plan.chains, plan.chain_length)

@@ -16,6 +16,7 @@ from nsdrill.app.attractors import attractors, labels_of
 from nsdrill.app.run import plan_of
 from nsdrill.data import Results, Trace, overrides
 from nsdrill.errors import FileError, InputError
+from nsdrill.model.leaves import values_at
 from nsdrill.model.rhs import pack, sizes
 from nsdrill.observe.classify import classify
 from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
@@ -63,7 +64,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         # Only a run log has points that are still to come.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),
-        "axes": {name: _axis(results, name) for name in AXES},
+        "axes": {name: _axis(results, name) for name in results.axes},
         "procedures": [str(p) for p in results.coords["procedure"]],
         "points": int(status.size),
         "status": _counts("status", status),
@@ -94,14 +95,10 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     failed = np.argwhere(has_failed(status))
     summary["failed"] = [
         {
-            "procedure": summary["procedures"][p],
-            "depth": float(results.coords["depth"][d]),
-            "wob": float(results.coords["wob"][w]),
-            "rotary_speed": float(results.coords["rotary_speed"][s]),
-            **({"start": int(start[0])} if start else {}),
-            "status": flag_words(BY_NAME["status"], int(status[p, d, w, s, *start])),
+            **{name: results.coords[name][i].item() for name, i in zip(results.grid, place, strict=True)},
+            "status": flag_words(BY_NAME["status"], int(status[tuple(place)])),
         }
-        for p, d, w, s, *start in failed
+        for place in failed
     ]
     if "trusted" in results.variables:
         summary["trust"] = trust_of(results)
@@ -201,12 +198,12 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
 
 def _sizes(study: Study, results: Results) -> np.ndarray:
     """The natural sizes of the states at every point, shape (*grid, 8)."""
-    axes = np.meshgrid(*(results.coords[name] for name in AXES), indexing="ij")
-    depth, wob, speed = (axis.ravel() for axis in axes)
-    size = sizes(pack(study.parameters, depth, wob, speed)).reshape(*axes[0].shape, -1)
-    grid = results["status"].shape
-    size = size.reshape(1, *size.shape[:3], *(1,) * (len(grid) - 4), size.shape[-1])
-    return np.broadcast_to(size, (*grid, size.shape[-1]))
+    axes = np.meshgrid(*(results.coords[name] for name in results.axes), indexing="ij")
+    at = values_at(study.parameters, study.initial, dict(zip(study.axes, (axis.ravel() for axis in axes), strict=True)))
+    size = sizes(pack(at.parameters, *at.operation)).reshape(1, *axes[0].shape, -1)
+    if "start" in results.coords:
+        size = size[..., np.newaxis, :]
+    return np.broadcast_to(size, (*results.shape, size.shape[-1]))
 
 
 def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, tuple[int, int]]:

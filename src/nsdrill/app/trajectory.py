@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,7 +20,7 @@ from nsdrill.kernel.gang import Compiled, Gang, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.ensemble import starting_states
 from nsdrill.model.forces import forces
-from nsdrill.model.leaves import values_at
+from nsdrill.model.leaves import OPERATION, values_at
 from nsdrill.model.parameters import Operation
 from nsdrill.model.rhs import STATES, drifts, first_step, model_for, pack, phase_rate, sizes
 from nsdrill.model.schedule import Schedule
@@ -29,8 +30,8 @@ from nsdrill.store import read_attributes, read_point, read_results
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
-from nsdrill.units import format_quantity
-from nsdrill.variables import AXES, BY_NAME, INFERRED, OK, PENDING, SCHEDULED
+from nsdrill.units import readable
+from nsdrill.variables import BY_NAME, INFERRED, OK, PENDING, SCHEDULED
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MOST_SAMPLES = 50_000_000
@@ -90,13 +91,15 @@ def replay(
     depth: float | None = None,
     wob: float | None = None,
     rotary_speed: float | None = None,
+    at: Mapping[str, float] | None = None,
     procedure: str | None = None,
     start: int | None = None,
     sample: float = DEFAULT_SAMPLE,
 ) -> Trajectory:
     """Run the point of the results file ``path`` nearest to these values again, from its stored initial state.
 
-    An axis with a single value may be left out, and so may the procedure where there is one only; the number of the
+    ``at`` holds values of axes by their keys, in SI, those of the operation among them if they are not given apart. An
+    axis with a single value may be left out, and so may the procedure where there is one only; the number of the
     ``start`` is needed where every operating point has several, and only there. InputError for
     values beyond the sweep.
     """
@@ -107,16 +110,17 @@ def replay(
         raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
     study = study_from_resolved(
         json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), overrides_of(attrs))
-    plan = plan_of(study)
+    plan, units = plan_of(study), units_of(study)
     wanted: dict[str, float] = {}
-    for name, value in (("depth", depth), ("wob", wob), ("rotary_speed", rotary_speed)):
-        values = plan.axes[name]
-        if value is None:
-            if len(values) > 1:
-                option = "--" + name.replace("_", "-")
-                raise InputError(f"{path}: the sweep has {len(values)} values of {name}. Say which one with {option}.")
-            value = float(values[0])
-        wanted[name] = _on_axis(path, name, value, values)
+    apart = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
+    given = {**(at or {}), **{name: value for name, value in apart.items() if value is not None}}
+    if unknown := [key for key in given if key not in plan.axes]:
+        raise InputError(f"{path}: --at: found {', '.join(unknown)}; allowed: the axes {', '.join(plan.axes)}.")
+    for name, values in plan.axes.items():
+        if name not in given and len(values) > 1:
+            raise InputError(
+                f"{path}: the sweep has {len(values)} values of {name}. Say which one with {option_of(name)}.")
+        wanted[name] = _on_axis(path, name, given.get(name, float(values[0])), values, units[name])
     if procedure is None:
         if len(plan.procedures) > 1:
             raise InputError(f"{path}: the sweep went {' and '.join(plan.procedures)}. Say which one with --procedure.")
@@ -130,10 +134,10 @@ def replay(
     if point["status"] == PENDING:
         raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
     if point["status"] == INFERRED:
-        raise InputError(f"{path}: {_not_run(path, plan, number)}")
-    at = values_at(study.parameters, study.initial, found)
-    study = replace(study, parameters=at.parameters)
-    schedule = Schedule(Operation(*at.operation), {})
+        raise InputError(f"{path}: {_not_run(path, plan, number, units)}")
+    here = values_at(study.parameters, study.initial, found)
+    study = replace(study, parameters=here.parameters, axes={key: np.array([value]) for key, value in found.items()})
+    schedule = Schedule(Operation(*here.operation), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": str(path)}
     if plan.starts:
         extra["start"] = begun
@@ -158,35 +162,40 @@ def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int
     return start
 
 
-def _not_run(path: str | os.PathLike[str], plan: Plan, number: int) -> str:
+def _not_run(path: str | os.PathLike[str], plan: Plan, number: int, units: Mapping[str, str]) -> str:
     """That a point was inferred, and which point of the same procedure was run next to it, counted in steps."""
     status = read_results(path, ["status"])["status"]
     here = np.array(np.unravel_index(number, plan.shape))
     ran = np.argwhere(status[here[0]] != INFERRED)
     nearest = ran[np.argmin(np.sum((ran - here[1:]) ** 2, axis=1))]
     where = " ".join(
-        f"--{name.replace('_', '-')} {format_quantity(plan.axes[name][i], _UNITS[name]).replace(' ', '')}"
-        for name, i in zip(AXES, nearest, strict=True) if len(plan.axes[name]) > 1)
+        option_of(name, readable(values[i], units[name]).replace(" ", ""))
+        for (name, values), i in zip(plan.axes.items(), nearest, strict=True) if len(values) > 1)
     return (
         "that point was not run: all points around it have one response, so the refinement passed it over. The nearest "
         f"point that was run: {where}. Or simulate this one: nsdrill simulate.")
 
 
-_UNITS = {"depth": "m", "wob": "kN", "rotary_speed": "rad/s"}
+def units_of(study: Study) -> dict[str, str]:
+    """The SI units of each axis of a study, by its key."""
+    return {"depth": "m", "wob": "N", "rotary_speed": "rad/s", **{axis.key: axis.units for axis in study.more}}
 
 
-def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.ndarray) -> float:
+def option_of(key: str, value: str = "") -> str:
+    """How the command line says at which value of an axis."""
+    return f"--{key.replace('_', '-')} {value}".rstrip() if key in OPERATION else f"--at {key}={value or '...'}"
+
+
+def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.ndarray, units: str) -> float:
     """``value``, if the nearest of ``values`` may be meant by it: beyond the ends by half a step at most, and by one
     percent where there is a single value."""
     steps = np.diff(values)
-    below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else (0.01 * values[0], 0.01 * values[0])
+    below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(values[0]),)
     if values[0] - below <= value <= values[-1] + above:
         return value
-    units = _UNITS[name]
-    first, last = format_quantity(values[0], units), format_quantity(values[-1], units)
+    first, last = readable(values[0], units), readable(values[-1], units)
     allowed = f"from {first} to {last}, as the sweep" if len(steps) else f"{first}, the only value"
-    option = "--" + name.replace("_", "-")
-    raise InputError(f"{path}: {option}: found {format_quantity(value, units)}; allowed: {allowed}.")
+    raise InputError(f"{path}: {option_of(name)}: found {readable(value, units)}; allowed: {allowed}.")
 
 
 def _trace(

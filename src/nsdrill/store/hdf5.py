@@ -28,6 +28,7 @@ from nsdrill.store.files import reason
 from nsdrill.store.forgiving import ForgivingFile
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
+from nsdrill.units import CF, plain_units
 from nsdrill.variables import COORDINATES, FORMAT_VERSION, STATE_UNITS, Axis, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
@@ -77,7 +78,7 @@ def add_coordinate(file: Any, name: str, values: Any, axis: Axis | None = None) 
     strings."""
     import h5py
 
-    units, long_name = (axis.units, axis.long_name) if axis else COORDINATES[name]
+    units, long_name = (CF[axis.units], axis.long_name) if axis else COORDINATES[name]
     array = np.asarray(values)
     if array.dtype.kind in "OU":
         scale = file.create_dataset(name, data=array.astype(object), dtype=h5py.string_dtype())
@@ -293,5 +294,5 @@ def read_axes(path: str | os.PathLike[str], file: Any) -> tuple[Axis, ...]:
         told = {} if scale is None else {item: scale.attrs.get(item) for item in ("key", "units", "long_name")}
         if not told or not all(isinstance(value, str) for value in told.values()):
             raise FileError(f"{path}: the axis {name} is missing or does not say what it is. {EDITED}")
-        axes.append(Axis(**told))
+        axes.append(Axis(told["key"], plain_units(told["units"]), told["long_name"]))
     return tuple(axes)
