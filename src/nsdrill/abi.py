@@ -17,8 +17,6 @@ and of the versions of numba and llvmlite.
 from __future__ import annotations
 
 import hashlib
-import os
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -30,14 +28,14 @@ import numba
 import numpy as np
 from numba import types
 
+from nsdrill.cache import cache_for
+
 # The package's folders whose sources end up in compiled code.
 COMPILED = ("abi.py", "elementary.py", "model", "kernel", "observe")
 
 # `nsz` ignores the sign of zero. Nothing that reorders sums or fuses products at the compiler's pleasure (the bits
 # would depend on the number of lanes), and nothing that assumes away NaN (a run that blows up must be seen).
 FASTMATH = {"nsz"}
-
-_compiling = threading.RLock()
 
 BUFFER = types.float64[::1]
 # A right-hand side reads the rows `stage`, `stage_time` and `parameter` and writes `acceleration` and `aux_now`.
@@ -70,17 +68,6 @@ def source_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-def cache_directory() -> Path:
-    """``$NUMBA_CACHE_DIR`` where set, else the user's cache folder; one folder per digest of the sources."""
-    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
-        root = Path(chosen)
-    elif os.name == "nt":
-        root = Path(os.environ.get("LOCALAPPDATA", Path.home())) / "nsdrill" / "cache"
-    else:
-        root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "nsdrill"
-    return root / source_digest()
-
-
 def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], Any]:
     """Compile at once for ``signature``, without the GIL, cached on disk across processes where the disk allows it.
 
@@ -91,28 +78,14 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
     def compile_function(function: Callable[..., Any]) -> Any:
         function.__name__ = "_".join([function.__name__, *map(str, map(int, variant))])
         function.__qualname__ = function.__name__
-        # The folder is a global setting of numba: one compilation at a time.
-        with _compiling:
-            saved = numba.config.CACHE_DIR
-            numba.config.CACHE_DIR = str(cache_directory())
-            try:
-                made = numba.njit(signature, cache=_cache_is_writable(), nogil=True, fastmath=FASTMATH,
-                                  error_model="numpy", _nrt=False)(function)
-            finally:
-                numba.config.CACHE_DIR = saved
+        made = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
+        if hasattr(made, "compile"):  # not where compilation is switched off
+            made._cache = cache_for(function, source_digest())
+            made.compile(signature)
+            made.disable_compile()
         return lasting(made, function.__name__)
 
     return compile_function
-
-
-@lru_cache(maxsize=1)
-def _cache_is_writable() -> bool:
-    # A read-only home is no reason to fail: everything is then compiled anew in each process.
-    try:
-        cache_directory().mkdir(parents=True, exist_ok=True)
-        return os.access(cache_directory(), os.W_OK)
-    except OSError:
-        return False
 
 
 def inlined(function: Callable[..., Any]) -> Any:
