@@ -50,10 +50,10 @@ def standard_streams() -> Iterator[None]:
     """Data that cannot be written raise :class:`Leave`; a message that reaches nobody stops nothing. Warnings about the
     cache become messages."""
     _open_closed()
-    output = sys.stdout
+    data, messages = sys.stdout, sys.stderr
     with (
-        redirect_stdout(_Stream(output, _output_lost)),
-        redirect_stderr(_Stream(sys.stderr, lambda error: None)),
+        redirect_stdout(_Stream(data, _output_lost)),
+        redirect_stderr(_Stream(messages, lambda error: None)),
         warnings.catch_warnings(),
     ):
         warnings.simplefilter("always", CacheWarning)
@@ -69,10 +69,11 @@ def standard_streams() -> Iterator[None]:
         try:
             yield
         finally:
-            try:
-                output.flush()
-            except OSError:  # which the end of the process would meet again
-                os.dup2(os.open(os.devnull, os.O_WRONLY), output.fileno())
+            for stream in (data, messages):
+                try:
+                    stream.flush()
+                except OSError:  # which the end of the process would meet again
+                    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _open_closed() -> None:
