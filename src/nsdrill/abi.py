@@ -9,9 +9,9 @@ A loop over the lanes of one or several rows then compiles to packed instruction
 live in this one buffer and ``lanes`` and the row numbers are compile-time constants; so the compiled functions are made
 by small factories, ``make_...(lanes)``, and the row numbers come from :class:`Rows`.
 
-**Cache.** numba's disk cache notices an edit in the file of a function, but not in the files of the functions inlined
-into it: the numbers would silently be stale. So the cache directory is named after a digest of all compiled sources
-and of the versions of numba and llvmlite.
+**Cache.** The machine code is kept on disk (:mod:`nsdrill.cache`). There an edit in the file of a function is noticed,
+one in the files of the functions inlined into it is not: the numbers would silently be stale. So the cache directory is
+named after a digest of all compiled sources and of the versions of numba and llvmlite.
 """
 
 from __future__ import annotations
