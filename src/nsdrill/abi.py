@@ -17,6 +17,7 @@ named after a digest of all compiled sources and of the versions of numba and ll
 from __future__ import annotations
 
 import hashlib
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
@@ -36,6 +37,8 @@ COMPILED = ("abi.py", "elementary.py", "model", "kernel", "observe")
 # `nsz` ignores the sign of zero. Nothing that reorders sums or fuses products at the compiler's pleasure (the bits
 # would depend on the number of lanes), and nothing that assumes away NaN (a run that blows up must be seen).
 FASTMATH = {"nsz"}
+
+_compiling = threading.RLock()
 
 BUFFER = types.float64[::1]
 # A right-hand side reads the rows `stage`, `stage_time` and `parameter` and writes `acceleration` and `aux_now`.
@@ -78,11 +81,13 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
     def compile_function(function: Callable[..., Any]) -> Any:
         function.__name__ = "_".join([function.__name__, *map(str, map(int, variant))])
         function.__qualname__ = function.__name__
-        made = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
-        if hasattr(made, "compile"):  # not where compilation is switched off
-            made._cache = cache_for(function, source_digest())
-            made.compile(signature)
-            made.disable_compile()
+        # numba has a lock for compiling, none for making what is then compiled.
+        with _compiling:
+            made = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
+            if hasattr(made, "compile"):  # not where compilation is switched off
+                made._cache = cache_for(function, source_digest())
+                made.compile(signature)
+                made.disable_compile()
         return lasting(made, function.__name__)
 
     return compile_function
