@@ -9,15 +9,14 @@ A loop over the lanes of one or several rows then compiles to packed instruction
 live in this one buffer and ``lanes`` and the row numbers are compile-time constants; so the compiled functions are made
 by small factories, ``make_...(lanes)``, and the row numbers come from :class:`Rows`.
 
-**Cache.** numba's disk cache notices an edit in the file of a function, but not in the files of the functions inlined
-into it: the numbers would silently be stale. So the cache directory is named after a digest of all compiled sources
-and of the versions of numba and llvmlite.
+**Cache.** The machine code is kept on disk (:mod:`nsdrill.cache`). There an edit in the file of a function is noticed,
+one in the files of the functions inlined into it is not: the numbers would silently be stale. So the cache directory is
+named after a digest of all compiled sources and of the versions of numba and llvmlite.
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -29,6 +28,8 @@ import llvmlite
 import numba
 import numpy as np
 from numba import types
+
+from nsdrill.cache import cache_for
 
 # The package's folders whose sources end up in compiled code.
 COMPILED = ("abi.py", "elementary.py", "model", "kernel", "observe")
@@ -68,17 +69,6 @@ def source_digest() -> str:
     return digest.hexdigest()[:16]
 
 
-def cache_directory() -> Path:
-    """``$NUMBA_CACHE_DIR`` where set, else the user's cache folder; one folder per digest of the sources."""
-    if chosen := os.environ.get("NUMBA_CACHE_DIR"):
-        root = Path(chosen)
-    elif os.name == "nt":
-        root = Path(os.environ.get("LOCALAPPDATA", Path.home())) / "nsdrill" / "cache"
-    else:
-        root = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "nsdrill"
-    return root / source_digest()
-
-
 def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], Any]:
     """Compile at once for ``signature``, without the GIL, cached on disk across processes where the disk allows it.
 
@@ -89,28 +79,16 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
     def compile_function(function: Callable[..., Any]) -> Any:
         function.__name__ = "_".join([function.__name__, *map(str, map(int, variant))])
         function.__qualname__ = function.__name__
-        # The folder is a global setting of numba: one compilation at a time.
+        # numba has a lock for compiling, none for making what is then compiled.
         with _compiling:
-            saved = numba.config.CACHE_DIR
-            numba.config.CACHE_DIR = str(cache_directory())
-            try:
-                made = numba.njit(signature, cache=cache_is_writable(), nogil=True, fastmath=FASTMATH,
-                                  error_model="numpy", _nrt=False)(function)
-            finally:
-                numba.config.CACHE_DIR = saved
+            made = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
+            if hasattr(made, "compile"):  # not where compilation is switched off
+                made._cache = cache_for(function, source_digest())
+                made.compile(signature)
+                made.disable_compile()
         return lasting(made, function.__name__)
 
     return compile_function
-
-
-@lru_cache(maxsize=1)
-def cache_is_writable() -> bool:
-    # A read-only home is no reason to fail: everything is then compiled anew in each process.
-    try:
-        cache_directory().mkdir(parents=True, exist_ok=True)
-        return os.access(cache_directory(), os.W_OK)
-    except OSError:
-        return False
 
 
 def inlined(function: Callable[..., Any]) -> Any:

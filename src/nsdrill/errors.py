@@ -24,6 +24,10 @@ class FileError(InputError):
     """A file that cannot be used as asked: missing, damaged, of another program, already there."""
 
 
+class CacheWarning(UserWarning):
+    """Compiled code cannot be kept, or what was kept is not used. A run takes longer; its numbers are the same."""
+
+
 @dataclass(frozen=True)
 class Fault:
     """One thing wrong with a study file.

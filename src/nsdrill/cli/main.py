@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 import click
 
 from nsdrill import __version__
+from nsdrill.cli.streams import Leave, standard_streams
 from nsdrill.errors import NsdrillError
 
 # name -> one line for the help. Kept here so that the help imports nothing else.
@@ -36,14 +37,6 @@ Exit codes:
   2    the command line, the study or an input file is wrong; nothing was written
   3    finished, but some points failed; they are marked in the file
   130  interrupted; nsdrill run goes on with --resume"""
-
-
-class _Leave(Exception):
-    """Leave with this message and exit code. click has ideas of its own about an interrupt and a closed pipe."""
-
-    def __init__(self, message: str, code: int) -> None:
-        super().__init__(message)
-        self.message, self.code = message, code
 
 
 class LazyGroup(click.Group):
@@ -77,10 +70,9 @@ class LazyGroup(click.Group):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as error:
-            raise _Leave(_interrupted(error), 130) from error
-        except BrokenPipeError as error:
-            _drop_output()
-            raise _Leave("", 0) from error
+            raise Leave(_interrupted(error), 130) from error
+        except EOFError as error:  # click takes it for an interrupt; no command asks for anything
+            raise RuntimeError(f"EOFError: {error}") from error
 
 
 @click.group(
@@ -108,11 +100,16 @@ def main() -> NoReturn:
     # deaf to SIGINT; a `kill -INT` is meant all the same.
     signal.signal(signal.SIGTERM, _interrupt)
     signal.signal(signal.SIGINT, _interrupt)
+    with standard_streams():
+        _run_command()
+
+
+def _run_command() -> NoReturn:
     try:
         code = group.main(prog_name="nsdrill", standalone_mode=False)
         sys.stdout.flush()
         sys.exit(code if isinstance(code, int) else 0)
-    except _Leave as end:
+    except Leave as end:
         _leave(end.message, end.code)
     except (click.exceptions.Abort, KeyboardInterrupt):
         _leave("Interrupted; nothing was written.", 130)
@@ -121,9 +118,6 @@ def main() -> NoReturn:
         sys.exit(error.exit_code)
     except NsdrillError as error:
         _leave(f"Error: {error}", error.exit_code)
-    except BrokenPipeError:
-        _drop_output()
-        sys.exit(0)
     except MemoryError:
         _leave("Error: out of memory. Sweep fewer points at once, or sample a trace more coarsely.", 1)
     except OSError as error:
@@ -151,14 +145,7 @@ def _interrupted(error: KeyboardInterrupt) -> str:
     return f"Interrupted: {done} of {total} points are safe in {part}. Go on with the same command and --resume."
 
 
-def _drop_output() -> None:
-    """The reader of our output has gone (`| head`): nothing to say, and nobody to say it to."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
 def _leave(message: str, code: int) -> NoReturn:
-    try:
-        if message:
-            click.echo(message, err=True)
-    finally:
-        sys.exit(code)
+    if message:
+        click.echo(message, err=True)
+    sys.exit(code)

@@ -79,8 +79,10 @@ def check_target(path: str | os.PathLike[str]) -> None:
 def _remove_log(part: Path) -> None:
     """Remove the log of an unfinished run, damaged or not, but no file of another program and none in use."""
     try:
-        with open(part, "rb") as file:
-            ours = file.read(len(MAGIC)) == MAGIC
+        ours = False
+        if part.is_file():  # a pipe would be waited for
+            with open(part, "rb") as file:
+                ours = file.read(len(MAGIC)) == MAGIC
         if not ours:
             raise FileError(f"{part}: this is no run log of nsdrill, though it has the name of one. Move it away.")
         RunLog.remove(part)

@@ -170,9 +170,10 @@ def open_results(path: PathLike) -> Any:
 def kind_of(path: PathLike) -> Literal["results", "trace", "partial"]:
     """What the file ``path`` is; ``partial`` is the run log of an unfinished run. FileError if it is none of ours."""
     try:
-        with open(path, "rb") as file:
-            if os.path.isfile(path) and file.read(len(MAGIC)) == MAGIC:
-                return "partial"
+        if os.path.isfile(path):  # a pipe would be waited for
+            with open(path, "rb") as file:
+                if file.read(len(MAGIC)) == MAGIC:
+                    return "partial"
     except (OSError, ValueError):
         pass  # said better below
     with hdf5.opened(path) as file:

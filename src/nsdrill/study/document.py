@@ -6,7 +6,9 @@ The events of the parser are read directly: scalars by the core schema of YAML 1
 
 from __future__ import annotations
 
+import os
 import re
+import stat
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -63,7 +65,10 @@ def dotted(path: KeyPath) -> str:
 def read_text(path: Path) -> str:
     """The text of a study file; :class:`FileError` where it cannot be read as one."""
     try:
-        with path.open("rb") as file:
+        if path.is_socket():
+            raise FileError(f"{path}: is a socket; a study is a YAML file.")
+        with open(path, "rb", opener=_open_at_once) as file:
+            pipe = stat.S_ISFIFO(os.fstat(file.fileno()).st_mode)
             raw = file.read(LARGEST_FILE + 1)
     except FileNotFoundError:
         raise FileError(f"{path}: there is no such file. `nsdrill new -o {path}` writes one to start from.") from None
@@ -73,6 +78,8 @@ def read_text(path: Path) -> str:
         raise FileError(f"{path}: cannot be read: {error.strerror or error}.") from None
     except ValueError:
         raise FileError(f"{str(path)!r}: is not a file name.") from None
+    if pipe and not raw:
+        raise FileError(f"{path}: is a pipe, and nobody writes to it; a study is a YAML file.")
     if len(raw) > LARGEST_FILE:
         raise FileError(f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is.")
     if raw.startswith(b"\x89HDF\r\n\x1a\n"):
@@ -86,6 +93,13 @@ def read_text(path: Path) -> str:
             f"{path}, line {line}: found the byte 0x{byte:02x}, which is not UTF-8; allowed: text in UTF-8. "
             "Save the file with that encoding."
         ) from None
+
+
+def _open_at_once(path: str, flags: int) -> int:
+    """Open a pipe without waiting for a writer, who may never come; what a writer has to say is waited for."""
+    fd = os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+    os.set_blocking(fd, True)
+    return fd
 
 
 def parse(text: str, source: str) -> Document:

@@ -1,0 +1,302 @@
+"""The cache of compiled functions: whatever is wrong with it, the numbers are right, and one warning says so."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import os
+import pickle
+import resource
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from numba import types
+
+from nsdrill import cache
+from nsdrill.abi import compiled, source_digest
+from nsdrill.errors import CacheWarning
+
+NOBODY = 65534
+as_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root can give files away")
+
+
+def third() -> Any:
+    """A small compiled function, made anew."""
+
+    @compiled(types.float64(types.float64), 3)
+    def divided(x: float) -> float:
+        return x / 3.0
+
+    return divided
+
+
+def told(make: Callable[[], Any] = third) -> tuple[bool, list[str]]:
+    """Make the function: whether it came from the cache, and the warnings."""
+    cache._told = False
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        made = make()
+    assert made(1.0) == 1.0 / 3.0
+    assert all(warning.category is CacheWarning for warning in caught)
+    return sum(made.stats.cache_hits.values()) == 1, [str(warning.message) for warning in caught]
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty cache, not yet made."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "made" / "cache"))
+    monkeypatch.setattr(cache, "_told", False)
+    return tmp_path / "made" / "cache" / source_digest()
+
+
+@pytest.fixture
+def kept(folder: Path) -> Path:
+    """The file of the function in the cache."""
+    assert told() == (False, [])
+    (path,) = folder.iterdir()
+    return path
+
+
+def test_the_second_process_finds_the_code(kept: Path) -> None:
+    before = kept.stat()
+    assert told() == (True, [])
+    assert kept.stat() == before
+
+
+def test_folders_and_files_are_their_owners_alone(kept: Path) -> None:
+    assert kept.stat().st_mode & 0o777 == 0o600
+    for folder in list(kept.parents)[:3]:
+        assert folder.stat().st_mode & 0o777 == 0o700
+
+
+def flip(path: Path, position: int) -> None:
+    content = bytearray(path.read_bytes())
+    content[position] ^= 1
+    path.write_bytes(content)
+
+
+DAMAGES: dict[str, Callable[[Path], object]] = {
+    "empty": lambda path: path.write_bytes(b""),
+    "cut in the checksum": lambda path: os.truncate(path, 20),
+    "cut in the middle": lambda path: os.truncate(path, path.stat().st_size // 2),
+    "without its last byte": lambda path: os.truncate(path, path.stat().st_size - 1),
+    "a bit of the checksum": lambda path: flip(path, 5),
+    "a bit of the code": lambda path: flip(path, path.stat().st_size // 2),
+    "the last bit": lambda path: flip(path, -1),
+    "zeros": lambda path: path.write_bytes(bytes(path.stat().st_size)),
+    "text": lambda path: path.write_text("no machine code"),
+    "another object": lambda path: path.write_bytes(sealed([1, 2])),
+    "a cut pickle, well sealed": lambda path: path.write_bytes(sealed([1, 2], cut=1)),
+    "a dangling link": lambda path: (path.unlink(), path.symlink_to("nowhere")),
+    "a link to the code": lambda path: (path.rename(path.parent.parent / "x"), path.symlink_to("../x")),
+    "a pipe": lambda path: (path.unlink(), os.mkfifo(path)),
+    "writable by all": lambda path: path.chmod(0o666),
+}
+
+
+def sealed(value: object, cut: int = 0) -> bytes:
+    content = pickle.dumps(value)
+    return sealed_bytes(content[: len(content) - cut])
+
+
+def sealed_bytes(content: bytes) -> bytes:
+    return hashlib.sha256(content).digest() + content
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=list(DAMAGES))
+def test_a_damaged_file_is_replaced(kept: Path, damage: Callable[[Path], object]) -> None:
+    damage(kept)
+    hit, (message,) = told()
+    assert not hit
+    assert str(kept) in message
+    assert "compiled anew" in message
+    assert told() == (True, [])
+    assert os.listdir(kept.parent) == [kept.name]
+
+
+class Bomb:
+    def __reduce__(self) -> Any:
+        return os.mkdir, ("exploded",)
+
+
+def test_no_pickle_is_read_that_has_another_checksum(
+    kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    kept.write_bytes(bytes(32) + pickle.dumps(Bomb()))
+    assert len(told()[1]) == 1
+    assert not Path("exploded").exists()
+
+
+@as_root
+def test_no_pickle_of_another_user_is_read(kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a folder that was open to all for a while: the folder is closed, and what others put there is not used."""
+    monkeypatch.chdir(tmp_path)
+    kept.write_bytes(sealed(Bomb()))
+    os.chown(kept, NOBODY, NOBODY)
+    kept.parent.chmod(0o777)
+    hit, (message,) = told()
+    assert not hit
+    assert "belongs to another user" in message
+    assert not Path("exploded").exists()
+    assert kept.parent.stat().st_mode & 0o777 == 0o700
+    assert told() == (True, [])
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o775, 0o1777])
+def test_a_folder_of_ours_that_others_may_write_is_closed(kept: Path, mode: int) -> None:
+    kept.parent.chmod(mode)
+    assert told() == (True, [])
+    assert kept.parent.stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.parametrize("mode", [0o777, 0o775])
+def test_a_folder_that_others_may_write_and_that_stays_so_is_not_used(
+    kept: Path, mode: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept.parent.chmod(mode)
+    monkeypatch.setattr(Path, "chmod", lambda *args: None)  # a file system without modes
+    hit, (message,) = told()
+    assert not hit
+    assert f"{kept.parent}: " in message
+    assert "other users may write it" in message
+    assert "NUMBA_CACHE_DIR" in message
+
+
+@as_root
+def test_a_folder_of_another_user_is_not_used(kept: Path) -> None:
+    os.chown(kept.parent, NOBODY, NOBODY)
+    before = kept.read_bytes()
+    hit, (message,) = told()
+    assert not hit
+    assert f"{kept.parent}: " in message
+    assert "belongs to another user" in message
+    assert kept.read_bytes() == before
+
+
+def test_folders_that_cannot_be_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "link").symlink_to("nowhere")
+    for place, why in (("file", "no folder"), ("link", "no folder"), ("file/cache", "no folder"),
+                       ("n" * 300, "too long"), ("/proc/self/cache", "no such file")):  # fmt: skip
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / place))
+        hit, (message,) = told()
+        assert not hit
+        assert str(tmp_path / place).removesuffix("/cache") in message
+        assert why in message.lower()
+        assert "NUMBA_CACHE_DIR" in message
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_file_where_the_folder_should_be(folder: Path) -> None:
+    folder.parent.mkdir(parents=True)
+    folder.write_text("mine")
+    hit, (message,) = told()
+    assert not hit
+    assert f"{folder}: " in message
+    assert folder.read_text() == "mine"
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="nothing is forbidden to root")
+@pytest.mark.parametrize("mode", [0o000, 0o500])
+def test_a_folder_without_permission(kept: Path, mode: int) -> None:
+    kept.unlink()
+    kept.parent.chmod(mode)
+    hit, (message,) = told()
+    kept.parent.chmod(0o700)
+    assert not hit
+    assert str(kept.parent) in message
+    assert "permission denied" in message
+
+
+@pytest.mark.parametrize("failing", ["mkdir", "open", "replace"])
+def test_what_the_system_forbids(failing: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As for a user who may not; root may everything, so the system is not asked."""
+
+    def refuse(*args: object, **more: object) -> None:
+        raise PermissionError(13, "Permission denied", str(args[0]))
+
+    monkeypatch.setattr(os, failing, refuse)
+    hit, (message,) = told()
+    assert not hit
+    assert str(folder.parents[1]) in message
+    assert "permission denied" in message
+
+
+def test_no_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    def homeless() -> Path:
+        raise RuntimeError("Could not determine home directory.")
+
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME", "HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", homeless)
+    hit, (message,) = told()
+    assert not hit
+    assert "could not determine home directory" in message
+    assert "NUMBA_CACHE_DIR" in message
+
+
+def test_a_full_disk(folder: Path) -> None:
+    """A limit on the length of files takes the place of the full disk."""
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limit[1]))
+    try:
+        hit, (message,) = told()
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limit)
+    assert not hit
+    assert f"{folder}: " in message
+    assert "file too large" in message
+    assert list(folder.iterdir()) == []
+    assert told() == (False, [])
+    assert told() == (True, [])
+
+
+def test_one_warning_in_a_process(kept: Path) -> None:
+    kept.write_bytes(b"")
+    assert len(told()[1]) == 1
+    kept.write_bytes(b"")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert third()(1.0) == 1.0 / 3.0
+
+
+SOURCE = """
+from nsdrill.abi import compiled
+from numba import types
+
+@compiled(types.float64(types.float64), 3)
+def divided(x):
+    return x / 3.0
+"""
+
+
+def test_a_changed_source_is_compiled(folder: Path, tmp_path: Path) -> None:
+    """The byte code of the two is the same, as the number is a constant."""
+    found = []
+    for text in (SOURCE, SOURCE.replace("3.0", "4.0")):
+        (tmp_path / "toy.py").write_text(text)
+        spec = importlib.util.spec_from_file_location("toy", tmp_path / "toy.py")
+        assert spec is not None
+        assert spec.loader is not None
+        toy = importlib.util.module_from_spec(spec)
+        exec(compile(text, tmp_path / "toy.py", "exec"), toy.__dict__)
+        found.append(toy.divided(1.0))
+    assert found == [1.0 / 3.0, 0.25]
+
+
+def test_other_processes_see_a_whole_file_or_none(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    moves = []
+    replace = os.replace
+
+    def watched(source: Any, target: Any) -> None:
+        content = Path(source).read_bytes()
+        moves.append((Path(source).parent, Path(target).exists(), content == sealed_bytes(content[32:])))
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", watched)
+    assert told() == (False, [])
+    assert moves == [(folder, False, True)]
