@@ -1,4 +1,4 @@
-"""One run with its trajectory: simulate an operating point, or replay a point of a sweep bit for bit."""
+"""One run with its trajectory: simulate an operating point, or replay a point of a sweep."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.app.overrides import overrides_of
-from nsdrill.app.provenance import provenance
+from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import plan_of
 from nsdrill.data import Trace
@@ -38,11 +38,12 @@ MOST_SAMPLES = 50_000_000
 @dataclass(frozen=True)
 class Trajectory:
     """A trace, how its run ended (a status of the results file) and, for a replay, whether the end has the stored
-    bits."""
+    bits, and what here is not as it was when the results were made, in words."""
 
     trace: Trace
     status: int
     same_bits: bool | None = None
+    differing: tuple[str, ...] = ()
 
 
 def simulate(
@@ -138,7 +139,7 @@ def replay(
     result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra)
     same = result.status == int(point["status"]) and bool(
         np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True))
-    return replace(result, same_bits=same)
+    return replace(result, same_bits=same, differing=tuple(unlike(attrs, "numpy_version", "processor")))
 
 
 def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int:
