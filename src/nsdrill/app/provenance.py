@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import platform
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -10,6 +9,8 @@ from typing import Any
 
 from nsdrill import __version__
 from nsdrill.abi import source_digest
+from nsdrill.data import json_text
+from nsdrill.errors import printable
 from nsdrill.model.coefficients import derive
 from nsdrill.study.study import Study
 
@@ -21,9 +22,9 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
     return {
         "title": study.title,
         "study": study.text,
-        "study_source": study.source,
-        "study_overrides": json.dumps(list(study.overrides)),
-        "study_resolved": json.dumps(study.resolved),
+        "study_source": printable(study.source),
+        "study_overrides": json_text(study.overrides),
+        "study_resolved": json_text(study.resolved),
         "study_sha256": study.sha256,
         "nsdrill_version": __version__,
         "model_digest": source_digest(),

@@ -14,7 +14,7 @@ from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.app.attractors import attractors, labels_of
 from nsdrill.app.run import plan_of
-from nsdrill.data import Results, Trace
+from nsdrill.data import Results, Trace, json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.model.rhs import pack, sizes
 from nsdrill.observe.classify import classify
@@ -240,5 +240,5 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
     now = datetime.now(UTC).isoformat(timespec="seconds")
     line = f"{now} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
     rewrite_labels(path, labels, line, {
-        "classification": json.dumps(overrides), "classification_resolved": json.dumps(asdict(thresholds))})
+        "classification": json_text(overrides), "classification_resolved": json_text(asdict(thresholds))})
     return changed

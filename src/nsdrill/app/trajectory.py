@@ -12,10 +12,10 @@ import numpy as np
 from nsdrill.app.provenance import provenance
 from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import plan_of
-from nsdrill.data import Trace
-from nsdrill.errors import FileError, InputError
+from nsdrill.data import Trace, json_text
+from nsdrill.errors import FileError, InputError, printable
 from nsdrill.kernel.gang import Compiled, Gang
-from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.model.ensemble import starting_states
 from nsdrill.model.forces import forces
 from nsdrill.model.parameters import Operation
@@ -71,8 +71,8 @@ def simulate(
     if duration is None and schedule.ramps:
         duration = schedule.end
     if duration is not None:
-        if not duration > 0:
-            raise InputError(f"--duration: found {duration:g} s; allowed: more than 0 s.")
+        if not 0 < duration <= LONGEST:
+            raise InputError(f"--duration: found {duration:g} s; allowed: more than 0 s and at most {LONGEST:g} s.")
         # The marks cut steps: without a transient of its own the run is one observed window.
         simulation = replace(simulation, transient=0.0, observe=duration)
     number = _start("the study", start, study.initial.starts)
@@ -129,7 +129,7 @@ def replay(
     if point["status"] == INFERRED:
         raise InputError(f"{path}: {_not_run(path, plan, number)}")
     schedule = Schedule(Operation(*found), {})
-    extra: dict[str, Any] = {"procedure": procedure, "replay_of": str(path)}
+    extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
     if plan.starts:
         extra["start"] = begun
     initial = np.asarray(point["initial_state"], dtype=float)
@@ -212,7 +212,7 @@ def _trace(
     history = schedule.at(time)
     if schedule.ramps:
         knots = {name: [ramp.times, ramp.values] for name, ramp in schedule.ramps.items()}
-        extra = {**extra, "ramps": json.dumps(knots)}
+        extra = {**extra, "ramps": json_text(knots)}
     start = schedule.start
     attrs = {
         **provenance(study, command),

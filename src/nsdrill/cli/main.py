@@ -107,6 +107,8 @@ def main() -> NoReturn:
     # deaf to SIGINT; a `kill -INT` is meant all the same.
     signal.signal(signal.SIGTERM, _interrupt)
     signal.signal(signal.SIGINT, _interrupt)
+    if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: a name or title is never a failure
     try:
         code = group.main(prog_name="nsdrill", standalone_mode=False)
         sys.stdout.flush()

@@ -18,6 +18,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, Parameters, Well
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.ranges import check_fields
 from nsdrill.study.study import Study
 from nsdrill.variables import AXES
 
@@ -86,7 +87,9 @@ def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
             made = item.default_factory() if callable(item.default_factory) else None
             value = data[item.name]
             values[item.name] = build(type(made), value, lenient) if is_dataclass(made) else value
-    return cls(**values)
+    made = cls(**values)
+    check_fields(made)  # not every class does so itself
+    return made
 
 
 def refined_axes(sweep: dict[str, Any]) -> tuple[str, ...]:
