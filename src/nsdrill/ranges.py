@@ -48,8 +48,9 @@ class Checked:
 
 def check_fields(record: Any) -> None:
     """ValueError where a field of the dataclass ``record`` has a value of another type or outside its range."""
+    hints = _hints(record.__class__)
     for item in fields(record):
-        value, hint = getattr(record, item.name), _hints(type(record))[item.name]
+        value, hint = getattr(record, item.name), hints[item.name]
         if value is None and type(None) in typing.get_args(hint):
             continue
         if typing.get_origin(hint) is Literal:
@@ -82,5 +83,5 @@ def bound_text(value: float) -> str:
 
 
 @lru_cache
-def _hints(cls: type) -> dict[str, Any]:
+def _hints(cls: Any) -> dict[str, Any]:
     return typing.get_type_hints(cls)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,8 +11,9 @@ import numpy as np
 from nsdrill.app.provenance import provenance
 from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import plan_of
+from nsdrill.app.stored import stored_study
 from nsdrill.data import Trace, json_text
-from nsdrill.errors import FileError, InputError, printable
+from nsdrill.errors import InputError, printable
 from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.model.ensemble import starting_states
@@ -23,8 +23,7 @@ from nsdrill.model.rhs import STATES, drifts, first_step, model_for, pack, sizes
 from nsdrill.model.schedule import Schedule
 from nsdrill.observe.layout import OBSERVED
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
-from nsdrill.store import read_attributes, read_point, read_results
-from nsdrill.study.resolved import study_from_resolved
+from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.units import format_quantity
@@ -98,12 +97,8 @@ def replay(
     ``start`` is needed where every operating point has several, and only there. InputError for
     values beyond the sweep.
     """
-    attrs = read_attributes(path)
-    if attrs.get("nsdrill_kind") != "results":
-        raise FileError(f"{path}: this is a {attrs.get('nsdrill_kind')} file; a results file is needed here.")
-    if "study_resolved" not in attrs:
-        raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
-    study = study_from_resolved(json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path))
+    there = read_results(path, ())
+    study = stored_study(path, there.attrs, there.coords)
     plan = plan_of(study)
     wanted: dict[str, float] = {}
     for name, value in (("depth", depth), ("wob", wob), ("rotary_speed", rotary_speed)):

@@ -38,8 +38,8 @@ def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
 
     from nsdrill.app.check import MEANINGS, check
     from nsdrill.data import json_text
-    from nsdrill.model.coefficients import UNITS
     from nsdrill.errors import printable
+    from nsdrill.model.coefficients import UNITS
     from nsdrill.units import format_quantity
 
     report = check(loaded)

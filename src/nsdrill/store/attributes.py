@@ -63,7 +63,7 @@ def _plain(attrs: Any, name: str) -> Any:
 
 def _fault(name: str, value: Any) -> str | None:
     """What the attribute should be, where it is something else."""
-    if name in _TEXT or name.endswith("_version") and name != "format_version":
+    if name in _TEXT or (name.endswith("_version") and name != "format_version"):
         if not isinstance(value, str):
             return "text"
     elif name in _COUNTS:

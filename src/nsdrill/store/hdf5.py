@@ -173,7 +173,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
 def check_version(path: str | os.PathLike[str], file: Any) -> None:
     """FileError unless nsdrill made ``file``, in a format that this version reads."""
     version = file.attrs.get("format_version")
-    if "nsdrill_kind" not in file.attrs or not isinstance(version, int | np.integer):
+    if not isinstance(file.attrs.get("nsdrill_kind"), str) or not isinstance(version, int | np.integer):
         raise FileError(f"{path}: an HDF5 file, but none of nsdrill. Give the output of 'nsdrill run' or 'simulate'.")
     if not 1 <= version <= FORMAT_VERSION:
         raise FileError(

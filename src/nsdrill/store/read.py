@@ -196,8 +196,8 @@ def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], Kept]:
     if file.attrs["nsdrill_kind"] != "results":
         raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed here.")
     coords = {name: hdf5.read_coordinate(path, file, name) for name in (*POINT, "state")}
-    found = list(coords["procedure"])
-    if not found or len(set(found)) < len(found) or not set(found) <= set(PROCEDURES):
+    procedures = coords["procedure"].tolist()
+    if not procedures or len(set(procedures)) < len(procedures) or not set(procedures) <= set(PROCEDURES):
         found = ", ".join(map(str, coords["procedure"]))
         raise FileError(f"{path}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
     if tuple(coords["state"]) != STATE_NAMES:

@@ -134,8 +134,8 @@ class Checker:
         if gap <= 0.0 or radius <= room:
             return
         allowed = (
-            f"at most {format_quantity(room, 'mm')}: the gap between collar and wall, {format_quantity(gap, 'mm')}, and "
-            f"as deep into the wall as {format_quantity(LARGEST_FORCE, 'MN')} press")
+            f"at most {format_quantity(room, 'mm')}: the gap between collar and wall, {format_quantity(gap, 'mm')}, "
+            f"and as deep into the wall as {format_quantity(LARGEST_FORCE, 'MN')} press")
         if not plane.keys().isdisjoint(reach):
             yield self.fault(SLICE, f"starts as far as {format_quantity(radius, 'mm')} off the axis", allowed)
         else:
