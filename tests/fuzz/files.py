@@ -57,8 +57,9 @@ STUDIES = {
 VALUES: tuple[Any, ...] = (
     0, -1, 7, 2**62, 1.5, -1e308, 1e308, math.inf, -math.inf, math.nan, "", "a", "\u202e\x1b[31m", "日本", "x" * 70000,
     "[]", "{}", "5", "null", "[1]", '{"a": 1}', "NaN", '{"a": NaN}', "1e999", "[" * 5000, '"' * 9, "9" * 5000,
-    b"\xff\xfe", b"", np.zeros(3), np.full(9, np.nan), np.zeros((2, 2)), np.zeros(0), 1j, h5py.Empty("f8"), np.array(["a", "b"], object),
-    np.void(b"\0\1"), True,
+    b"\xff\xfe", b"",
+    np.zeros(3), np.full(9, np.nan), np.zeros((2, 2)), np.zeros(0), 1j, h5py.Empty("f8"),
+    np.array(["a", "b"], object), np.void(b"\0\1"), True,
 )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from nsdrill.store import (
     open_results,
     part_path,
     read_attributes,
+    read_partial,
     read_point,
     read_results,
     read_trace,
@@ -293,6 +294,12 @@ def test_attributes_of_other_types(path, name, value, words, unguarded):
     for reader in (read_results, read_attributes):
         with pytest.raises(FileError, match=words):
             reader(path)
+
+
+def test_the_log_of_a_run_is_not_trusted_either(path):
+    RunLog.create(part_path(path), header(study_resolved="[1, 2]"), POINTS, Kept(0)).close()
+    with pytest.raises(FileError, match="study_resolved should be a study as JSON"):
+        read_partial(part_path(path))
 
 
 def test_what_others_wrote_beside_ours_is_no_obstacle(path, unguarded):

@@ -14,6 +14,7 @@ from nsdrill.data import Array
 from nsdrill.errors import FileError
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
+from nsdrill.variables import AXES
 
 
 def stored_study(path: str | os.PathLike[str], attrs: Mapping[str, Any], coords: Mapping[str, Array]) -> Study:
@@ -21,7 +22,7 @@ def stored_study(path: str | os.PathLike[str], attrs: Mapping[str, Any], coords:
     not that of the file's ``coords``."""
     if "study_resolved" not in attrs:
         raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
-    most = max(len(values) for values in coords.values())
+    most = max(len(coords[name]) for name in AXES)
     study = study_from_resolved(json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), most=most)
     plan = plan_of(study)
     same = tuple(coords["procedure"]) == plan.procedures and plan.starts == len(coords.get("start", ()))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -31,17 +31,16 @@ _COUNTS = ("format_version", "refine", "points_run", "points_inferred", "start",
 def get_attributes(path: str | os.PathLike[str], file: Any) -> dict[str, Any]:
     """Root attributes as plain Python values; arrays stay arrays. FileError where one of nsdrill's has another type
     than it should have; of other programs' only text and numbers."""
-    attrs = {}
-    for name in file.attrs:
-        value = _plain(file.attrs, name)
-        fault = _fault(name, value)
-        if fault is not None:
+    return check_attributes(path, {name: _plain(file.attrs, name) for name in file.attrs})
+
+
+def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """``attrs`` but for those that are None; FileError where one has another type than it should have."""
+    for name, value in attrs.items():
+        if (fault := _fault(name, value)) is not None:
             raise FileError(f"{path}: the attribute {name} should be {fault}. Make the file again.")
-        if value is not None:
-            attrs[name] = value
-    if "title" in attrs:
-        attrs["title"] = attrs["title"][:_LONGEST_TITLE]
-    return attrs
+    known = {name: value for name, value in attrs.items() if value is not None}
+    return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 
 def _plain(attrs: Any, name: str) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any, Literal
 
@@ -14,7 +15,7 @@ from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
 from nsdrill.model.parameters import Operation
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import get_attributes
+from nsdrill.store.attributes import check_attributes, get_attributes
 from nsdrill.store.files import reason, replacing
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
@@ -58,7 +59,9 @@ def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
     """What the run log ``path`` holds so far, or only its variables ``names``; also while the run goes on. Pending
     points have status 0 and NaN."""
     with RunLog.open(path, writable=False) as log:
-        return collect(log, names)
+        found = collect(log, names)
+    _check_axes(path, found.coords)
+    return replace(found, attrs=check_attributes(path, found.attrs))
 
 
 def collect(log: Source, names: Iterable[str] | None = None) -> Results:
