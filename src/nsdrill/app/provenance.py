@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import math
 import platform
 from array import array
@@ -15,6 +14,8 @@ from typing import Any
 
 from nsdrill import __version__
 from nsdrill.abi import source_digest
+from nsdrill.data import json_text
+from nsdrill.errors import printable
 from nsdrill.kernel.tableau import TSITOURAS
 from nsdrill.model.coefficients import derive
 from nsdrill.study.study import Study
@@ -33,9 +34,9 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
     return {
         "title": study.title,
         "study": study.text,
-        "study_source": study.source,
-        "study_overrides": json.dumps(list(study.overrides)),
-        "study_resolved": json.dumps(study.resolved),
+        "study_source": printable(study.source),
+        "study_overrides": json_text(study.overrides),
+        "study_resolved": json_text(study.resolved),
         "study_sha256": study.sha256,
         "created": now,
         "history": f"{now} nsdrill {__version__} {command}",

@@ -19,6 +19,7 @@ from nsdrill.app.passes import Passes, Watch, sweep
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import Refining
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
+from nsdrill.data import json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
 from nsdrill.store import (
@@ -286,7 +287,7 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
 
 def _as_written(value: Any) -> str:
     """A value as a study file has it; of a key that is not there, so."""
-    return "nothing" if value is None else value if isinstance(value, str) else json.dumps(value)
+    return "nothing" if value is None else value if isinstance(value, str) else json_text(value)
 
 
 def _looser(study: Study, there: dict[str, Any]) -> bool:

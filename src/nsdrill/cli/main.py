@@ -105,6 +105,8 @@ def main() -> NoReturn:
 
 
 def _run_command() -> NoReturn:
+    if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: a name or title is never a failure
     try:
         code = group.main(prog_name="nsdrill", standalone_mode=False)
         sys.stdout.flush()
