@@ -30,10 +30,10 @@ from nsdrill.plot.kinds import (
     SWEEP_KINDS,
     TRACE_KINDS,
 )  # fmt: skip
-from nsdrill.study.keys import SECTIONS, SLICE, Leaf, all_leaves, bound_text, leaves
+from nsdrill.study.keys import SECTIONS, SLICE, Leaf, all_leaves, leaves
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
-from nsdrill.study.schema import ALONG, POINTS, PROCEDURE, REFINE
+from nsdrill.study.schema import ALONG, LONGEST_TITLE, POINTS, PROCEDURE, REFINE
 from nsdrill.units import USUAL
 from nsdrill.variables import COORDINATES, TRACE_VARIABLES, VARIABLES, Variable
 
@@ -87,20 +87,13 @@ def code(text: str) -> str:
 
 
 def allowed(leaf: Leaf) -> str:
-    """The range or the choices of a key; every quantity is finite besides."""
+    """The range or the choices of a key."""
     if leaf.choices:
         return ", ".join(map(code, leaf.choices)) + (", or `null`" if leaf.nullable else "")
     if leaf.kind == "switch":
         return "`true`, `false`"
-    parts = []
-    if leaf.low == leaf.high:
-        parts.append(bound_text(leaf.low))
-    else:
-        if leaf.low > -float("inf"):
-            parts.append(("above " if leaf.strict else "at least ") + bound_text(leaf.low))
-        if leaf.high < float("inf"):
-            parts.append("at most " + bound_text(leaf.high))
-    return " and ".join(parts) + (", or `null`" if leaf.nullable and parts else "`null` too" if leaf.nullable else "")
+    ends = [leaf.bound(leaf.low)] if leaf.low == leaf.high else [leaf.bound(leaf.low), leaf.bound(leaf.high)]
+    return " to ".join(ends) + (", or `null`" if leaf.nullable else "")
 
 
 def unit(leaf: Leaf) -> str:
@@ -119,8 +112,8 @@ def parameters() -> str:
 
 def study_keys() -> str:
     """All sections in file order; the sweep, which is no dataclass, by hand from its own leaves."""
-    text = "| key | unit | default | allowed | meaning |\n| --- | --- | --- | --- | --- |\n"
-    text += f"| `title` | text | empty | | {MEANINGS['title']} |\n"
+    text = "| key | unit | default | allowed | in the field | meaning |\n| --- | --- | --- | --- | --- | --- |\n"
+    text += f"| `title` | text | empty | at most {LONGEST_TITLE} characters | | {MEANINGS['title']} |\n"
     told: set[str] = set()
     for section, cls in SECTIONS.items():
         if section == "simulation":
@@ -131,27 +124,27 @@ def study_keys() -> str:
                 name = ".".join(groups[:i])
                 if name not in told:
                     told.add(name)
-                    text += f"| **`{name}`** | | | | *{MEANINGS[name]}* |\n"
+                    text += f"| **`{name}`** | | | | | *{MEANINGS[name]}* |\n"
             default = leaf.default_text
             ramp = f", or [a ramp](ramps.md) of such values, `{EXAMPLE}`" if section == "operation" else ""
-            cells = [code(leaf.key), unit(leaf), default, allowed(leaf) + ramp, leaf.meaning]
+            cells = [code(leaf.key), unit(leaf), default, allowed(leaf) + ramp, leaf.usual, leaf.meaning]
             text += "| " + " | ".join(cells) + " |\n"
         if section == "initial":  # the slice is no leaf
             form = "two of the states above, each `{from, to, points}`, in its unit"
-            text += f"| `{SLICE}` | | none | {form} | {MEANINGS[SLICE]} |\n"
+            text += f"| `{SLICE}` | | none | {form} | | {MEANINGS[SLICE]} |\n"
     return text
 
 
 def sweep_keys() -> str:
-    text = f"| **`sweep`** | | | at least one axis | *{MEANINGS['sweep']}* |\n"
+    text = f"| **`sweep`** | | | at least one axis | | *{MEANINGS['sweep']}* |\n"
     every = all_leaves()
     for axis in ("depth", "wob", "rotary_speed"):
         of = every[f"operation.{axis}"]
         form = f"`{{from, to, points}}` (points {allowed(POINTS)}), a list, or one value; each {allowed(of)}"
-        text += f"| `sweep.{axis}` | {of.units} | from `operation` | {form} | {MEANINGS[f'sweep.{axis}']} |\n"
+        text += f"| `sweep.{axis}` | {of.units} | from `operation` | {form} | | {MEANINGS[f'sweep.{axis}']} |\n"
     for leaf in (PROCEDURE, ALONG, REFINE):
         default = "null" if leaf.default is None else leaf.default
-        text += f"| `{leaf.key}` | {unit(leaf)} | {default} | {allowed(leaf)} | {leaf.meaning} |\n"
+        text += f"| `{leaf.key}` | {unit(leaf)} | {default} | {allowed(leaf)} | | {leaf.meaning} |\n"
     return text
 
 

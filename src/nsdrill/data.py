@@ -6,6 +6,7 @@ The file rooms fill and read these, the plots draw them; neither knows the other
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -16,6 +17,21 @@ from nsdrill.variables import Axis
 
 Array = np.ndarray[Any, np.dtype[Any]]
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"  # root attributes: the --set of run, and of classify
+
+
+def json_text(data: Any, indent: int | None = None) -> str:
+    """JSON of plain data and numpy values; null where a number is not finite, for which JSON has no word."""
+    return json.dumps(_plain(data), indent=indent, allow_nan=False)
+
+
+def _plain(data: Any) -> Any:
+    if isinstance(data, dict):
+        return {str(name): _plain(value) for name, value in data.items()}
+    if isinstance(data, np.ndarray | np.generic):
+        return _plain(data.tolist())
+    if isinstance(data, list | tuple):
+        return [_plain(value) for value in data]
+    return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
 @dataclass

@@ -8,10 +8,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 
+def printable(text: str) -> str:
+    """``text`` with what cannot be shown, control characters and lone surrogates, as escapes; a byte of a file name
+    that is not UTF-8 as that byte."""
+    if text.isprintable():
+        return text
+    return "".join(char if char.isprintable() else _escape(char) for char in text)
+
+
+def _escape(char: str) -> str:
+    byte = ord(char) - 0xDC00  # how Python keeps a byte that it cannot decode
+    return f"\\x{byte:02x}" if 0x80 <= byte <= 0xFF else ascii(char)[1:-1]
+
+
 class NsdrillError(Exception):
     """The run failed, and not through the input: a full disk, a dead worker (exit code 1)."""
 
     exit_code = 1
+
+    def __str__(self) -> str:
+        return "\n".join(map(printable, super().__str__().split("\n")))
 
 
 class InputError(NsdrillError):

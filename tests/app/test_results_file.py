@@ -173,3 +173,30 @@ def test_trace_file(shared: Path, tmp_path: Path) -> None:
         assert data["time"].attrs["units"] == "s"
         assert np.allclose(data["radius"], np.hypot(data["x"], data["y"]), rtol=1e-12)
         assert data.attrs["study_sha256"] == nsdrill.load_study(shared / "map.yaml").sha256
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "words"),
+    [
+        ("wob", [30e3], "is not that of its points"),
+        ("procedure", "up", "is not that of its points"),
+        ("rotary_speed", {"from": 1.0, "to": 8.0, "points": 10**12}, "at most 8"),
+        ("rotary_speed", {"from": 1.0, "to": 1e300, "points": 8}, "at most 1000 rad/s"),
+        ("procedure", "over", "found over along"),
+    ],
+)
+def test_a_study_that_is_not_that_of_the_points(
+    shared: Path, tmp_path: Path, key: str, value: object, words: str
+) -> None:
+    """Labels and replays are made from the study in the file, so it must be the one that the points were run with."""
+    from nsdrill.app.report import reclassify
+
+    path = tmp_path / "out.h5"
+    path.write_bytes((shared / "small.h5").read_bytes())
+    with h5py.File(path, "r+") as file:
+        resolved = json.loads(file.attrs["study_resolved"])
+        resolved["sweep"][key] = value
+        file.attrs["study_resolved"] = json.dumps(resolved)
+    for ask in (lambda: reclassify(path, []), lambda: nsdrill.replay(path, rotary_speed=3.0, procedure="up")):
+        with pytest.raises(nsdrill.FileError, match=words):
+            ask()

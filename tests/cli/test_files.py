@@ -7,6 +7,7 @@ import json
 import os
 import shutil
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -220,6 +221,25 @@ def test_replay_bit_for_bit(call: Call, shared: Path, procedure: str, speed: str
     window = trace.time >= 2.0
     assert trace["bit_speed"][window].max() <= results["bit_speed_max"][p, 0, 0, s] * (1 + 1e-9)
     assert trace["radius"][window].max() <= results["radius_max"][p, 0, 0, s] * (1 + 1e-9)
+
+
+def test_replay_with_other_bits_says_why(call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stored end that is not that of the run, in a file made with another Python."""
+    from nsdrill.app.trajectory import read_attributes, read_point
+
+    def changed(*where: Any) -> dict[str, Any]:
+        point = read_point(*where)
+        return {**point, "final_state": np.nextafter(point["final_state"], 9.0)}
+
+    words = ("replay", shared / "small.h5", "--rotary-speed", "3 rad/s", "--procedure", "up", "-o")
+    monkeypatch.setattr("nsdrill.app.trajectory.read_point", changed)
+    answer = call(*words, "one.h5")
+    assert answer.code == 0
+    assert "bit for bit" not in answer.err
+    assert "What differs: nothing that the file records" in answer.err
+    older = {**read_attributes(shared / "small.h5"), "python": "3.9.1"}
+    monkeypatch.setattr("nsdrill.app.trajectory.read_attributes", lambda path: older)
+    assert "What differs: Python 3.9 there, 3." in call(*words, "two.h5").err
 
 
 def test_replay_of_a_failed_point(call: Call, shared: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from reference import Case, contacts, solve
@@ -23,8 +25,10 @@ STUDY = parse_study(TEXT.replace("PROCEDURE", "up"))
 
 
 def test_samples_equal_scipy() -> None:
-    """Every state and force, in and out of contact, every 10 ms for 3 s at rtol 1e-10."""
-    trace = nsdrill.simulate(STUDY, duration=3.0).trace
+    """Every state and force, in and out of contact, every 10 ms for 3 s. The error depends on where steps meet the
+    kinks of contact: from 5e-8 to 1e-6 of the scale at rtol 1e-10, below 1e-7 at 1e-11."""
+    fine = replace(STUDY, simulation=replace(STUDY.simulation, rtol=1e-11))
+    trace = nsdrill.simulate(fine, duration=3.0).trace
     z = -CASE.wob / (CASE.k_a + CASE.rock_stiffness)
     start = np.array([0.03, 0.0, 0.0, 0.2, z, 0.0, -2.0, 3.0])
     exact = solve(CASE, start, 3.0, phase=0.7, dense=True).sol(trace.time)

@@ -17,6 +17,7 @@ from nsdrill.store import (
     open_results,
     part_path,
     read_attributes,
+    read_partial,
     read_point,
     read_results,
     read_trace,
@@ -186,8 +187,15 @@ def test_a_crash_or_a_hang_of_the_library_stays_in_the_child(path, monkeypatch, 
         (lambda file: replace(file, "status", np.zeros((2, 5, 3, 4))), "whole numbers"),
         (lambda file: replace(file, "axial_max", None), "axial_max is missing"),
         (lambda file: replace(file, "depth", np.zeros((2, 2))), "coordinate depth"),
+        (lambda file: replace(file, "depth", 500.0 - np.arange(5.0)), "depth: found values that do not ascend"),
+        (lambda file: replace(file, "depth", 500.0 + np.arange(5.0) * 1e300), "depth: found .* at most 100 000 m"),
+        (lambda file: replace(file, "depth", np.full(5, np.nan)), "depth: found values that do not ascend"),
+        (lambda file: replace(file, "peak", np.array([5, 6, 7])), "coordinate peak does not count from 0"),
+        (lambda file: file["status"].write_direct(np.full((2, 5, 3, 4), 77, "i1")), "status has values that mean"),
+        (lambda file: file["response"].write_direct(np.full((2, 5, 3, 4), -1, "i1")), "response has values that mean"),
+        (lambda file: replace(file, "procedure", np.array(["up"] * 50, object)), "coordinate procedure has 50 values"),
         (lambda file: file.attrs.__setitem__("nsdrill_kind", "poem"), "poem"),
-        (lambda file: file.attrs.__setitem__("nsdrill_kind", [1, 2]), "results file is needed|damaged"),
+        (lambda file: file.attrs.__setitem__("nsdrill_kind", [1, 2]), "none of nsdrill"),
         (lambda file: file.attrs.__setitem__("format_version", "one"), "none of nsdrill"),
     ],
 )
@@ -207,6 +215,104 @@ def test_a_file_that_promises_more_than_it_holds(path):
         file.create_dataset("depth", (10**13,), "f8", chunks=(10**6,))
     with pytest.raises(FileError, match=r"damaged.*claims more numbers"):
         read_results(path)
+
+
+def linked(file, link):
+    del file["axial_max"]
+    file["axial_max"] = link
+
+
+def virtual(file):
+    layout = h5py.VirtualLayout((2, 5, 3, 4), "f8")
+    layout[...] = h5py.VirtualSource("other.h5", "axial_max", (2, 5, 3, 4))
+    del file["axial_max"]
+    file.create_virtual_dataset("axial_max", layout)
+
+
+def made_anew(file, shape=(2, 5, 3, 4), **how):
+    del file["axial_max"]
+    file.create_dataset("axial_max", shape, "f8", **how)
+
+
+@pytest.mark.parametrize("sealed", [True, False])
+@pytest.mark.parametrize(
+    ("edit", "words"),
+    [
+        (lambda file: linked(file, h5py.ExternalLink("other.h5", "/axial_max")), "axial_max is a link to elsewhere"),
+        (lambda file: linked(file, h5py.SoftLink("/axial_min")), "axial_max is a link to elsewhere"),
+        (virtual, "axial_max lies in another file"),
+        (lambda file: made_anew(file, external=[("numbers", 0, h5py.h5f.UNLIMITED)]), "axial_max lies in another file"),
+        (lambda file: made_anew(file, (10**8,), chunks=(10**4,), fillvalue=1.0), "axial_max claims more numbers"),
+        (lambda file: made_anew(file, chunks=(2, 5, 3, 10**7), maxshape=(2, 5, 3, None)), "axial_max claims more"),
+    ],
+)
+def test_numbers_that_are_not_in_the_file(path, edit, words, sealed, unguarded):
+    """A seal is made as easily as a file; and the readers trust the child process of an unsealed file no more."""
+    make_results(path)
+    make_results(path.parent / "other.h5")
+    hdf5.unseal(path)
+    with h5py.File(path, "r+") as file:
+        edit(file)
+    if sealed:
+        hdf5.seal(path)
+    for reader in (read_results, kind_of, open_results):
+        with pytest.raises(FileError, match=words):
+            reader(path)
+
+
+def test_the_child_process_reads_no_other_file(path):
+    make_results(path)
+    hdf5.unseal(path)
+    with h5py.File(path, "r+") as file:
+        made_anew(file, external=[("/dev/zero", 0, h5py.h5f.UNLIMITED)])
+    with pytest.raises(FileError, match="axial_max lies in another file"):
+        read_results(path)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("title", 5, "title should be text"),
+        ("history", np.zeros(3), "history should be text"),
+        ("h5py_version", h5py.Empty("f8"), "h5py_version should be text"),
+        ("gap", "wide", "gap should be a finite number"),
+        ("gap", np.inf, "gap should be a finite number"),
+        ("refine", 1.5, "refine should be a whole number"),
+        ("study_resolved", "[1, 2]", "study_resolved should be a study as JSON"),
+        ("study_resolved", '{"sweep": 5}', "study_resolved should be a study as JSON"),
+        ("study_resolved", '{"classify": {"whirl": {"direction": NaN}}}', "study_resolved should be a study as JSON"),
+        ("study_resolved", "[" * 100_000, "study_resolved should be a study as JSON"),
+        ("classification", '{"a": 1}', "classification should be a JSON list of texts"),
+        ("classification_resolved", '{"whirl": 5}', "classification_resolved should be thresholds as JSON"),
+        ("ramps", '{"wob": [[0, 1], [1e99, 2]]}', "ramps should be ramps as JSON"),
+    ],
+)
+def test_attributes_of_other_types(path, name, value, words, unguarded):
+    make_results(path)
+    with h5py.File(path, "r+") as file:
+        file.attrs[name] = value
+    for reader in (read_results, read_attributes):
+        with pytest.raises(FileError, match=words):
+            reader(path)
+
+
+def test_the_log_of_a_run_is_not_trusted_either(path):
+    RunLog.create(part_path(path), header(study_resolved="[1, 2]"), POINTS, Kept(0)).close()
+    with pytest.raises(FileError, match="study_resolved should be a study as JSON"):
+        read_partial(part_path(path))
+
+
+def test_what_others_wrote_beside_ours_is_no_obstacle(path, unguarded):
+    make_results(path)
+    with h5py.File(path, "r+") as file:
+        file.attrs["note"] = b"\xff is not UTF-8"
+        file.attrs["table"] = np.zeros((3, 3))
+        file.attrs["pair"] = np.void(b"\0\1")
+        file.attrs["title"] = np.bytes_("caf\xe9".encode("latin-1"))
+    attrs = read_attributes(path)
+    assert attrs["title"] == "caf\N{REPLACEMENT CHARACTER}"
+    assert attrs["note"] == "\N{REPLACEMENT CHARACTER} is not UTF-8"
+    assert not {"table", "pair"} & set(attrs)
 
 
 def test_points_outside_and_unknown_names(path):

@@ -51,7 +51,7 @@ def test_all_three_may_ramp_and_overrides_give_ramps() -> None:
         ("[[0 s, 3 rpm], [2 s, 3 rpm], [2 s, 4 rpm]]", ".ramp[2][0]", "2 s", "ascend"),
         ("[[0 s, 3 rpm], [5, 4 rpm]]", ".ramp[1][0]", "without a unit", "s, min or h"),
         ("[[0 s, 3 rpm], [5 s, 4 m]]", ".ramp[1][1]", "units of length", "rad/s or rpm"),
-        ("[[0 s, 3 rpm], [5 s, 0 rpm]]", ".ramp[1][1]", "0 rpm", "above 0"),
+        ("[[0 s, 3 rpm], [5 s, 0 rpm]]", ".ramp[1][1]", "0 rpm", "at least 1e-09 rad/s"),
         ("[[0 s, 3 rpm], [5 s]]", ".ramp[1]", "a list of 1", "[time, value]"),
         ("[[0 s, 3 rpm], 5 s]", ".ramp[1]", "5 s", "[time, value]"),
         ("[[0 s, 3 rpm], [5 s, [1 rpm]]]", ".ramp[1][1]", "a list", "rad/s or rpm"),

@@ -53,7 +53,7 @@ def test_the_template_may_become_an_ensemble() -> None:
         ("{ensemble: 8, x: 2 mm}", "initial.x", "with an ensemble, which draws all states", "left out"),
         ("{ensemble: 8, bit_speed: 3 rad/s}", "initial.bit_speed", "an ensemble", "left out"),
         ("{ensemble: -1}", "initial.ensemble", "-1", "at least 0"),
-        ("{ensemble: 2, spread: 0}", "initial.spread", "0", "above 0 and at most 1"),
+        ("{ensemble: 2, spread: 0}", "initial.spread", "0", "at least 1e-06 and at most 1"),
         ("{ensemble: 2, spread: 10 mm}", "initial.spread", "'10 mm'", "a number"),
         ("{ensemble: 2, seed: -3}", "initial.seed", "-3", "at least 0"),
         (f"{{ensemble: 8, slice: {PLANE}}}", "initial.ensemble", "8 beside initial.slice", "one of the two"),
@@ -66,7 +66,7 @@ def test_the_template_may_become_an_ensemble() -> None:
         ("{slice: {x: {from: 0 mm, to: 1 mm, points: 1}}}", "initial.slice.x.points", "1", "at least 2"),
         (f"{{slice: {PLANE.replace('4', '400000')}}}", "initial.slice", "1.2e+06 starts", "at most 100 000"),
         (f"{{vx: 1 m/s, slice: {PLANE}}}", "initial.vx", "which initial.slice varies", "left out"),
-        (f"{{y: 60 mm, slice: {PLANE}}}", "initial.slice", "92", "the gap"),
+        (f"{{y: 600 mm, slice: {PLANE}}}", "initial.slice", "604", "the gap"),
     ],
 )
 def test_faults(initial: str, key: str, found: str, allowed: str) -> None:

@@ -8,8 +8,7 @@ from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from typing import Any
 
-from nsdrill import __version__
-from nsdrill.abi import source_digest
+from nsdrill.app.provenance import unlike, versions
 from nsdrill.app.run import processors
 from nsdrill.errors import InputError, NsdrillError
 
@@ -48,12 +47,11 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         threads = sum(client.nthreads().values())
         if threads == 0:
             raise NsdrillError(f"--scheduler: the Dask scheduler at {scheduler} has no workers. Nothing has run.")
-        mine = _version()
-        for worker, found in client.run(_version, on_error="return").items():
-            if found != mine:
+        for worker, found in client.run(versions, on_error="return").items():
+            if differing := _differing(found):
                 raise NsdrillError(
-                    f"--scheduler: the worker {worker} has another nsdrill ({found} there, {mine} here), whose numbers "
-                    "may differ. Nothing has run. Install the same version everywhere, and start the workers anew.")
+                    f"--scheduler: the worker {worker} has other versions, whose numbers may differ ({differing}). "
+                    "Nothing has run. Install the same versions everywhere, and start the workers anew.")
         yield _Cluster(client), workers or threads
 
 
@@ -64,7 +62,7 @@ class _Cluster(Executor):
         self._client, self._executor = client, client.get_executor(pure=False)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **more: Any) -> Future[Any]:
-        future: Future[Any] = self._executor.submit(function, *args, **more)
+        future: Future[Any] = self._executor.submit(_compared, versions(), function, *args, **more)
         return future
 
     def check(self) -> None:
@@ -75,9 +73,17 @@ class _Cluster(Executor):
                 "command with --resume.")
 
 
-def _version() -> str:
-    """Version and digest of the sources, in a worker."""
-    return f"{__version__}, model {source_digest()[:12]}"
+def _differing(found: Any) -> str:
+    """In words, what differs between this process and the one whose :func:`versions` are ``found``, or which could not
+    tell them; numpy too, as what goes to and fro holds its arrays."""
+    return "; ".join(unlike(found, "numpy_version")) if isinstance(found, dict) else f"it does not tell them: {found}"
+
+
+def _compared(expected: dict[str, str], function: Callable[..., Any], /, *args: Any, **more: Any) -> Any:
+    """The call, in a worker, which may have joined after the others were compared."""
+    if differing := _differing(expected):
+        raise NsdrillError(f"the worker has other versions ({differing})")
+    return function(*args, **more)
 
 
 def _ignore_interrupts() -> None:

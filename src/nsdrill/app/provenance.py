@@ -1,18 +1,32 @@
-"""Where a file comes from: the root attributes that let anyone run it again."""
+"""Where a file comes from: the root attributes that let anyone run it again, and what of them decides its bits."""
 
 from __future__ import annotations
 
-import json
+import hashlib
+import math
 import platform
+from array import array
+from collections.abc import Mapping
 from datetime import UTC, datetime
+from functools import lru_cache
 from importlib.metadata import version
 from typing import Any
 
 from nsdrill import __version__
 from nsdrill.abi import source_digest
+from nsdrill.data import json_text
+from nsdrill.errors import printable
+from nsdrill.kernel.dormand_prince import DORMAND_PRINCE
+from nsdrill.kernel.tableau import TSITOURAS
 from nsdrill.model.coefficients import derive
 from nsdrill.model.leaves import values_at
 from nsdrill.study.study import Study
+
+# Root attributes of which each can change a bit of a result, and what people call them.
+_DECISIVE = {
+    "nsdrill_version": "nsdrill", "python": "Python", "numba_version": "numba", "llvmlite": "llvmlite",
+    "libm_digest": "C library (digest of its mathematics)", "model_digest": "model digest",
+}
 
 
 def provenance(study: Study, command: str) -> dict[str, Any]:
@@ -21,15 +35,14 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
     return {
         "title": study.title,
         "study": study.text,
-        "study_source": study.source,
-        "study_overrides": json.dumps(list(study.overrides)),
-        "study_resolved": json.dumps(study.resolved),
+        "study_source": printable(study.source),
+        "study_overrides": json_text(study.overrides),
+        "study_resolved": json_text(study.resolved),
         "study_sha256": study.sha256,
-        "nsdrill_version": __version__,
-        "model_digest": source_digest(),
         "created": now,
         "history": f"{now} nsdrill {__version__} {command}",
-        **{f"{name}_version": version(name) for name in ("numpy", "numba", "h5py")},
+        **versions(),
+        "h5py_version": version("h5py"),
         "python_version": platform.python_version(),
         "processor": processor(),
         "gap": _gap(study),
@@ -44,6 +57,54 @@ def _gap(study: Study) -> float | None:
     first = {key: float(axis[0]) for key, axis in study.axes.items()}
     at = values_at(study.parameters, study.initial, first)
     return float(derive(at.parameters, *at.operation).gap)
+
+
+def versions() -> dict[str, str]:
+    """The root attributes that say what computes here: versions and digests."""
+    return {
+        "nsdrill_version": __version__,
+        "python": platform.python_version(),
+        **{f"{name}_version": version(name) for name in ("numpy", "numba")},
+        "llvmlite": version("llvmlite"),
+        "libm_digest": _libm_digest(),
+        "model_digest": model_digest(),
+    }
+
+
+def model_digest() -> str:
+    """Digest of all that may change a bit of a result: the compiled sources and what compiles them, the constants that
+    are computed from them, Python, whose code they are compiled from, and the mathematics library."""
+    constants = [(pair, pair.positions, pair.position_error) for pair in (TSITOURAS, DORMAND_PRINCE)]
+    parts = (source_digest(), constants, _decisive("python", platform.python_version()), _libm_digest())
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
+def unlike(there: Mapping[str, Any], *more: str) -> list[str]:
+    """In words, of all that may change a bit, what differs between this process and the one that made a file with the
+    root attributes ``there``; ``more`` names further attributes to compare. What is not ``there`` is passed over, but
+    for the digest, which covers all."""
+    found = {"python": there.get("python_version"), "model_digest": "unknown", **there}
+    here = {**versions(), "processor": processor()}
+    names = {**{name: name.removesuffix("_version") for name in more}, **_DECISIVE}
+    pairs = {name: (_decisive(name, found.get(name)), _decisive(name, here[name])) for name in names}
+    return [f"{names[name]} {old} there, {new} here" for name, (old, new) in pairs.items() if old not in ("None", new)]
+
+
+def _decisive(name: str, value: Any) -> str:
+    """What of an attribute can matter, as text: of the version of Python the first two numbers."""
+    return ".".join(str(value).split(".")[:2]) if name == "python" else str(value)
+
+
+@lru_cache(maxsize=1)
+def _libm_digest() -> str:
+    """Digest of what the functions of the C library give that results are made with. Their last bits are left open by
+    the standards, and depend on the library and on whether the processor has fused multiply-adds."""
+    places = [0.001 * i for i in range(1, 5001)]
+    values = array("d", [
+        value for x in places
+        for value in (math.sin(x), math.cos(x), math.atan2(x, 1.7), math.log(x), x**2, x**3, x**4)
+    ])
+    return hashlib.sha256(values.tobytes()).hexdigest()[:16]
 
 
 def processor() -> str:

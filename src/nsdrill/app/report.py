@@ -14,14 +14,14 @@ from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.app.attractors import attractors, labels_of
 from nsdrill.app.run import plan_of
-from nsdrill.data import Results, Trace, overrides
-from nsdrill.errors import FileError, InputError
+from nsdrill.app.stored import stored_study
+from nsdrill.data import Results, Trace, json_text, overrides
+from nsdrill.errors import InputError
 from nsdrill.model.leaves import values_at
 from nsdrill.model.rhs import pack, sizes
 from nsdrill.observe.classify import classify
 from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
-from nsdrill.store import flag_words, read_attributes, read_results, rewrite_labels
-from nsdrill.study.resolved import study_from_resolved
+from nsdrill.store import flag_words, read_results, rewrite_labels
 from nsdrill.study.study import Study
 from nsdrill.variables import (
     AXES,
@@ -214,10 +214,8 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
     from nsdrill.app.refinement import infer_again
     from nsdrill.study import change_thresholds
 
-    attrs = read_attributes(path)
-    if "study_resolved" not in attrs:
-        raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
-    study = study_from_resolved(json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path))
+    there = read_results(path, ())
+    study = stored_study(path, there.attrs, there.coords)
     thresholds = change_thresholds(study.thresholds, overrides)
     rooms = ("feature", "label", "section", "trust")
     results = read_results(path, [v.name for v in VARIABLES if v.room in rooms] + ["status"])
@@ -240,5 +238,5 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
     now = datetime.now(UTC).isoformat(timespec="seconds")
     line = f"{now} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
     rewrite_labels(path, labels, line, {
-        "classification": json.dumps(overrides), "classification_resolved": json.dumps(asdict(thresholds))})
+        "classification": json_text(overrides), "classification_resolved": json_text(asdict(thresholds))})
     return changed

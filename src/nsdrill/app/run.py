@@ -16,9 +16,10 @@ import numpy as np
 
 from nsdrill.app.attractors import mark
 from nsdrill.app.passes import Passes, Watch, sweep
-from nsdrill.app.provenance import provenance
+from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import Refining
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
+from nsdrill.data import json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
 from nsdrill.store import (
@@ -274,13 +275,11 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
             f"{where}: made from another study ({listed or 'the digests differ'}). {may}Resume it with the study it "
             "was made from, or start anew by --overwrite."
         )
-    mine = provenance(study, "run")
-    for key, what in (("nsdrill_version", "nsdrill"), ("model_digest", "the compiled model")):
-        if attrs.get(key) != mine[key]:
-            raise FileError(
-                f"{where}: made by another version of {what} ({attrs.get(key)} there, {mine[key]} here), whose numbers "
-                "may differ. Finish it with that version, or start anew by --overwrite."
-            )
+    if differing := unlike(attrs):
+        raise FileError(
+            f"{where}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it with "
+            "those, or start anew by --overwrite."
+        )
     if retry_failed and json.loads(attrs.get("classification", "[]")):
         raise FileError(
             f"{where}: its labels were made by nsdrill classify, with thresholds that new points would not have. "
@@ -289,7 +288,7 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
 
 def _as_written(value: Any) -> str:
     """A value as a study file has it; of a key that is not there, so."""
-    return "nothing" if value is None else value if isinstance(value, str) else json.dumps(value)
+    return "nothing" if value is None else value if isinstance(value, str) else json_text(value)
 
 
 def _looser(study: Study, there: dict[str, Any]) -> bool:

@@ -1,8 +1,7 @@
-"""One run with its trajectory: simulate an operating point, or replay a point of a sweep bit for bit."""
+"""One run with its trajectory: simulate an operating point, or replay a point of a sweep."""
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -10,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.overrides import overrides_of
-from nsdrill.app.provenance import provenance
+from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import plan_of
-from nsdrill.data import Trace
-from nsdrill.errors import FileError, InputError
+from nsdrill.app.stored import stored_study
+from nsdrill.data import Trace, json_text
+from nsdrill.errors import InputError, printable
 from nsdrill.kernel.gang import Compiled, Gang, Runs
-from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.model.ensemble import starting_states
 from nsdrill.model.forces import forces
 from nsdrill.model.leaves import OPERATION, values_at
@@ -26,8 +25,7 @@ from nsdrill.model.rhs import STATES, drifts, first_step, model_for, pack, phase
 from nsdrill.model.schedule import Schedule
 from nsdrill.observe.layout import OBSERVED
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
-from nsdrill.store import read_attributes, read_point, read_results
-from nsdrill.study.resolved import study_from_resolved
+from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.units import readable
@@ -40,11 +38,12 @@ MOST_SAMPLES = 50_000_000
 @dataclass(frozen=True)
 class Trajectory:
     """A trace, how its run ended (a status of the results file) and, for a replay, whether the end has the stored
-    bits."""
+    bits, and what here is not as it was when the results were made, in words."""
 
     trace: Trace
     status: int
     same_bits: bool | None = None
+    differing: tuple[str, ...] = ()
 
 
 def simulate(
@@ -74,8 +73,8 @@ def simulate(
     if duration is None and schedule.ramps:
         duration = schedule.end
     if duration is not None:
-        if not duration > 0:
-            raise InputError(f"--duration: found {duration:g} s; allowed: more than 0 s.")
+        if not 0 < duration <= LONGEST:
+            raise InputError(f"--duration: found {duration:g} s; allowed: more than 0 s and at most {LONGEST:g} s.")
         # The marks cut steps: without a transient of its own the run is one observed window.
         simulation = replace(simulation, transient=0.0, observe=duration)
     number = _start("the study", start, study.initial.starts)
@@ -103,13 +102,8 @@ def replay(
     ``start`` is needed where every operating point has several, and only there. InputError for
     values beyond the sweep.
     """
-    attrs = read_attributes(path)
-    if attrs.get("nsdrill_kind") != "results":
-        raise FileError(f"{path}: this is a {attrs.get('nsdrill_kind')} file; a results file is needed here.")
-    if "study_resolved" not in attrs:
-        raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
-    study = study_from_resolved(
-        json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), overrides_of(attrs))
+    there = read_results(path, ())
+    study = stored_study(path, there.attrs, there.coords)
     plan, units = plan_of(study), units_of(study)
     wanted: dict[str, float] = {}
     apart = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
@@ -138,14 +132,14 @@ def replay(
     here = values_at(study.parameters, study.initial, found)
     study = replace(study, parameters=here.parameters, axes={key: np.array([value]) for key, value in found.items()})
     schedule = Schedule(Operation(*here.operation), {})
-    extra: dict[str, Any] = {"procedure": procedure, "replay_of": str(path)}
+    extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
     if plan.starts:
         extra["start"] = begun
     initial = np.asarray(point["initial_state"], dtype=float)
     result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra)
     same = result.status == int(point["status"]) and bool(
         np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True))
-    return replace(result, same_bits=same)
+    return replace(result, same_bits=same, differing=tuple(unlike(there.attrs, "numpy_version", "processor")))
 
 
 def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int:
@@ -226,7 +220,7 @@ def _trace(
     history = schedule.at(time)
     if schedule.ramps:
         knots = {name: [ramp.times, ramp.values] for name, ramp in schedule.ramps.items()}
-        extra = {**extra, "ramps": json.dumps(knots)}
+        extra = {**extra, "ramps": json_text(knots)}
     start = schedule.start
     attrs = {
         **provenance(study, command),

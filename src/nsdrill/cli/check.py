@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from typing import TYPE_CHECKING
 
@@ -38,15 +37,17 @@ def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
     loaded = load_study(study, overrides)
 
     from nsdrill.app.check import MEANINGS, check
+    from nsdrill.data import json_text
+    from nsdrill.errors import printable
     from nsdrill.model.coefficients import UNITS
     from nsdrill.units import format_quantity
 
     report = check(loaded)
     if as_json:
-        click.echo(json.dumps(report.as_json(), indent=2))
+        click.echo(json_text(report.as_json(), indent=2))
         return 0
     operation = report.operation
-    click.echo(f"{study}: valid. {loaded.title}".rstrip())
+    click.echo(f"{printable(study)}: valid. {loaded.title}".rstrip())
     points = _count(report.points, "point")
     if loaded.refined:
         points = f"{report.coarse_points} points, refined where the responses differ to at most {report.points}"

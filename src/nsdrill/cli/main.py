@@ -18,7 +18,7 @@ from nsdrill.errors import NsdrillError
 COMMANDS = {
     "run": "Run a study: sweep, classify, and write the results file.",
     "simulate": "Simulate one operating point and write its trajectory.",
-    "replay": "Run one point of a results file again, bit for bit, with its trajectory.",
+    "replay": "Run one point of a results file again, with its trajectory.",
     "plot": "Draw a results or trace file.",
     "window": "Say where one may run whatever the history.",
     "show": "Say what is in a results or trace file, in words and numbers.",
@@ -105,6 +105,8 @@ def main() -> NoReturn:
 
 
 def _run_command() -> NoReturn:
+    if sys.stdout is not None and hasattr(sys.stdout, "reconfigure"):
+        sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: a name or title is never a failure
     try:
         code = group.main(prog_name="nsdrill", standalone_mode=False)
         sys.stdout.flush()

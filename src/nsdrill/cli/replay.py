@@ -31,9 +31,10 @@ def command(
     results: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None,
     procedure: str | None, start: int | None, sample: float | None, overwrite: bool,
 ) -> int:  # fmt: skip
-    """Run one point of RESULTS again, from its stored initial state and bit for bit, and write its trajectory.
+    """Run one point of RESULTS again, from its stored initial state, and write its trajectory.
 
-    An axis along which the sweep has one value only may be left out. Failed points can be run again as well.
+    It says whether the run ends in the stored final state, bit for bit, and if not, what differs from where the file
+    was made. An axis along which the sweep has one value only may be left out. Failed points can be run again as well.
     """
     options.keep_apart(results, output)
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, replay
@@ -59,9 +60,10 @@ def command(
     if result.same_bits:
         click.echo("It ends in the stored final state, bit for bit.", err=True)
     else:
+        cause = "; ".join(result.differing) or "nothing that the file records, so this is a fault: please report it"
         click.echo(
-            "Warning: it does not end in the stored final state. The file was made on another kind of machine or by "
-            "another version; where the motion is chaotic, the trajectory is then another one of the same kind.",
+            f"Warning: it does not end in the stored final state. What differs: {cause}. Where the motion is chaotic, "
+            "the trajectory is then another one of the same kind.",
             err=True,
         )
     return code

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import click
 
 from nsdrill.cli import options
@@ -12,7 +10,8 @@ from nsdrill.cli import options
 @click.command("schema", epilog=options.examples("schema > study.schema.json"))
 def command() -> int:
     """Print the JSON Schema of the study file, for editors and other programs."""
+    from nsdrill.data import json_text
     from nsdrill.study import json_schema
 
-    click.echo(json.dumps(json_schema(), indent=2))
+    click.echo(json_text(json_schema(), indent=2))
     return 0

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import click
 
 from nsdrill.cli import options
 from nsdrill.cli.reading import knots_text, read
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, printable
 
 AXES = {
     "depth": ("depth", "m", "ft"), "wob": ("weight on bit", "kN", "klbf"), "rotary_speed": ("speed", "rad/s", "rpm"),
@@ -41,10 +40,11 @@ def command(file: str, as_json: bool, study: bool) -> int:
         click.echo(study_of(file, read(file, ()).attrs), nl=False)
         return 0
     from nsdrill.app.report import NEEDED, summarize
+    from nsdrill.data import json_text
 
     summary = summarize(read(file, NEEDED))
     if as_json:
-        click.echo(json.dumps(summary, indent=2))
+        click.echo(json_text(summary, indent=2))
     elif summary["kind"] == "trace":
         _show_trace(file, summary)
     else:
@@ -63,7 +63,7 @@ def value_text(name: str, value: float, *, field: bool = False) -> str:
 def _show_results(file: str, s: dict[str, Any]) -> None:
     # The log of a run may hold every point already and still wait for its last step, the file.
     what = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
-    click.echo(f"{file}: {what}. {s['title']}".rstrip())
+    click.echo(printable(f"{file}: {what}. {s['title']}".rstrip()))
     click.echo(f"  made           {s['created']} by nsdrill {s['nsdrill_version']}")
     _show_overrides(s["overrides"])
     for name, axis in s["axes"].items():
@@ -201,7 +201,7 @@ def _show_ranges(ranges: dict[str, Any]) -> None:
 
 
 def _show_trace(file: str, s: dict[str, Any]) -> None:
-    click.echo(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
+    click.echo(printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip()))
     click.echo(f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}")
     _show_overrides(s["overrides"])
     for name, (label, _, _) in AXES.items():

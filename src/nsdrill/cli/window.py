@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-
 import click
 
 from nsdrill.cli import options
@@ -50,13 +48,15 @@ def command(
     from nsdrill.analysis.window import find_window
     from nsdrill.app.window import read_for_window
     from nsdrill.cli.window_note import lines
+    from nsdrill.data import json_text
+    from nsdrill.errors import printable
 
     data = read_for_window(results, severity)
     note = find_window(data, severity)
     if as_json:
-        click.echo(json.dumps(note, indent=2))
+        click.echo(json_text(note, indent=2))
     else:
-        click.echo(f"{results}: safe window. {note['title']}".rstrip())
+        click.echo(printable(f"{results}: safe window. {note['title']}".rstrip()))
         for line in lines(note, units):
             click.echo(line)
     if output is not None:

@@ -5,16 +5,22 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from nsdrill.ranges import parameter
+
+LONGEST = 1e7  # s, four months
+
 
 @dataclass(frozen=True)
 class Simulation:
-    """``transient`` and ``observe`` in seconds; ``rtol`` relative tolerance per step, from 1e-13 to 1e-2; ``max_steps``
-    counts accepted and rejected steps of one run; ``verify`` asks for every point of a sweep to be checked by two more
-    runs; ``pair`` names the embedded Runge-Kutta pair."""
+    """``transient`` and ``observe`` in seconds; ``rtol`` relative tolerance per step; ``max_steps`` counts accepted and
+    rejected steps of one run; ``verify`` asks for every point of a sweep to be checked by two more runs; ``pair`` names
+    the embedded Runge-Kutta pair.
 
-    transient: float = 300.0
-    observe: float = 200.0
-    rtol: float = 1e-6
-    max_steps: int = 50_000_000
+    The ranges are those of a study. They are not checked here: checks and pieces of a ramp go beyond them."""
+
+    transient: float = parameter(300.0, "s", high=LONGEST, usual="100 to 5000 s")
+    observe: float = parameter(200.0, "s", low=1e-3, high=LONGEST, usual="50 to 2000 s")
+    rtol: float = parameter(1e-6, low=1e-13, high=1e-2, usual="1e-9 to 1e-4")
+    max_steps: int = parameter(50_000_000, low=1000, high=10**15, usual="1000 to 5000 for a second")
     verify: bool = False
     pair: Literal["tsitouras", "dormand_prince"] = "tsitouras"

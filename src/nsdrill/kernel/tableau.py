@@ -8,6 +8,7 @@ the same tolerance it takes an eighth fewer steps than the pair of Dormand and P
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 
 @dataclass(frozen=True)
@@ -25,18 +26,22 @@ class Tableau:
         """The matrix for positions, which need no slopes of their own: a position's rate at a stage is its rate at the
         start and h times what ``matrix`` makes of the accelerations, so that its stage value is x + c h x' + h^2 times
         this matrix, ``matrix`` squared, of the accelerations. Its rows lack the last column, which is zero."""
-        rows = ((), *self.matrix)
-        return tuple(
-            tuple(sum(row[m] * rows[m][j] for m in range(j + 1, len(row))) for j in range(len(row) - 1))
-            for row in self.matrix
-        )
+        return tuple(self._through_stages(row) for row in self.matrix)
 
     @property
     def position_error(self) -> tuple[float, ...]:
         """The error of positions, h^2 times these weights of the accelerations (all but the last)."""
+        return self._through_stages(self.error)
+
+    def _through_stages(self, weights: tuple[float, ...]) -> tuple[float, ...]:
+        """``weights`` times ``matrix``: what weights of the slopes are as weights of the accelerations.
+
+        Exact, and rounded once: these numbers are constants of the compiled code, and the rounding of the built-in
+        ``sum`` of floats is not the same in every Python."""
         rows = ((), *self.matrix)
         return tuple(
-            sum(self.error[m] * rows[m][j] for m in range(j + 1, len(self.error))) for j in range(len(self.error) - 1)
+            float(sum(Fraction(weights[m]) * Fraction(rows[m][j]) for m in range(j + 1, len(weights))))
+            for j in range(len(weights) - 1)
         )
 
 

@@ -13,131 +13,117 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any, Literal
 
+from nsdrill.ranges import Checked, choice, parameter
 
-def parameter(
-    default: Any,
-    units: str,
-    source: str,
-    confidence: str,
-    low: float = 0.0,
-    strict: bool = True,
-    high: float = math.inf,
-) -> Any:
-    """A field with its units, source and confidence, and the range in which the model has a meaning.
-
-    ``strict`` excludes ``low`` itself.
-    """
-    return field(
-        default=default,
-        metadata={
-            "units": units, "source": source, "confidence": confidence, "low": low, "strict": strict, "high": high,
-        },
-    )
+WIDEST_BORE = 0.999  # of the outer diameter; as wide as that, nothing would be left to bear
+LARGEST_FORCE = 1e7  # N
 
 
-def _choice(default: str, source: str) -> Any:
-    return field(default=default, metadata={"units": "", "source": source, "confidence": "modelling choice"})
-
-
-class _Checked:
-    """Refuses values outside the range in which the model has a meaning (``ValueError``)."""
-
-    def __post_init__(self) -> None:
-        for item in fields(self):  # type: ignore[arg-type]
-            meta = item.metadata
-            value = getattr(self, item.name)
-            if "low" not in meta:
-                continue
-            if not math.isfinite(value):
-                raise ValueError(f"{item.name}: found {value}, allowed: a finite number")
-            if value < meta["low"] or (meta["strict"] and value == meta["low"]) or value > meta["high"]:
-                bound = ("above " if meta["strict"] else "at least ") + f"{meta['low']:g}"
-                if meta["high"] < math.inf:
-                    bound += f" and at most {meta['high']:g}"
-                raise ValueError(f"{item.name}: found {value:g}, allowed: {bound} {meta['units']}".rstrip())
+def _check_bore(ring: Collar | Pipe) -> None:
+    if ring.inner_diameter > WIDEST_BORE * ring.outer_diameter:
+        raise ValueError(
+            f"inner_diameter: found {ring.inner_diameter:g} m, allowed: at most {WIDEST_BORE:g} times the outer "
+            f"diameter, {ring.outer_diameter:g} m"
+        )
 
 
 @dataclass(frozen=True)
-class Collar(_Checked):
+class Collar(Checked):
     """The drill collars; ``span`` is the length between stabilisers that bends."""
 
-    outer_diameter: float = parameter(0.2286, "m", "J, B", "medium")
-    inner_diameter: float = parameter(0.0762, "m", "J, B", "medium", strict=False)
-    length: float = parameter(200.0, "m", "J, B", "medium")
-    span: float = parameter(19.81, "m", "J, B (65 ft, rounded as printed)", "medium")
+    outer_diameter: float = parameter(
+        0.2286, "m", "J, B", "medium", low=1e-4, high=10.0, usual="3 1/8 to 11 1/4 in; laboratory rods 3 mm"
+    )
+    inner_diameter: float = parameter(0.0762, "m", "J, B", "medium", high=10.0, usual="1 1/4 to 4 in; a rod 0")
+    length: float = parameter(
+        200.0, "m", "J, B", "medium", low=1e-2, high=1e4, usual="20 to 400 m; laboratory rigs 0.1 m"
+    )
+    span: float = parameter(
+        19.81, "m", "J, B (65 ft, rounded as printed)", "medium", low=1e-2, high=1e3,
+        usual="3 to 40 m; laboratory rigs 0.1 m",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.inner_diameter >= self.outer_diameter:
-            raise ValueError(
-                f"inner_diameter: found {self.inner_diameter:g} m, allowed: below the outer diameter, "
-                f"{self.outer_diameter:g} m"
-            )
+        _check_bore(self)
         if self.span > self.length:
             raise ValueError(f"span: found {self.span:g} m, allowed: at most the collar length, {self.length:g} m")
 
 
 @dataclass(frozen=True)
-class Pipe(_Checked):
+class Pipe(Checked):
     """The drill pipe; its length is the depth less the collar length."""
 
-    outer_diameter: float = parameter(0.127, "m", "J by arithmetic", "medium")
-    inner_diameter: float = parameter(0.1086, "m", "J by arithmetic", "medium", strict=False)
+    outer_diameter: float = parameter(
+        0.127, "m", "J by arithmetic", "medium", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in; laboratory rods 3 mm"
+    )
+    inner_diameter: float = parameter(
+        0.1086, "m", "J by arithmetic", "medium", high=10.0, usual="1.8 to 6 in; a rod 0"
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.inner_diameter >= self.outer_diameter:
-            raise ValueError(
-                f"inner_diameter: found {self.inner_diameter:g} m, allowed: below the outer diameter, "
-                f"{self.outer_diameter:g} m"
-            )
+        _check_bore(self)
 
 
 @dataclass(frozen=True)
-class Material(_Checked):
+class Material(Checked):
     """The steel of the string."""
 
-    density: float = parameter(7850.0, "kg/m^3", "standard", "high")
-    young_modulus: float = parameter(210e9, "Pa", "standard", "high")
-    shear_modulus: float = parameter(79.6e9, "Pa", "standard", "high")
+    density: float = parameter(
+        7850.0, "kg/m^3", "standard", "high", low=10.0, high=1e6, usual="composite 1600 to tungsten 19 300 kg/m^3"
+    )
+    young_modulus: float = parameter(
+        210e9, "Pa", "standard", "high", low=1e6, high=1e13, usual="plastics 2 GPa, aluminium 70 GPa, steel 210 GPa"
+    )
+    shear_modulus: float = parameter(
+        79.6e9, "Pa", "standard", "high", low=1e6, high=1e13, usual="plastics 1 GPa, aluminium 26 GPa, steel 80 GPa"
+    )
 
 
 @dataclass(frozen=True)
-class Drillstring(_Checked):
+class Drillstring(Checked):
     """The string: geometry, steel, damping and the modelling choices that concern it."""
 
     collar: Collar = field(default_factory=Collar)
     pipe: Pipe = field(default_factory=Pipe)
     material: Material = field(default_factory=Material)
     eccentricity: float = parameter(
-        0.0127, "m", "CY as reported (1/2 in); P prints 0.7 m, wider than the hole", "medium", strict=False
+        0.0127, "m", "CY as reported (1/2 in); P prints 0.7 m, wider than the hole", "medium", high=10.0,
+        usual="1 to 15 mm",
+    )  # fmt: skip
+    eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
+    lateral_softening: Literal["live", "static", "none"] = choice("live", "CY")
+    axial_damping: float = parameter(
+        4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m; critical 2 MN s/m on the rock"
     )
-    eccentric_mass: Literal["total", "steel"] = _choice("total", "P; 'steel' leaves the fluid added mass out")
-    lateral_softening: Literal["live", "static", "none"] = _choice("live", "CY")
-    axial_damping: float = parameter(4000.0, "N s/m", "CY, J as reported", "low", strict=False)
-    torsional_damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", "low", strict=False)
+    torsional_damping: float = parameter(
+        50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad; critical 1000 N m s/rad"
+    )
 
 
 @dataclass(frozen=True)
-class Mud(_Checked):
+class Mud(Checked):
     """The drilling fluid: density, added-mass coefficient C_A and drag coefficient C_D."""
 
-    density: float = parameter(1500.0, "kg/m^3", "J, L", "high", strict=False)
-    added_mass: float = parameter(1.7, "", "J, L", "high", strict=False)
-    drag: float = parameter(1.0, "", "J, L", "high", strict=False)
+    density: float = parameter(
+        1500.0, "kg/m^3", "J, L", "high", high=1e5, usual="air 1 kg/m^3, mud 1000 to 2400 kg/m^3"
+    )
+    added_mass: float = parameter(1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10")
+    drag: float = parameter(1.0, "", "J, L", "high", high=1e3, usual="0.5 to 2")
 
 
 @dataclass(frozen=True)
-class Friction(_Checked):
+class Friction(Checked):
     """The smoothed Stribeck law f(v) = (2/pi) atan(eps v) [(mu_s - mu_d) / (1 + tau |v|) + mu_d].
 
     ``smoothing`` is eps and ``decay`` is tau, per unit of the slip speed v: m/s at the wall, rad/s at the bit.
     """
 
-    static: float = parameter(0.35, "", "", "", strict=False)
-    dynamic: float = parameter(0.30, "", "", "", strict=False)
-    smoothing: float = parameter(500.0, "s/m", "R", "low")
-    decay: float = parameter(3.0, "s/m", "R (form: Leine 1998)", "low", strict=False)
+    static: float = parameter(0.35, high=10.0, usual="0.1 to 1")
+    dynamic: float = parameter(0.30, high=10.0, usual="0.1 to 0.8")
+    smoothing: float = parameter(500.0, "s/m", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/m")
+    decay: float = parameter(3.0, "s/m", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/m")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -151,53 +137,60 @@ class Friction(_Checked):
 class WallFriction(Friction):
     """Friction between collar and wall, against slip speed in m/s."""
 
-    static: float = parameter(0.35, "", "L", "medium", strict=False)
-    dynamic: float = parameter(0.30, "", "R", "low", strict=False)
+    static: float = parameter(0.35, "", "L", "medium", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8")
+    dynamic: float = parameter(0.30, "", "R", "low", high=10.0, usual="0.1 to 0.4")
 
 
 @dataclass(frozen=True)
 class BitFriction(Friction):
     """Friction between bit and rock, against bit speed in rad/s."""
 
-    static: float = parameter(0.5, "", "R", "low", strict=False)
-    dynamic: float = parameter(0.2, "", "R", "low", strict=False)
-    smoothing: float = parameter(500.0, "s/rad", "R", "low")
-    decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", strict=False)
+    static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
+    dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
+    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
+    decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad")
 
 
 @dataclass(frozen=True)
-class Well(_Checked):
+class Well(Checked):
     """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for the Hertz law."""
 
-    diameter: float = parameter(0.381, "m", "P (15 in)", "certain")
-    stiffness: float = parameter(25e6, "N/m or N/m^1.5", "CY as reported; L has 1e9", "low: sweep it")
-    law: Literal["linear", "hertz"] = _choice("linear", "P")
+    diameter: float = parameter(0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in")
+    stiffness: float = parameter(
+        25e6, "N/m or N/m^1.5", "CY as reported; L has 1e9", "low: sweep it", low=1.0, high=1e13,
+        usual="1 MN/m to 10 GN/m; Hertz 1 to 100 GN/m^1.5",
+    )  # fmt: skip
+    law: Literal["linear", "hertz"] = choice("linear", "P")
     friction: WallFriction = field(default_factory=WallFriction)
 
 
+def deepest(stiffness: float, law: str) -> float:
+    """How deep [m] the largest force presses the collar into a wall of this stiffness and contact law."""
+    return (LARGEST_FORCE / stiffness) ** (2 / 3 if law == "hertz" else 1.0)
+
+
 @dataclass(frozen=True)
-class Cutting(_Checked):
+class Cutting(Checked):
     """The cutting torque and the rate of penetration: ROP [m/s] = c1 W[N] sqrt(Omega[rad/s]) + c2, 0 if negative."""
 
-    zeta: float = parameter(1.0, "", "B", "high", strict=False)
-    c1: float = parameter(1.35e-8, "", "B", "high", strict=False)
-    c2: float = parameter(-1.9e-4, "", "B", "high", low=-math.inf, strict=False)
+    zeta: float = parameter(1.0, "", "B", "high", high=1e3, usual="0 to 2")
+    c1: float = parameter(1.35e-8, "", "B", "high", high=1e-3, usual="1e-9 to 1e-7: 1 to 100 m/h")
+    c2: float = parameter(-1.9e-4, "", "B", "high", low=-1.0, high=1.0, usual="-1e-3 to 0")
 
 
 @dataclass(frozen=True)
-class Bit(_Checked):
+class Bit(Checked):
     """The bit on its lobed surface s = s0 sin(n_b phi)."""
 
-    lobes: int = parameter(3, "", "B (3 roller cone, 1 PDC); P does not say which", "high", low=1, strict=False, high=8)
-    surface_amplitude: float = parameter(1e-3, "m", "B", "high", strict=False)
-    rock_stiffness: float = parameter(25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it")
+    lobes: int = parameter(
+        3, "", "B (3 roller cone, 1 PDC); P does not say which", "high", low=1, high=8, usual="1, 3; 5 or 6 blades"
+    )
+    surface_amplitude: float = parameter(1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm")
+    rock_stiffness: float = parameter(
+        25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
+    )
     cutting: Cutting = field(default_factory=Cutting)
     friction: BitFriction = field(default_factory=BitFriction)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.lobes != int(self.lobes):
-            raise ValueError(f"lobes: found {self.lobes}, allowed: a whole number from 1 to 8")
 
 
 @dataclass(frozen=True)
@@ -219,16 +212,24 @@ class Parameters:
 
 
 @dataclass(frozen=True)
-class Operation(_Checked):
+class Operation(Checked):
     """The operating point."""
 
-    depth: float = parameter(5000.0, "m", "P", "certain")
-    wob: float = parameter(22.24e3, "N", "P (5 klbf)", "certain", strict=False)
-    rotary_speed: float = parameter(3.0, "rad/s", "P", "certain")
+    depth: float = parameter(
+        5000.0, "m", "P", "certain", low=1e-2, high=1e5, usual="100 to 12 300 m; laboratory rigs 1 m"
+    )
+    wob: float = parameter(22.24e3, "N", "P (5 klbf)", "certain", high=LARGEST_FORCE, usual="0 to 500 kN")
+    rotary_speed: float = parameter(
+        3.0, "rad/s", "P", "certain", low=1e-9, high=1e3, usual="20 to 300 rpm, with a motor 1000 rpm"
+    )
+
+
+def _state(default: float | None, units: str, reach: float, usual: str) -> Any:
+    return parameter(default, units, low=-reach, high=reach, usual=usual)
 
 
 @dataclass(frozen=True)
-class Initial:
+class Initial(Checked):
     """The state at the start. ``None`` stands for the natural value: ``z`` for the static position under the weight on
     bit, ``bit_speed`` for the top-drive speed.
 
@@ -237,18 +238,18 @@ class Initial:
     pairs of their values, the other states as given.
     """
 
-    x: float = 1e-3
-    y: float = 0.0
-    vx: float = 0.0
-    vy: float = 0.0
-    z: float | None = None
-    vz: float = 0.0
-    twist: float = 0.0
-    bit_speed: float | None = None
-    drive_angle: float = 0.0
-    ensemble: int = 0
-    seed: int = 0
-    spread: float = 1.0
+    x: float = _state(1e-3, "m", 10.0, "within the gap, 10 to 100 mm, and some mm of wall")
+    y: float = _state(0.0, "m", 10.0, "as x")
+    vx: float = _state(0.0, "m/s", 1e3, "up to 5 m/s")
+    vy: float = _state(0.0, "m/s", 1e3, "up to 5 m/s")
+    z: float | None = _state(None, "m", 1e3, "-50 to 50 mm")
+    vz: float = _state(0.0, "m/s", 1e3, "up to 1 m/s")
+    twist: float = _state(0.0, "rad", 1e5, "-150 to 0 rad: some 20 turns")
+    bit_speed: float | None = _state(None, "rad/s", 1e4, "-10 to 60 rad/s")
+    drive_angle: float = _state(0.0, "rad", 1e9, "after a day at 120 rpm 1 million rad")
+    ensemble: int = parameter(0, high=100_000, usual="16 to 1000")
+    seed: int = parameter(0, high=10**15, usual="any")
+    spread: float = parameter(1.0, low=1e-6, high=1.0, usual="0.1 to 1")
     slice: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     @property

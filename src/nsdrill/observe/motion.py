@@ -119,7 +119,8 @@ def zero_one(returns: Array, sizes: Array) -> Array:
         grown = displacement - displacement.mean(axis=0)
         even = np.arange(1, cut + 1) - 0.5 * (cut + 1)
         size = np.sqrt(np.sum(grown * grown, axis=0) * np.sum(even * even))
-        out[number] = np.median(np.divide(even @ grown, size, out=np.zeros(len(size)), where=size > 0))
+        along = np.sum(even[:, np.newaxis] * grown, axis=0)  # row by row; the sums of BLAS depend on the processor
+        out[number] = np.median(np.divide(along, size, out=np.zeros(len(size)), where=size > 0))
     return out
 
 

@@ -37,6 +37,9 @@ def features(report: Array, table: Array, observe: float, hertz: bool) -> dict[s
     bit_speed, whirl_speed = 0.5 * (bit_1 + bit_2), 0.5 * (whirl_1 + whirl_2)
     radius_max = np.sqrt(whole["rho_max"])
     penetration = np.maximum(radius_max - p["gap"], 0.0)
+    wall_force = p["wall_stiffness"] * penetration
+    if hertz:  # as the right-hand side has it; numpy's power depends on the processor
+        wall_force = wall_force * np.sqrt(penetration)
     with np.errstate(divide="ignore", invalid="ignore"):
         index = 50.0 * (whole["speed_max"] - whole["speed_min"]) / np.abs(bit_speed)
         ratio = whirl_speed / bit_speed
@@ -55,7 +58,7 @@ def features(report: Array, table: Array, observe: float, hertz: bool) -> dict[s
         "radius_max": radius_max,
         "radius_mean": whole["radius_sum"] / observe,
         "wall_contact_fraction": _fraction(whole["on_wall"] / observe),
-        "wall_force_max": p["wall_stiffness"] * penetration ** (1.5 if hertz else 1.0),
+        "wall_force_max": wall_force,
         "whirl_speed_mean": whirl_speed,
         "whirl_ratio": ratio,
         "rolling_ratio": rolling,

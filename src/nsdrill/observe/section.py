@@ -19,6 +19,8 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 REVOLUTION = 2.0 * math.pi
 # What is kept of a crossing: the eight states and the bit angle.
 ENTRY = 9
+# numpy's own arctan2 differs in the last bit between processors with AVX-512 and without.
+_arctan2 = np.vectorize(math.atan2, otypes=[float])
 
 
 @inlined
@@ -62,7 +64,7 @@ def coordinates(crossings: Array) -> dict[str, Array]:
     x, vx, y, vy, z, vz, twist, speed, angle = np.moveaxis(crossings, -1, 0)
     r = np.sqrt(x * x + y * y)
     safe = np.where(r > 0.0, r, 1.0)
-    relative = np.arctan2(y, x) - angle
+    relative = _arctan2(y, x) - angle
     return {
         "section_radius": r,
         "section_radial_velocity": (x * vx + y * vy) / safe,

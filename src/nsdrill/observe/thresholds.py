@@ -6,42 +6,42 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
-from nsdrill.model.parameters import parameter
+from nsdrill.ranges import Checked, parameter
 from nsdrill.variables import Kept
 
 
 @dataclass(frozen=True)
-class BitBounce:
+class BitBounce(Checked):
     """Bit-bounce: the bit is off the rock for more than ``lift_off_fraction`` of the time.
 
     The other bounds grade it by the same fraction f. While it touches, the bit bears on average 1/(1 - f) times the
     weight on bit, for over a long time the two balance: 1.1 times at the second bound, 1.4 and 2.5 at the last two.
     """
 
-    lift_off_fraction: float = parameter(0.01, "", "R: one percent of the time", "convention", strict=False, high=1.0)
-    light_fraction: float = parameter(0.01, "", "R: as the response", "convention", strict=False, high=1.0)
-    moderate_fraction: float = parameter(0.1, "", "R", "convention", strict=False, high=1.0)
-    strong_fraction: float = parameter(0.3, "", "R", "convention", strict=False, high=1.0)
-    severe_fraction: float = parameter(0.6, "", "R", "convention", strict=False, high=1.0)
+    lift_off_fraction: float = parameter(0.01, "", "R: one percent of the time", "convention", high=1.0)
+    light_fraction: float = parameter(0.01, "", "R: as the response", "convention", high=1.0)
+    moderate_fraction: float = parameter(0.1, "", "R", "convention", high=1.0)
+    strong_fraction: float = parameter(0.3, "", "R", "convention", high=1.0)
+    severe_fraction: float = parameter(0.6, "", "R", "convention", high=1.0)
 
 
 @dataclass(frozen=True)
-class StickSlip:
+class StickSlip(Checked):
     """Stick-slip: the index (max - min) / (2 mean) exceeds ``stick_slip_index`` percent, the onset of full stall.
 
     The other bounds are those of the severity table of the directional-drilling paper (D): below the first no
     vibration to speak of, then torsional oscillation, then medium (mitigate), onset of full stall, severe.
     """
 
-    stick_slip_index: float = parameter(80.0, "percent", "D: onset of full stall", "convention")
-    oscillation_index: float = parameter(40.0, "percent", "D", "convention")
-    medium_index: float = parameter(60.0, "percent", "D", "convention")
-    stall_index: float = parameter(80.0, "percent", "D", "convention")
-    severe_index: float = parameter(100.0, "percent", "D", "convention")
+    stick_slip_index: float = parameter(80.0, "percent", "D: onset of full stall", "convention", low=0.01, high=1e5)
+    oscillation_index: float = parameter(40.0, "percent", "D", "convention", low=0.01, high=1e5)
+    medium_index: float = parameter(60.0, "percent", "D", "convention", low=0.01, high=1e5)
+    stall_index: float = parameter(80.0, "percent", "D", "convention", low=0.01, high=1e5)
+    severe_index: float = parameter(100.0, "percent", "D", "convention", low=0.01, high=1e5)
 
 
 @dataclass(frozen=True)
-class Whirl:
+class Whirl(Checked):
     """Whirl: the collar is on the wall for more than ``wall_contact_fraction`` of the time.
 
     Its kind: backward rolling where the rolling ratio is within ``rolling_tolerance`` of one and the contact lasts
@@ -53,35 +53,33 @@ class Whirl:
     has a table of its own; these four are a convention to be adapted.
     """
 
-    wall_contact_fraction: float = parameter(
-        0.01, "", "R: one percent of the time", "convention", strict=False, high=1.0
-    )
-    rolling_tolerance: float = parameter(0.1, "", "R", "convention", strict=False)
-    rolling_contact: float = parameter(0.5, "", "R", "convention", strict=False, high=1.0)
-    direction: float = parameter(0.1, "", "R", "convention", strict=False)
-    light_acceleration: float = parameter(2.5, "m/s^2", "R: a quarter of g", "convention", strict=False)
-    moderate_acceleration: float = parameter(5.0, "m/s^2", "R: half of g", "convention", strict=False)
-    strong_acceleration: float = parameter(7.5, "m/s^2", "R: three quarters of g", "convention", strict=False)
-    severe_acceleration: float = parameter(10.0, "m/s^2", "R: g", "convention", strict=False)
+    wall_contact_fraction: float = parameter(0.01, "", "R: one percent of the time", "convention", high=1.0)
+    rolling_tolerance: float = parameter(0.1, "", "R", "convention", high=100.0)
+    rolling_contact: float = parameter(0.5, "", "R", "convention", high=1.0)
+    direction: float = parameter(0.1, "", "R", "convention", high=1000.0)
+    light_acceleration: float = parameter(2.5, "m/s^2", "R: a quarter of g", "convention", high=1e5)
+    moderate_acceleration: float = parameter(5.0, "m/s^2", "R: half of g", "convention", high=1e5)
+    strong_acceleration: float = parameter(7.5, "m/s^2", "R: three quarters of g", "convention", high=1e5)
+    severe_acceleration: float = parameter(10.0, "m/s^2", "R: g", "convention", high=1e5)
 
 
 @dataclass(frozen=True)
-class Settled:
+class Settled(Checked):
     """Settled: the halves of the observed window differ by less than ``tolerance`` (of each quantity's range)."""
 
-    tolerance: float = parameter(0.05, "", "R", "convention", strict=False)
+    tolerance: float = parameter(0.05, "", "R", "convention", high=100.0)
 
 
 @dataclass(frozen=True)
-class Trust:
+class Trust(Checked):
     """Trusted: the checks of a point find its response, and its features to ``tolerance`` (of each one's natural size:
     gap, lobe amplitude, drive speed)."""
 
-    tolerance: float = parameter(0.05, "", "R", "convention", strict=False)
+    tolerance: float = parameter(0.05, "", "R", "convention", high=100.0)
 
 
 @dataclass(frozen=True)
-class Motion:
+class Motion(Checked):
     """The kind of motion, from the returns to the Poincare section.
 
     Two returns are the same where each state differs by less than ``absolute`` times its natural size plus ``relative``
@@ -91,24 +89,24 @@ class Motion:
     quasi-periodic below ``regular_below``.
     """
 
-    absolute: float = parameter(0.1, "", "R", "convention")
-    relative: float = parameter(0.01, "", "R", "convention", strict=False)
-    longest_period: int = 24
-    exponent: float = parameter(0.002, "1/s", "R", "convention", strict=False)
-    chaotic_above: float = parameter(0.8, "", "Gottwald & Melbourne 2009", "convention", high=1.0)
-    regular_below: float = parameter(0.3, "", "Gottwald & Melbourne 2009", "convention", high=1.0)
+    absolute: float = parameter(0.1, "", "R", "convention", low=1e-9, high=100.0)
+    relative: float = parameter(0.01, "", "R", "convention", high=100.0)
+    longest_period: int = parameter(24, "", "R", "convention", low=1, high=1000)
+    exponent: float = parameter(0.002, "1/s", "R", "convention", high=1000.0)
+    chaotic_above: float = parameter(0.8, "", "Gottwald & Melbourne 2009", "convention", low=0.001, high=1.0)
+    regular_below: float = parameter(0.3, "", "Gottwald & Melbourne 2009", "convention", low=0.001, high=1.0)
 
 
 @dataclass(frozen=True)
-class Attractors:
+class Attractors(Checked):
     """Attractors: two starts of an operating point are on the same one where their scaled features, and those of a
     chain of other starts between them, differ by less than ``tolerance`` (:mod:`nsdrill.analysis.attractors`)."""
 
-    tolerance: float = parameter(0.05, "", "R: see Coexistence", "convention")
+    tolerance: float = parameter(0.05, "", "R: see Coexistence", "convention", low=1e-9, high=100.0)
 
 
 @dataclass(frozen=True)
-class Thresholds:
+class Thresholds(Checked):
     """All thresholds; ``stuck_below`` [rad/s] is the bit speed under which the bit counts as stuck."""
 
     bit_bounce: BitBounce = field(default_factory=BitBounce)
@@ -118,7 +116,9 @@ class Thresholds:
     trust: Trust = field(default_factory=Trust)
     motion: Motion = field(default_factory=Motion)
     attractors: Attractors = field(default_factory=Attractors)
-    stuck_below: float = parameter(5 * math.pi / 30, "rad/s", "field practice: bit-stuck time below 5 rpm", "high")
+    stuck_below: float = parameter(
+        5 * math.pi / 30, "rad/s", "field practice: bit-stuck time below 5 rpm", "high", low=1e-6, high=1e3
+    )
 
 
 @dataclass(frozen=True)
@@ -127,8 +127,8 @@ class Record:
     ``poincare``: how many of the last returns to the Poincare ``section``, a whole revolution of the bit or a lobe;
     ``exponent``: whether the largest Lyapunov exponent is measured."""
 
-    peaks: int = 32
-    poincare: int = 0
+    peaks: int = parameter(32, high=1000)
+    poincare: int = parameter(0, high=10_000)
     section: Literal["revolution", "lobe"] = "revolution"
     exponent: bool = False
 

@@ -1,15 +1,16 @@
-"""HDF5 as nsdrill uses it: dimensions that xarray finds, checksums on everything, and readers that fear the worst.
+"""HDF5 as nsdrill uses it: dimensions that xarray finds, checksums on everything, and readers that trust no file.
 
 Small variables lie in the object headers, large ones in chunks with a Fletcher-32 checksum. After the HDF5 part follows
 a seal: a magic, its length and its SHA-256. HDF5 ignores it, and drops it when another program edits the file. A file
-whose seal fits is byte for byte what nsdrill wrote; one whose seal does not fit is refused unread, because the HDF5
-library can crash on damaged files; one without a seal is read in a child process first.
+whose seal does not fit is refused unread, because the HDF5 library can crash on damaged files; one without a seal is
+read in a child process first. The seal is against accidents only: who changes a file on purpose can seal it again. So
+no reader follows a link to another file or believes a shape that the bytes of the file cannot fill.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
+import math
 import os
 import stat
 import struct
@@ -22,14 +23,14 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.data import Array
-from nsdrill.errors import FileError
+from nsdrill.data import Array, json_text
+from nsdrill.errors import FileError, printable
 from nsdrill.store.files import reason
 from nsdrill.store.forgiving import ForgivingFile
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
 from nsdrill.units import CF, plain_units
-from nsdrill.variables import COORDINATES, FORMAT_VERSION, STATE_UNITS, Axis, Variable
+from nsdrill.variables import COORDINATES, FORMAT_VERSION, STATE_NAMES, STATE_UNITS, Axis, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -37,7 +38,9 @@ _SEAL = struct.Struct("<8sQ32s")
 _SEAL_MAGIC = b"nsdrill\x1a"
 _COMPACT_BYTES = 8192  # HDF5 allows 64 KiB in an object header; with more than this, chunks are as small
 _PROBE_SECONDS = 20.0
-_PROBE = """
+_RATIO = 2000  # of numbers to the bytes that hold them; deflate reaches 1032
+_MOST_MEMBERS = 1000
+_PROBE = f"""
 import os, resource, sys
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
 import h5py
@@ -45,7 +48,9 @@ size = os.stat(sys.argv[1]).st_size
 def look(name, thing):
     dict(thing.attrs)
     if isinstance(thing, h5py.Dataset):
-        if thing.nbytes > 2000 * size:  # no compression does that (deflate: 1032), so most of it is not there
+        if thing.is_virtual or thing.external:
+            raise ValueError(name + " lies in another file")
+        if thing.nbytes > {_RATIO} * size:
             raise ValueError(name + " claims more numbers than the file can hold")
         for part in thing.iter_chunks() if thing.chunks else [()]:
             thing[part]
@@ -137,18 +142,8 @@ def put_attributes(file: Any, attrs: Mapping[str, Any]) -> None:
         elif not isinstance(value, str | int | float | np.number | np.ndarray) or (
             isinstance(value, np.ndarray) and value.dtype.kind not in "iuf"
         ):
-            value = json.dumps(value, default=lambda item: item.tolist())
+            value = json_text(value)
         file.attrs[name] = value
-
-
-def get_attributes(file: Any) -> dict[str, Any]:
-    """Root attributes as plain Python values; arrays stay arrays."""
-    attrs = {}
-    for name, value in file.attrs.items():
-        if isinstance(value, bytes):
-            value = value.decode(errors="replace")
-        attrs[name] = value.item() if isinstance(value, np.generic) else value
-    return attrs
 
 
 def seal(path: Path) -> None:
@@ -176,6 +171,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
     try:
         with h5py.File(path, "r") as file:
             check_version(path, file)
+            check_plain(path, file)
             yield file
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
         raise damaged(path, reason(error)) from error
@@ -184,12 +180,35 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
 def check_version(path: str | os.PathLike[str], file: Any) -> None:
     """FileError unless nsdrill made ``file``, in a format that this version reads."""
     version = file.attrs.get("format_version")
-    if "nsdrill_kind" not in file.attrs or not isinstance(version, int | np.integer):
+    if not isinstance(file.attrs.get("nsdrill_kind"), str) or not isinstance(version, int | np.integer):
         raise FileError(f"{path}: an HDF5 file, but none of nsdrill. Give the output of 'nsdrill run' or 'simulate'.")
     if not 1 <= version <= FORMAT_VERSION:
         raise FileError(
             f"{path}: file format {version}; this nsdrill reads formats 1 to {FORMAT_VERSION}. Use a newer nsdrill."
         )
+
+
+def check_plain(path: str | os.PathLike[str], file: Any) -> None:
+    """FileError unless everything in ``file`` lies in it, and no dataset claims more than its bytes can hold: reading
+    one takes memory in proportion to the file."""
+    import h5py
+
+    if len(file) > _MOST_MEMBERS:
+        raise damaged(path, f"it has {len(file)} datasets")
+    claimed, size = 0, os.stat(path).st_size
+    for name in file:
+        if not isinstance(file.get(name, getlink=True), h5py.HardLink):
+            raise damaged(path, f"{printable(name)} is a link to elsewhere")
+        dataset = file[name]
+        if not isinstance(dataset, h5py.Dataset):
+            continue
+        if dataset.is_virtual or dataset.external:
+            raise damaged(path, f"{printable(name)} lies in another file")
+        chunk = math.prod(dataset.chunks) * dataset.dtype.itemsize if dataset.chunks else 0
+        claims = max(dataset.nbytes, chunk)
+        claimed += claims
+        if claims > _RATIO * dataset.id.get_storage_size() or claimed > _RATIO * size:
+            raise damaged(path, f"{printable(name)} claims more numbers than the file can hold")
 
 
 def check_readable(path: str | os.PathLike[str]) -> None:
@@ -278,11 +297,14 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
     import h5py
 
     scale = file.get(name)
-    if not isinstance(scale, h5py.Dataset) or scale.ndim != 1 or scale.dtype.kind not in "OSif":
+    kinds = "OS" if name in ("procedure", "state") else "i" if name in ("start", "peak", "crossing") else "f"
+    if not isinstance(scale, h5py.Dataset) or scale.shape is None or scale.ndim != 1 or scale.dtype.kind not in kinds:
         raise FileError(f"{path}: the coordinate {name} is missing or no list of values. Make the file again.")
-    if scale.dtype.kind in "OS":
-        return np.array(scale.asstr()[()], dtype=str)
-    return np.asarray(scale[()])
+    if kinds != "OS":
+        return np.asarray(scale[()])
+    if len(scale) > len(STATE_NAMES):  # text may be larger than the file: many values can be one
+        raise FileError(f"{path}: the coordinate {name} has {len(scale)} values. Make the file again.")
+    return np.array(scale.asstr()[()], dtype=str)
 
 
 def read_axes(path: str | os.PathLike[str], file: Any) -> tuple[Axis, ...]:

@@ -30,7 +30,7 @@ _PAGE = 4096
 def pack_header(header: dict[str, Any], n_points: int, kept: Kept) -> bytes:
     """The header of a log as bytes; ``header`` is plain data and numpy values."""
     fields = {"header": header, "n_points": n_points, "kept": asdict(kept), "fields": _fields(kept)}
-    text = json.dumps(fields, ensure_ascii=False, default=_plain).encode()
+    text = json.dumps(fields, ensure_ascii=False, default=_plain, allow_nan=False).encode()
     return _PREFIX.pack(MAGIC, LOG_VERSION, zlib.crc32(text), len(text)) + text
 
 

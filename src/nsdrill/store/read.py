@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from importlib.util import find_spec
 from typing import Any, Literal
 
@@ -12,14 +13,17 @@ import numpy as np
 
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
+from nsdrill.model.parameters import Operation
 from nsdrill.store import hdf5
-from nsdrill.store.files import replacing
+from nsdrill.store.attributes import check_attributes, get_attributes
+from nsdrill.store.files import reason, replacing
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, recorded
 from nsdrill.store.results import block_shape, blocks, columns, coordinates, points_in_block
 from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import (
+    AXES,
     BY_NAME,
     FORMAT_VERSION,
     INFERRED,
@@ -44,18 +48,20 @@ def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
     with hdf5.opened(path) as file:
         coords, kept = _coordinates(path, file)
         variables = {
-            variable.name: _dataset(path, file, variable, kept)[()]
+            variable.name: _checked(path, variable, _dataset(path, file, variable, kept)[()])
             for variable in _present(file, kept)
             if wanted is None or variable.name in wanted
         }
-        return Results(coords, variables, hdf5.get_attributes(file), kept.axes)
+        return Results(coords, variables, get_attributes(path, file), kept.axes)
 
 
 def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
     """What the run log ``path`` holds so far, or only its variables ``names``; also while the run goes on. Pending
     points have status 0 and NaN."""
     with RunLog.open(path, writable=False) as log:
-        return collect(log, names)
+        found = collect(log, names)
+    _check_axes(path, found.coords)
+    return replace(found, attrs=check_attributes(path, found.attrs))
 
 
 def collect(log: Source, names: Iterable[str] | None = None) -> Results:
@@ -80,7 +86,7 @@ def variables_in(path: PathLike) -> tuple[Variable, ...]:
 def read_attributes(path: PathLike) -> dict[str, Any]:
     """Root attributes of a results or trace file."""
     with hdf5.opened(path) as file:
-        return hdf5.get_attributes(file)
+        return get_attributes(path, file)
 
 
 def read_point(path: PathLike, *index: int) -> dict[str, Any]:
@@ -96,7 +102,7 @@ def read_point(path: PathLike, *index: int) -> dict[str, Any]:
             raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
         point: dict[str, Any] = {name: coords[name][i] for name, i in zip(kept.grid, index, strict=True)}
         for variable in _present(file, kept):
-            point[variable.name] = _dataset(path, file, variable, kept)[index]
+            point[variable.name] = _checked(path, variable, _dataset(path, file, variable, kept)[index])[()]
         return point
 
 
@@ -106,7 +112,7 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
         coords, kept = _coordinates(path, file)
         shape = tuple(len(coords[name]) for name in kept.grid)
         datasets = {v.name: _dataset(path, file, v, kept) for v in recorded(kept)}
-        header = {"coords": {name: coords[name] for name in kept.grid}, "attrs": hdf5.get_attributes(file)}
+        header = {"coords": {name: coords[name] for name in kept.grid}, "attrs": get_attributes(path, file)}
         log = RunLog.create(part, header, int(np.prod(shape)), kept)
         try:
             for place, start, stop in blocks(shape, block_shape(shape, points_in_block(kept))):
@@ -138,7 +144,7 @@ def rewrite_labels(
     with hdf5.opened(path) as file:
         _, kept = _coordinates(path, file)
         shapes = {name: _dataset(path, file, BY_NAME[name], kept).shape for name in labels}
-        known = hdf5.get_attributes(file)
+        known = get_attributes(path, file)
         old = str(known.get("history", ""))
     for name, values in labels.items():
         if np.shape(values) != shapes[name]:
@@ -164,7 +170,10 @@ def open_results(path: PathLike) -> Any:
 
     with hdf5.opened(path) as file:
         _coordinates(path, file)
-    return xarray.open_dataset(path, engine="h5netcdf")
+    try:
+        return xarray.open_dataset(path, engine="h5netcdf")
+    except Exception as error:  # of a file that is ours but for what xarray alone reads of it
+        raise hdf5.damaged(path, reason(error)) from error
 
 
 def kind_of(path: PathLike) -> Literal["results", "trace", "partial"]:
@@ -192,22 +201,47 @@ def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], Kept]:
     if file.attrs["nsdrill_kind"] != "results":
         raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed here.")
     coords = {name: hdf5.read_coordinate(path, file, name) for name in (*POINT, "state")}
-    if not set(coords["procedure"]) <= set(PROCEDURES):
+    procedures = coords["procedure"].tolist()
+    if not procedures or len(set(procedures)) < len(procedures) or not set(procedures) <= set(PROCEDURES):
         found = ", ".join(map(str, coords["procedure"]))
         raise FileError(f"{path}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
     if tuple(coords["state"]) != STATE_NAMES:
         found = ", ".join(map(str, coords["state"]))
         raise FileError(f"{path}: the states are {found}; they should be {', '.join(STATE_NAMES)}.")
+    _check_axes(path, coords)
     axes = hdf5.read_axes(path, file)
     for name in ("start", "peak", "crossing"):
         if name in file:
             coords[name] = hdf5.read_coordinate(path, file, name)
+            if not np.array_equal(coords[name], np.arange(len(coords[name]))):
+                raise FileError(f"{path}: the coordinate {name} does not count from 0. {hdf5.EDITED}")
     coords |= {axis.name: hdf5.read_coordinate(path, file, axis.name) for axis in axes}
     order = (*POINT, *(axis.name for axis in axes), "start", "peak", "crossing", "state")
     ordered = {name: coords[name] for name in order if name in coords}
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     return ordered, Kept(peaks, returns, exponent="lyapunov_exponent" in file, starts=starts, verify="trusted" in file,
                          axes=axes)
+
+
+def _check_axes(path: PathLike, coords: Mapping[str, Array]) -> None:
+    """FileError unless every axis ascends within the range of its quantity."""
+    for name in AXES:
+        values = coords[name]
+        try:
+            if not len(values) or not np.all(np.diff(values) > 0.0):
+                raise ValueError(f"{name}: found values that do not ascend")
+            for end in (values[0], values[-1]):
+                Operation(**{name: float(end)})
+        except ValueError as error:
+            raise FileError(f"{path}: the coordinate {error}. {hdf5.EDITED}") from error
+
+
+def _checked(path: PathLike, variable: Variable, values: Array) -> Array:
+    """``values`` in the type of ``variable``; FileError where a flag has no meaning."""
+    known = range(sum(variable.flag_masks) + 1) if variable.flag_masks else variable.flag_values
+    if known and values.size and not (values.min() >= known[0] and values.max() <= known[-1]):
+        raise FileError(f"{path}: {variable.name} has values that mean nothing. {hdf5.EDITED}")
+    return np.asarray(values, variable.dtype)
 
 
 def _present(file: Any, kept: Kept) -> tuple[Variable, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 from nsdrill.data import Trace
 from nsdrill.errors import FileError
 from nsdrill.store import hdf5
+from nsdrill.store.attributes import get_attributes
 from nsdrill.store.files import replacing
 from nsdrill.store.results import root_attributes
 from nsdrill.variables import SCHEDULED, TRACE_VARIABLES
@@ -38,7 +39,9 @@ def read_trace(path: str | os.PathLike[str]) -> Trace:
         if file.attrs["nsdrill_kind"] != "trace":
             raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a trace file is needed here.")
         time = hdf5.read_coordinate(path, file, "time")
-        attrs = hdf5.get_attributes(file)
+        if not len(time) or not np.all(np.isfinite(time)) or not np.all(np.diff(time) > 0.0):
+            raise FileError(f"{path}: the coordinate time does not ascend. {hdf5.EDITED}")
+        attrs = get_attributes(path, file)
         # Traces of earlier versions are of one operating point, which stands in their attributes.
         constant = {
             name: np.full(time.shape, attrs[axis]) for axis, name in SCHEDULED.items()

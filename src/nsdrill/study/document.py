@@ -9,11 +9,13 @@ from __future__ import annotations
 import os
 import re
 import stat
+import unicodedata
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from nsdrill.errors import Fault, FileError, StudyError
+from nsdrill.errors import Fault, FileError, StudyError, printable
+from nsdrill.units import quoted
 
 LARGEST_FILE = 1_000_000  # bytes
 _DEEPEST = 20  # levels; a study has five
@@ -53,13 +55,27 @@ class Document:
 
     def has(self, path: KeyPath) -> bool:
         """True where the file or an override gives this very key."""
-        return path in self.values
+        inside = self.data
+        for part in path:
+            if not isinstance(inside, dict) or part not in inside:
+                return False
+            inside = inside[part]
+        return True
 
 
 def dotted(path: KeyPath) -> str:
     """``sweep.depth[3]``."""
-    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{printable(part)}" for part in path)
     return text.removeprefix(".")[:120]
+
+
+def odd_character(text: str, allowed: str = "") -> str | None:
+    """The first control character or lone surrogate in ``text``, as words: no file format and no terminal takes all of
+    them. None where there is none but ``allowed`` ones."""
+    for place, char in enumerate(text, start=1):
+        if unicodedata.category(char) in ("Cc", "Cs") and char not in allowed:
+            return f"the character {printable(char)} (place {place} of the text)"
+    return None
 
 
 def read_text(path: Path) -> str:
@@ -196,6 +212,8 @@ class _Builder:
 
     def _key(self, event: Any) -> None:
         name = str(event.value)
+        if odd := odd_character(name):
+            raise self._fault(event, f"{odd} in the name {quoted(name)}", "names in letters that can be printed")
         top = self.stack[-1]
         path = (*top.path, name)
         if name in top.data and len(self.document.faults) < 100:

@@ -6,6 +6,7 @@ Also how one value is read. Nothing here knows YAML, pydantic or line numbers.
 from __future__ import annotations
 
 import math
+import re
 import typing
 from collections.abc import Iterator
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
@@ -15,38 +16,15 @@ from nsdrill import units as si
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, Well
 from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.ranges import bound_text, range_text
 from nsdrill.study.meanings import MEANINGS
-from nsdrill.units import QuantityError, quoted
+from nsdrill.units import USUAL, QuantityError, quoted
 
 SECTIONS: dict[str, type] = {
     "drillstring": Drillstring, "mud": Mud, "well": Well, "bit": Bit, "operation": Operation, "initial": Initial,
     "simulation": Simulation, "classify": Thresholds, "record": Record,
 }
 """The sections that are dataclasses, in file order; ``sweep`` is not one."""
-
-_ANYWHERE = {"low": -math.inf, "strict": False}
-_LIMITS: dict[str, dict[str, Any]] = {
-    "initial.x": {"units": "m", **_ANYWHERE},
-    "initial.y": {"units": "m", **_ANYWHERE},
-    "initial.vx": {"units": "m/s", **_ANYWHERE},
-    "initial.vy": {"units": "m/s", **_ANYWHERE},
-    "initial.z": {"units": "m", **_ANYWHERE},
-    "initial.vz": {"units": "m/s", **_ANYWHERE},
-    "initial.twist": {"units": "rad", **_ANYWHERE},
-    "initial.bit_speed": {"units": "rad/s", **_ANYWHERE},
-    "initial.drive_angle": {"units": "rad", **_ANYWHERE},
-    "initial.ensemble": {"low": 0, "strict": False, "high": 100_000},
-    "initial.seed": {"low": 0, "strict": False, "high": 10**15},
-    "initial.spread": {"low": 0.0, "strict": True, "high": 1.0},
-    "simulation.transient": {"units": "s", "low": 0.0, "strict": False},
-    "simulation.observe": {"units": "s", "low": 0.0, "strict": True},
-    "simulation.rtol": {"low": 1e-13, "strict": False, "high": 1e-2},
-    "simulation.max_steps": {"low": 1000, "strict": False, "high": 10**15},
-    "record.peaks": {"low": 0, "strict": False, "high": 1000},
-    "record.poincare": {"low": 0, "strict": False, "high": 10_000},
-    "classify.motion.longest_period": {"low": 1, "strict": False, "high": 1000},
-}
-"""Units and ranges of the keys whose dataclasses do not carry them."""
 
 SLICE = "initial.slice"  # its values are ranges of states, as the axes of the sweep are: no leaf
 
@@ -56,7 +34,7 @@ class Leaf:
     """One key that takes a value. ``kind`` is quantity (with ``units``), number, whole, choice (of ``choices``) or
     switch (true or false).
 
-    The range runs from ``low`` (excluded where ``strict``) to ``high``, in SI.
+    The range runs from ``low`` to ``high``, in SI; ``usual`` says what is met in the field.
     """
 
     key: str
@@ -66,10 +44,10 @@ class Leaf:
     choices: tuple[str, ...] = ()
     nullable: bool = False
     low: float = -math.inf
-    strict: bool = False
     high: float = math.inf
     source: str = ""
     confidence: str = ""
+    usual: str = ""
 
     @property
     def meaning(self) -> str:
@@ -99,7 +77,7 @@ class Leaf:
         what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]
         if self.kind == "number" and self.units:
             what = f"a number in {self.units}"
-        return f"{what}{', or null' if self.nullable else ''}{self._range()}"
+        return f"{what}{', or null' if self.nullable else ''}, {self.range()}"
 
     def read(self, raw: Any) -> Any:
         """The value of YAML scalar ``raw``; :class:`QuantityError` says what is wrong with it."""
@@ -112,7 +90,7 @@ class Leaf:
                 raise QuantityError(shown(raw), self.allowed())
             return raw
         value = self._quantity(raw) if self.kind == "quantity" else self._number(raw)
-        if value < self.low or (self.strict and value == self.low) or value > self.high:
+        if not self.low <= value <= self.high:
             raise QuantityError(shown(raw), self.allowed())
         return value
 
@@ -139,14 +117,18 @@ class Leaf:
             raise QuantityError(shown(raw), self.allowed())
         return int(raw) if self.kind == "whole" else float(raw) + 0.0
 
-    def _range(self) -> str:
-        if self.low == self.high:
-            return f", {bound_text(self.low)}"
-        low = "" if self.low == -math.inf else f"{'above' if self.strict else 'at least'} {bound_text(self.low)}"
-        high = "" if self.high == math.inf else f"at most {bound_text(self.high)}"
-        if low and high:
-            return f", {low} and {high}"
-        return f", {low or high}" if low or high else ""
+    def range(self) -> str:
+        """The range in words."""
+        return range_text(self.low, self.high, self.bound)
+
+    def bound(self, value: float) -> str:
+        """The end of a range, of a quantity in that of its usual units in which it is the shortest to write."""
+        if self.kind != "quantity" or value == 0.0:
+            return bound_text(value)
+        numbers = {unit: bound_text(si.from_si(value, unit)) for unit in USUAL[self.units]}
+        exact = [f"{number} {unit}" for unit, number in numbers.items()
+                 if si.to_si(f"{number.replace(' ', '')} {unit}", self.units) == value]
+        return min(exact, key=lambda text: (len(re.sub(r"[^1-9]", "", text)), len(text)))
 
 
 def leaves(cls: type, prefix: str) -> Iterator[Leaf]:
@@ -165,20 +147,19 @@ def leaves(cls: type, prefix: str) -> Iterator[Leaf]:
 
 def leaf(key: str, item: Field[Any], hint: Any) -> Leaf:
     """One leaf from the dataclass field ``item`` with the type ``hint``."""
-    meta = {**_LIMITS.get(key, {}), **item.metadata}
+    meta = dict(item.metadata)
     if key == "well.stiffness":  # of the linear law; the validation knows what the law asks for
         meta["units"] = "N/m"
     assert item.default is not MISSING, f"{key} has no default"
-    limits = {name: meta[name] for name in ("units", "low", "strict", "high", "source", "confidence") if name in meta}
     if typing.get_origin(hint) is Literal:
-        return Leaf(key, "choice", item.default, choices=typing.get_args(hint), **limits)
+        return Leaf(key, "choice", item.default, choices=typing.get_args(hint), **meta)
     if hint is bool:
         return Leaf(key, "switch", item.default)
     nullable = type(None) in typing.get_args(hint)
     if hint is int:
-        return Leaf(key, "whole", item.default, **limits)
-    bare = limits.get("units", "") in ("", "percent")
-    return Leaf(key, "number" if bare else "quantity", item.default, nullable=nullable, **limits)
+        return Leaf(key, "whole", item.default, **meta)
+    bare = meta.get("units", "") in ("", "percent")
+    return Leaf(key, "number" if bare else "quantity", item.default, nullable=nullable, **meta)
 
 
 def all_leaves() -> dict[str, Leaf]:
@@ -213,8 +194,3 @@ def did_you_mean(name: str, candidates: typing.Iterable[str]) -> str | None:
 
 def _either(names: tuple[str, ...]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
-
-
-def bound_text(value: float) -> str:
-    """The end of a range, in words: 100 000 000 rather than 1e+08."""
-    return f"{value:,.0f}".replace(",", " ") if abs(value) >= 1e4 else f"{value:g}"

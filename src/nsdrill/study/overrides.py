@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from nsdrill.errors import Fault, StudyError
-from nsdrill.study.document import Document, KeyPath, Place, dotted, parse
+from nsdrill.study.document import Document, KeyPath, Place, dotted, odd_character, parse
 from nsdrill.study.keys import shown
 
 
@@ -17,7 +17,7 @@ def apply(document: Document, overrides: Sequence[str]) -> None:
     for text in overrides:
         key, equals, value = text.partition("=")
         path: KeyPath = tuple(key.strip().split("."))
-        if not equals or not all(path):
+        if not equals or not all(path) or odd_character(key):
             document.faults.append(Fault("", f"--set {text[:80]}", "--set key=value, as in --set operation.wob=30kN"))
             continue
         label = f"--set {text[:80]}"

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from nsdrill.errors import Fault
+from nsdrill.kernel.settings import LONGEST
 from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import Leaf, shown
 from nsdrill.units import QuantityError
 from nsdrill.variables import AXES
 
-TIME = Leaf("time", "quantity", 0.0, "s", low=0.0)
+TIME = Leaf("time", "quantity", 0.0, "s", low=0.0, high=LONGEST)
 EXAMPLE = "{ramp: [[0 s, VALUE], [600 s, VALUE]]}"
 LEAST_LEG = 1e-3  # s between knots: to a drill string a jump
 

@@ -7,8 +7,10 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from nsdrill.errors import Fault
+from nsdrill.model.parameters import LARGEST_FORCE, WIDEST_BORE, deepest
+from nsdrill.ranges import bound_text
 from nsdrill.study.document import Document, KeyPath, dotted
-from nsdrill.study.keys import SLICE, Leaf, bound_text, shown
+from nsdrill.study.keys import SLICE, Leaf, shown
 from nsdrill.study.ramps import has_ramp
 from nsdrill.study.resolved import refined_axes
 from nsdrill.units import USUAL, format_quantity
@@ -17,11 +19,12 @@ from nsdrill.variables import AXES, STATE_NAMES
 MOST_POINTS = 10**8
 MOST_STARTS = 10**5  # of one operating point: they are compared with each other
 
-# (lower key, upper key, True where they may be equal, the key to blame where both are given)
+# (lower key, upper key, True where they may be equal, the key to blame where both are given); of a bore the upper one
+# counts WIDEST_BORE times
 _ORDER: tuple[tuple[str, str, bool, str], ...] = (
-    ("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", False, "lower"),
+    ("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower"),
     ("drillstring.collar.span", "drillstring.collar.length", True, "lower"),
-    ("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", False, "lower"),
+    ("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower"),
     ("drillstring.collar.outer_diameter", "well.diameter", False, "upper"),
     ("well.friction.dynamic", "well.friction.static", True, "lower"),
     ("bit.friction.dynamic", "bit.friction.static", True, "lower"),
@@ -65,13 +68,16 @@ class Checker:
                 continue  # a default that a swept axis replaces
             if upper == "operation.depth" and self._ramp_of_depth():
                 continue  # every knot of it is looked at
-            small, big = self._value(lower), self._value(upper)
+            factor = WIDEST_BORE if lower.endswith("inner_diameter") else 1.0
+            small, big = self._value(lower), factor * self._value(upper)
             if small < big or (equal and small == big):
                 continue
             first, second = (lower, upper) if blamed == "lower" else (upper, lower)
             if not self._given(first) and self._given(second):
                 first, second = second, first
             words = ("at most" if equal else "below") if first == lower else ("at least" if equal else "above")
+            if factor != 1.0:
+                words += f" {factor if first == lower else 1 / factor:.4g} times"
             yield self.fault(first, self._text(first), f"{words} {second}, which is {self._text(second)}")
 
     def _depths(self) -> Iterator[Fault]:
@@ -114,8 +120,9 @@ class Checker:
         return [(index, leaf.read(item)) for index, item in enumerate(raw)]
 
     def _initial(self) -> Iterator[Fault]:
-        """The collar starts inside the hole."""
-        keys = ("initial.x", "initial.y", "well.diameter", "drillstring.collar.outer_diameter")
+        """The collar starts inside the hole, or on its wall: no deeper in it than the greatest force presses."""
+        keys = ("initial.x", "initial.y", "well.diameter", "drillstring.collar.outer_diameter", "well.stiffness",
+                "well.law")
         if not self._sound(*keys):
             return
         gap = (self._value("well.diameter") - self._value("drillstring.collar.outer_diameter")) / 2
@@ -123,13 +130,18 @@ class Checker:
         reach = {name: max(abs(plane[name]["from"]), abs(plane[name]["to"])) if name in plane
                  else self._value(f"initial.{name}") for name in ("x", "y")}
         radius = math.hypot(reach["x"], reach["y"])
-        if gap > 0.0 and radius > gap and not plane.keys().isdisjoint(reach):
-            found = f"starts as far as {format_quantity(radius, 'mm')} off the axis"
-            yield self.fault(SLICE, found, f"within the gap between collar and wall, {format_quantity(gap, 'mm')}")
-        elif gap > 0.0 and radius > gap:
+        room = gap + deepest(self._value("well.stiffness"), self._value("well.law"))
+        if gap <= 0.0 or radius <= room:
+            return
+        allowed = (
+            f"at most {format_quantity(room, 'mm')}: the gap between collar and wall, {format_quantity(gap, 'mm')}, "
+            f"and as deep into the wall as {format_quantity(LARGEST_FORCE, 'MN')} press")
+        if not plane.keys().isdisjoint(reach):
+            yield self.fault(SLICE, f"starts as far as {format_quantity(radius, 'mm')} off the axis", allowed)
+        else:
             key = next((key for key in keys if self._given(key)), keys[0])
             found = f"{self._text(key)}, with which the collar starts {format_quantity(radius, 'mm')} off the axis"
-            yield self.fault(key, found, f"within the gap between collar and wall, {format_quantity(gap, 'mm')}")
+            yield self.fault(key, found, allowed)
 
     def _starts(self) -> Iterator[Fault]:
         """An ensemble or a slice, not both, without carried state, and nothing given that it would not use."""

@@ -8,8 +8,8 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import fields, is_dataclass
-from typing import Any
+from dataclasses import fields, is_dataclass, replace
+from typing import Any, get_args
 
 import numpy as np
 
@@ -18,14 +18,16 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, Parameters, Well
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
-from nsdrill.study.study import Study
+from nsdrill.ranges import check_fields
+from nsdrill.study.study import Procedure, Study
 from nsdrill.variables import AXES
 
 
 def study_from_resolved(
-    resolved: dict[str, Any], text: str = "", source: str = "", overrides: Sequence[str] = ()
+    resolved: dict[str, Any], text: str = "", source: str = "", overrides: Sequence[str] = (), *, most: int = 10**8
 ) -> Study:
-    """The study that ``resolved`` describes. :class:`FileError` where it is not a resolved study of this version."""
+    """The study that ``resolved`` describes, with at most ``most`` values of an axis. :class:`FileError` where it is
+    not a resolved study of this version."""
     try:
         operation = build(Operation, resolved["operation"])
         sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
@@ -38,9 +40,17 @@ def study_from_resolved(
         refined = refined_axes(sweep)
         axes = {
             axis: axis_values(sweep[axis] if axis in sweep else [getattr(operation, axis)],
-                              sweep["refine"] if axis in refined else 0)
+                              sweep["refine"] if axis in refined else 0, most)
             for axis in AXES
         }
+        for axis, values in axes.items():
+            for end in (values[0], values[-1]):
+                replace(operation, **{axis: float(end)})  # ValueError where it is outside the range
+        if sweep["procedure"] not in get_args(Procedure) or sweep["along"] not in (None, *swept):
+            raise ValueError(f"sweep: found {sweep['procedure']} along {sweep['along']}")
+        initial = build(Initial, resolved["initial"], lenient=True)
+        if initial.starts and sweep["procedure"] != "same":
+            raise ValueError(f"sweep: found {sweep['procedure']} with {initial.starts} starts")
         return Study(
             title=str(resolved.get("title", "")),
             parameters=Parameters(
@@ -50,7 +60,7 @@ def study_from_resolved(
                 build(Bit, resolved["bit"]),
             ),
             operation=operation,
-            initial=build(Initial, resolved["initial"], lenient=True),
+            initial=initial,
             axes=axes,
             swept=swept,
             procedure=sweep["procedure"],
@@ -67,7 +77,7 @@ def study_from_resolved(
             refine=sweep["refine"],
             refined=refined,
         )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError) as error:
         name = source or "the resolved study"
         raise FileError(
             f"{name}: does not hold a study that this version can use ({type(error).__name__}: {error})."
@@ -86,7 +96,9 @@ def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
             made = item.default_factory() if callable(item.default_factory) else None
             value = data[item.name]
             values[item.name] = build(type(made), value, lenient) if is_dataclass(made) else value
-    return cls(**values)
+    made = cls(**values)
+    check_fields(made)  # not every class does so itself
+    return made
 
 
 def refined_axes(sweep: dict[str, Any]) -> tuple[str, ...]:
@@ -97,12 +109,18 @@ def refined_axes(sweep: dict[str, Any]) -> tuple[str, ...]:
     return tuple(axis for axis in AXES if isinstance(sweep.get(axis), dict) and axis != sweep["along"])
 
 
-def axis_values(axis: Any, refine: int = 0) -> np.ndarray:
+def axis_values(axis: Any, refine: int = 0, most: int = 10**8) -> np.ndarray:
     """The values of a resolved axis: a list, or {from, to, points} with the spacing halved ``refine`` times. The values
-    that the axis has without refinement keep their bits: halving is exact."""
+    that the axis has without refinement keep their bits: halving is exact. ValueError for more than ``most``."""
     if isinstance(axis, dict):
-        return np.linspace(axis["from"], axis["to"], (axis["points"] - 1) * 2**refine + 1)
-    return np.array(axis, dtype=np.float64)
+        points = (axis["points"] - 1) * 2**refine + 1
+        if points > most or not axis["from"] < axis["to"]:
+            raise ValueError(f"sweep: found {axis}, allowed: ascending values, at most {most}")
+        return np.linspace(axis["from"], axis["to"], points)
+    values = np.array(axis, dtype=np.float64)
+    if values.ndim != 1 or not np.all(np.diff(values) > 0.0):
+        raise ValueError("sweep: found values that do not ascend")
+    return values
 
 
 def digest(resolved: dict[str, Any]) -> str:

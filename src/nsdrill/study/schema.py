@@ -24,6 +24,7 @@ from pydantic import (
     create_model,
 )
 
+from nsdrill.study.document import odd_character
 from nsdrill.study.keys import SECTIONS, SLICE, Leaf, leaf, leaves, shown
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME, knots, pair
@@ -32,6 +33,7 @@ from nsdrill.units import USUAL, QuantityError
 from nsdrill.variables import AXES, STATE_NAMES
 
 QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[A-Za-zµμ°1].*$"
+LONGEST_TITLE = 500  # characters
 STIFFNESS = {"linear": "N/m", "hertz": "N/m^1.5"}
 
 POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
@@ -45,7 +47,8 @@ _STRICT = ConfigDict(extra="forbid", populate_by_name=False)
 @lru_cache(maxsize=1)
 def study_model() -> type[BaseModel]:
     """The model of a whole study file."""
-    sections: dict[str, Any] = {"title": (Annotated[Any, PlainValidator(_title), WithJsonSchema({"type": "string"})],
+    text = WithJsonSchema({"type": "string", "maxLength": LONGEST_TITLE})
+    sections: dict[str, Any] = {"title": (Annotated[Any, PlainValidator(_title), text],
                                           Field(default="", description=MEANINGS["title"]))}
     for name, cls in SECTIONS.items():
         if name == "simulation":  # the sweep stands before it in the file
@@ -69,9 +72,7 @@ def json_of(found: Leaf) -> dict[str, Any]:
         }
     else:
         schema = {"type": "integer" if found.kind == "whole" else "number"}
-        for name, bound in (("exclusiveMinimum" if found.strict else "minimum", found.low), ("maximum", found.high)):
-            if abs(bound) != float("inf"):
-                schema[name] = bound
+        schema |= {"minimum": found.low, "maximum": found.high}
     return {"anyOf": [schema, {"type": "null"}]} if found.nullable else schema
 
 
@@ -80,6 +81,8 @@ def description(found: Leaf) -> str:
     parts = [found.meaning]
     if found.units:
         parts.append(f"In {found.units}")
+    if found.kind in ("quantity", "number", "whole"):
+        parts.append(f"Range: {found.range()}" + (f" (in the field: {found.usual})" if found.usual else ""))
     parts.append(f"Default {found.default_text}")
     if found.source:
         parts.append(f"Source: {found.source}" + (f" (confidence: {found.confidence})" if found.confidence else ""))
@@ -225,4 +228,8 @@ def _title(raw: Any) -> str:
         return ""
     if not isinstance(raw, str):
         raise QuantityError(shown(raw), "text; put it in quotes")
+    if odd := odd_character(raw, allowed="\t\n"):
+        raise QuantityError(odd, "text that can be printed")
+    if len(raw) > LONGEST_TITLE:
+        raise QuantityError(f"{len(raw)} characters", f"at most {LONGEST_TITLE}")
     return raw

@@ -1,0 +1,33 @@
+"""The study that a results file was made from."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from nsdrill.app.overrides import overrides_of
+from nsdrill.app.run import plan_of
+from nsdrill.data import Array
+from nsdrill.errors import FileError
+from nsdrill.study.resolved import study_from_resolved
+from nsdrill.study.study import Study
+
+
+def stored_study(path: str | os.PathLike[str], attrs: Mapping[str, Any], coords: Mapping[str, Array]) -> Study:
+    """The study in the root attributes ``attrs`` of the results file ``path``; FileError where there is none, or it is
+    not that of the file's ``coords``."""
+    if "study_resolved" not in attrs:
+        raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
+    most = max(len(values) for values in coords.values())
+    study = study_from_resolved(
+        json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), overrides_of(attrs), most=most)
+    plan = plan_of(study)
+    same = tuple(coords["procedure"]) == plan.procedures and plan.starts == len(coords.get("start", ()))
+    axes = {key.replace(".", "_"): values for key, values in plan.axes.items()}
+    if not same or not all(np.array_equal(values, coords.get(name, ())) for name, values in axes.items()):
+        raise FileError(f"{path}: the study in the file is not that of its points. Make the file again.")
+    return study

@@ -1,0 +1,87 @@
+"""The range of every value of a study: it stands once, with the field of the dataclass that holds the value.
+
+Validation, messages, the JSON Schema and the tables of the documentation read it from there. A range ends a decade or
+more beyond what is met in the field, and where every number that follows from the values is still finite.
+"""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Callable
+from dataclasses import field, fields
+from functools import lru_cache
+from numbers import Integral, Real
+from typing import Any, Literal
+
+
+def parameter(
+    default: Any,
+    units: str = "",
+    source: str = "",
+    confidence: str = "",
+    *,
+    low: float = 0.0,
+    high: float,
+    usual: str = "",
+) -> Any:
+    """A field with its units, source and confidence, its range from ``low`` to ``high``, both allowed, in SI, and in
+    words what is ``usual`` in the field."""
+    return field(
+        default=default,
+        metadata={
+            "units": units, "source": source, "confidence": confidence, "low": low, "high": high, "usual": usual,
+        },
+    )
+
+
+def choice(default: str, source: str) -> Any:
+    """A field that takes one of the words of its type."""
+    return field(default=default, metadata={"units": "", "source": source, "confidence": "modelling choice"})
+
+
+class Checked:
+    """A dataclass whose values lie within their ranges (``ValueError``)."""
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+
+
+def check_fields(record: Any) -> None:
+    """ValueError where a field of the dataclass ``record`` has a value of another type or outside its range."""
+    hints = _hints(record.__class__)
+    for item in fields(record):
+        value, hint = getattr(record, item.name), hints[item.name]
+        if value is None and type(None) in typing.get_args(hint):
+            continue
+        if typing.get_origin(hint) is Literal:
+            if value not in typing.get_args(hint):
+                raise ValueError(f"{item.name}: found {value!r:.60}, allowed: {', '.join(typing.get_args(hint))}")
+        elif hint is bool:
+            if not isinstance(value, bool):
+                raise ValueError(f"{item.name}: found {value!r:.60}, allowed: true or false")
+        elif "low" in item.metadata:
+            _check_number(item.name, value, Integral if hint is int else Real, item.metadata)
+
+
+def _check_number(name: str, value: Any, kind: type, meta: Any) -> None:
+    low, high = meta["low"], meta["high"]
+    if isinstance(value, bool) or not isinstance(value, kind) or not low <= value <= high:  # NaN is in no range
+        found = f"{value:g}" if isinstance(value, float) else f"{value!r:.60}"
+        what = "a whole number, " if kind is Integral else ""
+        raise ValueError(f"{name}: found {found}, allowed: {what}{range_text(low, high)} {meta['units']}".rstrip())
+
+
+def range_text(low: float, high: float, text: Callable[[float], str] | None = None) -> str:
+    """A range in words; ``text`` writes one of its ends."""
+    text = text or bound_text
+    return text(low) if low == high else f"at least {text(low)} and at most {text(high)}"
+
+
+def bound_text(value: float) -> str:
+    """The end of a range, in words: 100 000 000 rather than 1e+08."""
+    return f"{value:,.0f}".replace(",", " ") if abs(value) >= 1e4 else f"{value:g}"
+
+
+@lru_cache
+def _hints(cls: Any) -> dict[str, Any]:
+    return typing.get_type_hints(cls)

@@ -1,0 +1,138 @@
+"""The root attributes of a file as plain values of the types that they should have, whoever wrote them."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from nsdrill.errors import FileError
+from nsdrill.model.parameters import Operation
+from nsdrill.model.schedule import Ramp
+from nsdrill.observe.thresholds import Thresholds
+from nsdrill.variables import AXES, STATE_NAMES
+
+_LONGEST_LIST = 1000  # numbers in an array
+_LONGEST_TITLE = 500  # characters; the first versions had no limit
+_TEXT = (
+    "title", "study", "study_source", "study_overrides", "study_resolved", "study_sha256", "classification",
+    "classification_resolved", "border_spacing", "ramps", "nsdrill_version", "model_digest", "created", "history",
+    "procedure", "status", "replay_of",
+)  # fmt: skip
+_NUMBERS = ("gap", *AXES, "transient", "observe", "rtol")
+_COUNTS = ("format_version", "refine", "points_run", "points_inferred", "start", "steps", "rejected")
+
+
+def get_attributes(path: str | os.PathLike[str], file: Any) -> dict[str, Any]:
+    """Root attributes as plain Python values; arrays stay arrays. FileError where one of nsdrill's has another type
+    than it should have; of other programs' only text and numbers."""
+    return check_attributes(path, {name: _plain(file.attrs, name) for name in file.attrs})
+
+
+def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """``attrs`` but for those that are None; FileError where one has another type than it should have."""
+    for name, value in attrs.items():
+        if (fault := _fault(name, value)) is not None:
+            raise FileError(f"{path}: the attribute {name} should be {fault}. Make the file again.")
+    known = {name: value for name, value in attrs.items() if value is not None}
+    return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
+
+
+def _plain(attrs: Any, name: str) -> Any:
+    """One text, one number or a short array of numbers; None for anything else, which is not read."""
+    import h5py
+
+    there = attrs.get_id(name)
+    text = h5py.check_string_dtype(there.dtype) is not None
+    if there.shape is None or len(there.shape) > (0 if text else 1) or math.prod(there.shape) > _LONGEST_LIST:
+        return None
+    if not text and there.dtype.kind not in "iufb":
+        return None
+    value = attrs[name]
+    if text:
+        raw = value if isinstance(value, bytes) else value.encode("utf-8", "surrogateescape")
+        return raw.decode("utf-8", "replace").replace("\0", "")
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _fault(name: str, value: Any) -> str | None:
+    """What the attribute should be, where it is something else."""
+    if name in _TEXT or (name.endswith("_version") and name != "format_version"):
+        if not isinstance(value, str):
+            return "text"
+    elif name in _COUNTS:
+        return None if isinstance(value, int) and value >= 0 else "a whole number"
+    elif name in _NUMBERS:
+        return None if isinstance(value, int | float) and math.isfinite(value) else "a finite number"
+    if name not in _JSON:
+        return None
+    what, sound = _JSON[name]
+    try:
+        found = json.loads(value, parse_constant=_refuse)
+        return None if sound(found) else what
+    except (ValueError, TypeError, KeyError, AttributeError, OverflowError, RecursionError):
+        return what
+
+
+def _refuse(word: str) -> float:
+    raise ValueError(word)
+
+
+def _number(found: Any) -> bool:
+    return isinstance(found, int | float) and not isinstance(found, bool) and math.isfinite(found)
+
+
+def _words(found: Any) -> bool:
+    return isinstance(found, list) and all(isinstance(item, str) for item in found)
+
+
+def _like(found: Any, model: Any) -> bool:
+    """Whether ``found`` has numbers and mappings where ``model`` has them; it may lack some."""
+    if not isinstance(model, dict):
+        return _number(found)
+    return isinstance(found, dict) and all(_like(value, model[name]) for name, value in found.items())
+
+
+def _classify(found: Any) -> bool:
+    return _like(found, asdict(Thresholds()))
+
+
+def _study(found: Any) -> bool:
+    """What is read of a resolved study without building it: thresholds, the carried axis, the slice."""
+    sections = [found.get(name, {}) for name in ("initial", "sweep", "simulation")]
+    plane, along = sections[0].get("slice", {}), sections[1].get("along")
+    return (
+        isinstance(found, dict) and all(isinstance(section, dict) for section in sections)
+        and (along is None or along in AXES) and _classify(found.get("classify", {}))
+        and all(name in STATE_NAMES and set(axis) == {"from", "to", "points"} and all(map(_number, axis.values()))
+                and axis["from"] < axis["to"] and isinstance(axis["points"], int) and axis["points"] > 1
+                for name, axis in plane.items()))
+
+
+def _ramps(found: Any) -> bool:
+    for name, (times, values) in found.items():
+        if name not in AXES or not all(map(_number, [*times, *values])):
+            return False
+        Ramp(tuple(times), tuple(values))  # ValueError where it is none
+        for value in values:
+            Operation(**{name: float(value)})
+    return True
+
+
+def _spacing(found: Any) -> bool:
+    return all(name in AXES and _number(step) for name, step in found.items())
+
+
+_JSON: dict[str, tuple[str, Callable[[Any], bool]]] = {
+    "study_overrides": ("a JSON list of texts", _words),
+    "classification": ("a JSON list of texts", _words),
+    "study_resolved": ("a study as JSON", _study),
+    "classification_resolved": ("thresholds as JSON", _classify),
+    "ramps": ("ramps as JSON", _ramps),
+    "border_spacing": ("a JSON object of numbers", _spacing),
+}
