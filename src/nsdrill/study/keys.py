@@ -9,7 +9,8 @@ import math
 import re
 import typing
 from collections.abc import Iterator
-from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
+from dataclasses import MISSING, Field, dataclass, fields, is_dataclass, replace
+from functools import lru_cache
 from typing import Any, Literal
 
 from nsdrill import units as si
@@ -25,6 +26,12 @@ SECTIONS: dict[str, type] = {
     "simulation": Simulation, "classify": Thresholds, "record": Record,
 }
 """The sections that are dataclasses, in file order; ``sweep`` is not one."""
+
+STIFFNESS = {"linear": "N/m", "hertz": "N/m^1.5"}
+"""Units of the wall's stiffness by its contact law."""
+
+PHYSICAL = ("drillstring", "mud", "well", "bit", "operation", "initial")
+"""The sections whose numbers a sweep may vary."""
 
 SLICE = "initial.slice"  # its values are ranges of states, as the axes of the sweep are: no leaf
 
@@ -162,6 +169,16 @@ def leaf(key: str, item: Field[Any], hint: Any) -> Leaf:
     return Leaf(key, "number" if bare else "quantity", item.default, nullable=nullable, **meta)
 
 
+def axis_leaves() -> dict[str, Leaf]:
+    """The numbers that a sweep may vary, by the names that they have there: those of the operation by short ones, the
+    others by their dotted keys."""
+    found = {key.removeprefix("operation."): leaf for key, leaf in all_leaves().items()
+             if leaf.kind in ("quantity", "number") and key.partition(".")[0] in PHYSICAL}
+    return {name: replace(leaf, nullable=False) for name, leaf in sorted(found.items(), key=lambda item: "." in item[0])
+            if name not in ("initial.spread",)}
+
+
+@lru_cache(maxsize=1)
 def all_leaves() -> dict[str, Leaf]:
     """Every leaf of the dataclass sections, by dotted key."""
     return {found.key: found for section, cls in SECTIONS.items() for found in leaves(cls, section)}

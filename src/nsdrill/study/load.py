@@ -13,7 +13,7 @@ from nsdrill.errors import Fault, StudyError
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study import overrides as setting
 from nsdrill.study.document import Document, KeyPath, dotted, parse, read_text
-from nsdrill.study.keys import SECTIONS, SLICE, all_leaves, did_you_mean, shown
+from nsdrill.study.keys import PHYSICAL, SECTIONS, SLICE, all_leaves, axis_leaves, did_you_mean, shown
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE, has_ramp, take_ramps
 from nsdrill.study.relations import Checker
@@ -87,15 +87,13 @@ def _validate(document: Document, stand_in: bool = False) -> tuple[dict[str, Any
     """The values given, in SI; the faults; and the keys at fault, which are left out of the values."""
     from pydantic import ValidationError
 
-    from nsdrill.study.schema import study_model
-
     data = document.data
     if stand_in:
         data = {**data, "sweep": {"depth": "1 m"}}
     elif has_ramp(data):
         data = {"sweep": {}, **data}  # may be left out
     try:
-        return study_model().model_validate(data).model_dump(exclude_unset=True, by_alias=True), [], set()
+        return _validated(data), [], set()
     except ValidationError as error:
         details = error.errors(include_url=False)
     faults = [_fault(document, _path(detail["loc"]), detail) for detail in details]
@@ -105,16 +103,27 @@ def _validate(document: Document, stand_in: bool = False) -> tuple[dict[str, Any
         faulty |= {dotted(path) for path in paths}
         data = {"sweep": {}, **_without(data, paths)}
         try:
-            given = study_model().model_validate(data).model_dump(exclude_unset=True, by_alias=True)
+            given = _validated(data)
         except ValidationError as error:
             details = error.errors(include_url=False)
         else:
             return given, faults[:_MOST_FAULTS], faulty
 
 
+def _validated(data: Any) -> dict[str, Any]:
+    """The values given, as pydantic reads them. The contact law, which decides the units of the wall's stiffness, is
+    told to the axes of the sweep as well."""
+    from nsdrill.study.schema import study_model
+
+    well = data.get("well")
+    law = well.get("law", "linear") if isinstance(well, dict) else "linear"
+    made = study_model().model_validate(data, context={"law": law if law in ("linear", "hertz") else None})
+    return made.model_dump(exclude_unset=True, by_alias=True)
+
+
 def _path(loc: tuple[str | int, ...]) -> KeyPath:
     """pydantic's place without the name of the form that an axis or an operating value takes."""
-    if len(loc) > 2 and loc[0] in ("sweep", "operation") and loc[1] in AXES:
+    if len(loc) > 2 and (loc[0] == "sweep" or (loc[0] == "operation" and loc[1] in AXES)):
         return (*loc[:2], *loc[3:])
     return loc
 
@@ -149,9 +158,9 @@ def _fault(document: Document, path: KeyPath, detail: Any) -> Fault:
         if path in [("operation", axis) for axis in AXES] and isinstance(detail["input"], list):
             allowed += f"; a ramp, for nsdrill simulate, is {EXAMPLE}"
     elif kind == "extra_forbidden":
-        found = "an unknown key"
-        allowed = _listed(dotted(path[:-1]))
-        suggestion = _nearest(path)
+        found, allowed, suggestion = "an unknown key", _listed(dotted(path[:-1])), _nearest(path)
+        if path[0] == "sweep" and len(path) == 2:
+            found, allowed, suggestion = _no_axis(str(path[1]))
     elif kind == "missing":
         found = "nothing"
         allowed = "all of from, to and points"
@@ -170,7 +179,7 @@ def _fault(document: Document, path: KeyPath, detail: Any) -> Fault:
 
 def _children(prefix: str) -> list[str]:
     if prefix.startswith(("sweep.", f"{SLICE}.")):
-        return list(_RANGE)
+        return [*_RANGE, *(["spacing"] if prefix.startswith("sweep.") else [])]
     if prefix.startswith("operation."):
         return ["ramp"]
     if prefix == SLICE:
@@ -194,6 +203,32 @@ def _nearest(path: KeyPath) -> str | None:
     return f"Did you mean {' or '.join(elsewhere[:3])}?" if elsewhere else None
 
 
+def _no_axis(name: str) -> tuple[str, str, str | None]:
+    """What is wrong with a key of the sweep that is no axis: what was found, what is allowed, what may be meant."""
+    axes, leaf = axis_leaves(), all_leaves().get(name)
+    allowed = (
+        f"{', '.join(AXES)} or another number of {', '.join(PHYSICAL)} by its key, as bit.rock_stiffness; procedure, "
+        "along, refine")
+    if name.startswith("operation.") and name.removeprefix("operation.") in AXES:
+        return f"{name} in full", allowed, f"Write {name.removeprefix('operation.')}."
+    if leaf is None:
+        return "an unknown key", allowed, _near_axis(name)
+    if leaf.kind == "whole" and leaf.key.startswith("bit."):
+        return "a number that is fixed when the model is compiled", allowed, (
+            f"Run one study for each value: --set {name}={leaf.default_text}.")
+    what = "a number that is not of the string or its operation" if leaf.kind in ("quantity", "number", "whole") else (
+        "a key that is no number")
+    return what, allowed, _near_axis(name)
+
+
+def _near_axis(name: str) -> str | None:
+    """The axis that may have been meant: one of nearly this key, or whose key ends like it."""
+    axes = axis_leaves()
+    last = name.rpartition(".")[2]
+    ends = [key for key in axes if key.rpartition(".")[2] == last and key != name]
+    return did_you_mean(name, axes) or (f"Did you mean {' or '.join(ends[:3])}?" if ends else None)
+
+
 def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
     """The complete study as plain data, defaults filled in, axes ascending."""
     ramps, faults = take_ramps(document, given.get("operation", {}))
@@ -204,7 +239,8 @@ def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any],
         resolved["ramps"] = ramps
     sweep = given.get("sweep", {})
     made: dict[str, Any] = {}
-    for axis in AXES:
+    axes = axis_leaves()
+    for axis in (*AXES, *(name for name in document.data.get("sweep") or () if name in axes and name not in AXES)):
         if axis in sweep:
             value, fault = _ascending(document, ("sweep", axis), sweep[axis])
             if fault is None:
@@ -243,7 +279,14 @@ def _ascending(document: Document, path: KeyPath, value: Any) -> tuple[Any, Faul
         low, high = sorted((value["from"], value["to"]))
         if low == high or (high - low) / (value["points"] - 1) <= 4 * math.ulp(max(abs(low), abs(high))):
             return None, Fault(key, "values that are the same", "from and to that differ", place.line, place.column)
-        return {"from": low, "to": high, "points": value["points"]}, None
+        if value.get("spacing") != "log":
+            return {"from": low, "to": high, "points": value["points"]}, None
+        if low <= 0.0:
+            place = document.place((*path, "spacing"))
+            found = f"log spacing from {low:g}"
+            allowed = "linear, or values above 0"
+            return None, Fault(f"{key}.spacing", found, allowed, place.line, place.column)
+        return {"from": low, "to": high, "points": value["points"], "spacing": "log"}, None
     values = sorted(value) if isinstance(value, list) else [value]
     if not values:
         return None, Fault(key, "an empty list", "at least one value", place.line, place.column)

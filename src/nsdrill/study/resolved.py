@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass
 from typing import Any, get_args
 
 import numpy as np
@@ -19,8 +19,9 @@ from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, 
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
+from nsdrill.study.keys import STIFFNESS, axis_leaves
 from nsdrill.study.study import Procedure, Study
-from nsdrill.variables import AXES
+from nsdrill.variables import AXES, Axis
 
 
 def study_from_resolved(
@@ -31,7 +32,10 @@ def study_from_resolved(
     try:
         operation = build(Operation, resolved["operation"])
         sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
-        swept = tuple(axis for axis in AXES if axis in sweep)
+        leaves = axis_leaves()
+        swept = tuple(axis for axis in sweep if axis not in ("procedure", "along", "refine"))
+        if unknown := set(swept) - set(leaves):
+            raise ValueError(f"sweep: found {', '.join(sorted(unknown))}, which are no axes")
         ramps = {name: Ramp(tuple(times), tuple(values)) for name, (times, values) in resolved.get("ramps", {}).items()}
         if not swept and not ramps:
             raise ValueError("sweep: found no axis")
@@ -41,11 +45,13 @@ def study_from_resolved(
         axes = {
             axis: axis_values(sweep[axis] if axis in sweep else [getattr(operation, axis)],
                               sweep["refine"] if axis in refined else 0, most)
-            for axis in AXES
+            for axis in (*AXES, *(axis for axis in swept if axis not in AXES))
         }
         for axis, values in axes.items():
-            for end in (values[0], values[-1]):
-                replace(operation, **{axis: float(end)})  # ValueError where it is outside the range
+            if not leaves[axis].low <= values[0] <= values[-1] <= leaves[axis].high:
+                raise ValueError(f"{axis}: found {values[0]} to {values[-1]}, allowed: {leaves[axis].range()}")
+        more = [leaves[axis] for axis in swept if axis not in AXES]
+        stiffness = STIFFNESS[resolved["well"]["law"]]
         if sweep["procedure"] not in get_args(Procedure) or sweep["along"] not in (None, *swept):
             raise ValueError(f"sweep: found {sweep['procedure']} along {sweep['along']}")
         initial = build(Initial, resolved["initial"], lenient=True)
@@ -76,6 +82,8 @@ def study_from_resolved(
             ramps=ramps,
             refine=sweep["refine"],
             refined=refined,
+            more=tuple(Axis(leaf.key, stiffness if leaf.key == "well.stiffness" else leaf.units,
+                            f"{leaf.meaning} ({leaf.key})") for leaf in more),
         )
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError) as error:
         name = source or "the resolved study"
@@ -106,7 +114,7 @@ def refined_axes(sweep: dict[str, Any]) -> tuple[str, ...]:
     the state is carried."""
     if not sweep["refine"]:
         return ()
-    return tuple(axis for axis in AXES if isinstance(sweep.get(axis), dict) and axis != sweep["along"])
+    return tuple(axis for axis, values in sweep.items() if isinstance(values, dict) and axis != sweep["along"])
 
 
 def axis_values(axis: Any, refine: int = 0, most: int = 10**8) -> np.ndarray:
@@ -116,6 +124,10 @@ def axis_values(axis: Any, refine: int = 0, most: int = 10**8) -> np.ndarray:
         points = (axis["points"] - 1) * 2**refine + 1
         if points > most or not axis["from"] < axis["to"]:
             raise ValueError(f"sweep: found {axis}, allowed: ascending values, at most {most}")
+        if axis.get("spacing") == "log":
+            ratio = axis["to"] / axis["from"]  # a point halfway up a refinement keeps its quotient, and so its bits
+            inner = [axis["from"] * ratio ** (i / (points - 1)) for i in range(1, points - 1)]
+            return np.array([axis["from"], *inner, axis["to"]])
         return np.linspace(axis["from"], axis["to"], points)
     values = np.array(axis, dtype=np.float64)
     if values.ndim != 1 or not np.all(np.diff(values) > 0.0):
@@ -127,12 +139,22 @@ def digest(resolved: dict[str, Any]) -> str:
     """SHA-256 of what influences the numbers: all but the title and the operating values and ramps that swept axes
     replace."""
     parts = {name: value for name, value in resolved.items() if name != "title"}
-    parts["operation"] = {name: value for name, value in parts["operation"].items() if name not in parts["sweep"]}
+    for key in parts["sweep"]:
+        *sections, name = key.split(".") if "." in key else ("operation", key)
+        parts = _without(parts, sections, name)
     ramps = {name: ramp for name, ramp in parts.pop("ramps", {}).items() if name not in parts["sweep"]}
     if ramps:
         parts["ramps"] = ramps
     text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _without(data: dict[str, Any], sections: Sequence[str], name: str) -> dict[str, Any]:
+    """Nested ``data`` without ``name`` of a section; as it was where it has none."""
+    if not sections:
+        return {key: value for key, value in data.items() if key != name}
+    first, *rest = sections
+    return {**data, first: _without(data[first], rest, name)} if first in data else data
 
 
 def differences(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, Any, Any]]:

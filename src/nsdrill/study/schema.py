@@ -25,21 +25,21 @@ from pydantic import (
 )
 
 from nsdrill.study.document import odd_character
-from nsdrill.study.keys import SECTIONS, SLICE, Leaf, leaf, leaves, shown
+from nsdrill.study.keys import SECTIONS, SLICE, STIFFNESS, Leaf, axis_leaves, leaf, leaves, shown
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME, knots, pair
 from nsdrill.study.study import Procedure
 from nsdrill.units import USUAL, QuantityError
-from nsdrill.variables import AXES, STATE_NAMES
+from nsdrill.variables import STATE_NAMES
 
 QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[A-Za-zµμ°1].*$"
 LONGEST_TITLE = 500  # characters
-STIFFNESS = {"linear": "N/m", "hertz": "N/m^1.5"}
 
 POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
 PROCEDURE = Leaf("sweep.procedure", "choice", "same", choices=typing.get_args(Procedure))
 REFINE = Leaf("sweep.refine", "whole", 0, low=0, high=6)
-ALONG = Leaf("sweep.along", "choice", None, choices=AXES, nullable=True)
+ALONG = Leaf("sweep.along", "choice", None, choices=tuple(axis_leaves()), nullable=True)
+SPACING = Leaf("spacing", "choice", "linear", choices=("linear", "log"))
 
 _STRICT = ConfigDict(extra="forbid", populate_by_name=False)
 
@@ -163,9 +163,8 @@ def _stiffness(found: Leaf, raw: Any, law: str | None) -> float:
 
 def _sweep_model() -> type[BaseModel]:
     members: dict[str, Any] = {}
-    operation = {item.name: item for item in fields(SECTIONS["operation"])}
-    for name in AXES:
-        members[name] = _axis(name, leaf(f"operation.{name}", operation[name], float))
+    for name, found in axis_leaves().items():
+        members[name.replace(".", "_")] = _axis(name, found)
     members["procedure"] = _leaf(PROCEDURE)
     members["along"] = _leaf(ALONG)
     members["refine"] = _leaf(REFINE)
@@ -174,28 +173,39 @@ def _sweep_model() -> type[BaseModel]:
 
 def _axis(name: str, value: Leaf) -> tuple[Any, Any]:
     """An axis: {from, to, points}, a list of quantities, or one quantity."""
-    one = Annotated[Any, PlainValidator(value.read), WithJsonSchema(json_of(value))]
-    span = _range(name, one)
+    validator: Callable[..., Any] = value.read
+    if value.key == "well.stiffness":
+
+        def validator(raw: Any, info: ValidationInfo) -> float:
+            return _stiffness(value, raw, (info.context or {}).get("law"))
+
+    one = Annotated[Any, PlainValidator(validator), WithJsonSchema(json_of(value))]
+    span = _range(name.replace(".", "_"), one, spacing=True)
     annotated = Annotated[
         Annotated[span, Tag("range")] | Annotated[list[one], Tag("list")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
         Discriminator(_form),
     ]
-    text = f"{MEANINGS[f'sweep.{name}']}, in {value.units}: {{from, to, points}}, a list, or one value."
-    return annotated, Field(default=None, description=text)
+    meaning = MEANINGS.get(f"sweep.{name}") or f"{value.meaning} ({name})"
+    units = f", in {value.units}" if value.units else ""
+    text = f"{meaning}{units}: {{from, to, points}}, a list, or one value."
+    return annotated, Field(default=None, alias=name, description=text)
 
 
 def _value_or_mapping(raw: Any) -> str:
     return "ramp" if isinstance(raw, dict | BaseModel) else "value"
 
 
-def _range(name: str, one: Any) -> type[BaseModel]:
-    """{from, to, points}, the ends of the type ``one``."""
+def _range(name: str, one: Any, spacing: bool = False) -> type[BaseModel]:
+    """{from, to, points}, the ends of the type ``one``; with ``spacing`` where it may be chosen."""
     whole = Annotated[Any, PlainValidator(POINTS.read), WithJsonSchema(json_of(POINTS))]
     ends: dict[str, Any] = {
         "from_": (one, Field(alias="from", description="One end")),
         "to": (one, Field(description="The other end")),
         "points": (whole, Field(description="Number of equally spaced values, both ends among them")),
     }
+    if spacing:
+        kind = Annotated[Any, PlainValidator(SPACING.read), WithJsonSchema(json_of(SPACING))]
+        ends["spacing"] = (kind, Field(default="linear", description="linear, or log for equal ratios"))
     return create_model(f"Range_{name}", __config__=_STRICT, **ends)
 
 

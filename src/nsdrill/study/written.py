@@ -7,13 +7,12 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from nsdrill.study.keys import SECTIONS, SLICE, Leaf, all_leaves
+from nsdrill.study.keys import SECTIONS, SLICE, STIFFNESS, Leaf, all_leaves, axis_leaves
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME
 from nsdrill.study.resolved import differences
-from nsdrill.study.schema import STIFFNESS
 from nsdrill.study.template import line, section
-from nsdrill.variables import AXES, STATE_NAMES
+from nsdrill.variables import STATE_NAMES
 
 
 def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
@@ -24,8 +23,8 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
         if name == "simulation":
             parts.append("\n".join([
                 line("", "sweep", "", MEANINGS["sweep"]),
-                *(line("  ", key, value_text(resolved, f"sweep.{key}") or "", MEANINGS[f"sweep.{key}"])
-                  for key in (*AXES, "procedure", "along", "refine") if key in resolved["sweep"])]))
+                *(line("  ", key, value_text(resolved, f"sweep.{key}") or "", _meaning(key))
+                  for key in _sweep_keys(resolved))]))
         parts.append("\n".join(section(name, cls, lambda leaf: _needed(resolved, leaf))))
         if name == "initial" and (plane := resolved["initial"].get("slice")):
             ranges = [f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}"
@@ -50,15 +49,19 @@ def value_text(resolved: dict[str, Any], key: str) -> str | None:
         leaf = _leaf(resolved, key)
         return f"{{ramp: [{', '.join(f'[{TIME.text(time)}, {leaf.text(value)}]' for time, value in knots)}]}}"
     value: Any = resolved
-    for part in key.split("."):
+    section, _, axis = key.partition(".")
+    for part in (section, axis) if section == "sweep" else key.split("."):
         if not isinstance(value, dict) or part not in value:
             return None
         value = value[part]
-    owner = {"sweep": "operation", SLICE: "initial"}.get(key.rpartition(".")[0])
-    if owner and name in (*AXES, *STATE_NAMES):
-        leaf = _leaf(resolved, f"{owner}.{name}")
+    varied = axis_leaves()[axis].key if section == "sweep" and axis in axis_leaves() else (
+        f"initial.{name}" if key.startswith(f"{SLICE}.") else None)
+    if varied:
+        leaf = _leaf(resolved, varied)
         if isinstance(value, dict):
-            return f"{{from: {leaf.text(value['from'])}, to: {leaf.text(value['to'])}, points: {value['points']}}}"
+            spacing = f", spacing: {value['spacing']}" if "spacing" in value else ""
+            ends = f"from: {leaf.text(value['from'])}, to: {leaf.text(value['to'])}, points: {value['points']}"
+            return f"{{{ends}{spacing}}}"
         return f"[{', '.join(map(leaf.text, value))}]"
     if key in all_leaves():
         return _leaf(resolved, key).text(value)
@@ -70,7 +73,20 @@ def _key_of(entry: str) -> str:
     parts = entry.split(".")
     if parts[0] == "ramps":
         return f"operation.{parts[1]}"
-    return ".".join(parts[:2] if parts[0] == "sweep" else parts[:3] if entry.startswith(f"{SLICE}.") else parts)
+    if parts[0] == "sweep":
+        return entry.removesuffix(".from").removesuffix(".to").removesuffix(".points").removesuffix(".spacing")
+    return ".".join(parts[:3] if entry.startswith(f"{SLICE}.") else parts)
+
+
+def _sweep_keys(resolved: dict[str, Any]) -> list[str]:
+    """The keys of the sweep in the order of a study file: the axes, then how they are run."""
+    last = ("procedure", "along", "refine")
+    return [*(key for key in resolved["sweep"] if key not in last), *(key for key in last if key in resolved["sweep"])]
+
+
+def _meaning(key: str) -> str:
+    """What a key of the sweep means."""
+    return MEANINGS.get(f"sweep.{key}") or axis_leaves()[key].meaning
 
 
 def _leaf(resolved: dict[str, Any], key: str) -> Leaf:
