@@ -173,7 +173,8 @@ def describe(variables: Mapping[str, Array]) -> Iterator[tuple[list[Attractor], 
         ok = status == OK
         of = {name: values[i] for name, values in variables.items()}
         total = int(np.count_nonzero(ok))
-        numbers = range(1, int(of["attractor"].max(initial=0)) + 1)
+        of["attractor"] = np.where(ok, of["attractor"], 0)
+        numbers = [int(number) for number in np.unique(of["attractor"]) if number > 0]
         counts = {
             "starts": len(status), "failed": int(np.count_nonzero(~ok & (status != PENDING))),
             "pending": int(np.count_nonzero(status == PENDING)),
