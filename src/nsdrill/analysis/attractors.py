@@ -125,22 +125,26 @@ def extent(variables: Mapping[str, Array], speed: Array, gap: Array, axial: Arra
 def linked(vectors: Array, scatter: Array, tolerance: float) -> Array:
     """Single linkage: the number of its group for each of ``vectors`` [n, features], whose own uncertainty is
     ``scatter`` [n]."""
-    n = len(vectors)
-    if n < 2:
-        return np.zeros(n, np.int64)
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     reach = np.maximum(tolerance, UNSETTLED_SHARE * scatter)  # two are linked where each is in reach of the other
+    # Each once: a tree cannot divide equal vectors.
+    once, which = np.unique(np.column_stack([vectors, reach]), axis=0, return_inverse=True)
+    vectors, reach, n = once[:, :-1], once[:, -1], len(once)
+    if n < 2:
+        return np.zeros(len(which), np.int64)
     distance, near = _nearest(vectors, vectors, reach.max(), min(_NEAREST, n))
     full = np.flatnonzero(distance[:, -1] <= reach)  # these may have more neighbours
     rows, columns = np.nonzero(distance <= np.minimum(reach[:, None], reach[near]))
     links = np.stack([rows, near[rows, columns]])
-    for _ in range(2):
-        graph = coo_array((np.ones(links.shape[1], bool), links), (n, n))
-        _, group = connected_components(graph, directed=False)
-        links = np.concatenate([links, _more_links(vectors, reach, group, full)], axis=1)
-    return np.asarray(group)
+    links = np.concatenate([links, _more_links(vectors, reach, _connected(links, n), full)], axis=1)
+    return _connected(links, n)[which]
+
+
+def _connected(links: Array, n: int) -> Array:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(links.shape[1], bool), links), (n, n))
+    return np.asarray(connected_components(graph, directed=False)[1])
 
 
 def _nearest(vectors: Array, to: Array, reach: float, count: int) -> tuple[Array, Array]:

@@ -19,8 +19,8 @@ The distance of two attractors is the greatest difference of any coordinate. It 
 where both kinds of motion are known and differ, and by as much where most starts of only one of the two are settled: a
 period that doubles ends no branch, but of two candidates the one of the same kind is taken. Where neither is settled
 it is larger by ``matching`` times the difference of their shares: of a chaotic motion that fell into pieces the largest
-ones go together. Between neighbours on the grid attractors are paired so that the sum of the squared distances is least, and
-none over ``matching`` or more.
+ones go together. Between neighbours on the grid attractors are paired so that the sum of the squared distances is
+least, and none over ``matching`` or more.
 
 The pairs join attractors into branches, the nearest pair of the whole grid first. A pair that would put two attractors
 of one operating point on one branch is left out. So no direction along the grid is preferred. Then settled attractors
