@@ -76,10 +76,10 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
 
     A list with one entry for each operating point in the order of the file: ``depth`` [m], ``wob`` [N],
     ``rotary_speed`` [rad/s], the numbers of ``starts``, ``failed``, ``pending``, ``unsettled`` and ``ungrouped`` ones,
-    and ``attractors``, by falling share: ``number``, ``response``, ``whirl_kind``, ``motion`` and ``period`` where
-    recorded, ``members``, ``unsettled`` members, ``share`` of the starts that ended well and its 95 % interval ``low``
-    to ``high`` (None in a slice, whose starts are no sample), and the median ``features`` in SI (None where not
-    finite). FileError where every operating point has one start.
+    and ``attractors``, by falling share: ``number``, the same for one attractor in all entries, ``response``,
+    ``whirl_kind``, ``motion`` and ``period`` where recorded, ``members``, ``unsettled`` members, ``share`` of the
+    starts that ended well and its 95 % interval ``low`` to ``high`` (None in a slice, whose starts are no sample),
+    and the median ``features`` in SI (None where not finite). FileError where every operating point has one start.
     """
     results = source if isinstance(source, Results) else read_results(source)
     if "start" not in results.coords:

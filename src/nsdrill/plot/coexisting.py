@@ -35,6 +35,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     figure = new_figure(FULL_WIDTH, HEIGHT)
     grid = figure.add_gridspec(len(PANELS), 1)
     panels: list[Axes] = []
+    joined = matched(results)
     for row, (name, word) in enumerate(PANELS):
         axes = figure.add_subplot(grid[row, 0], sharex=panels[0] if panels else None)
         y = quantity(name, units)
@@ -42,7 +43,7 @@ def draw(results: Results, units: str = "si") -> Figure:
                   for one in some]
         for centre, height, one in sorted(points, key=lambda p: -p[2].share):
             axes.plot([centre], [height], linestyle="none", **style(one), zorder=3, gid=f"{name}:{one.response}")
-        if matched(results):
+        if joined:
             draw_branches(axes, points, centres, numbered=name == "axial_max")
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
         low = min(low, 0.0)
@@ -56,7 +57,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     starts = len(results.coords["start"])
     point = operating_point(fixed_values(results), units)
     figure.suptitle(heading(results.attrs, f"{point}; {starts} starts each"), parse_math=False)
-    legend_below(figure, _handles([one for some, _ in found for one in some]), 4)
+    legend_below(figure, _handles([one for some, _ in found for one in some], joined=joined), 4)
     return figure
 
 
@@ -94,7 +95,7 @@ def style(one: Attractor) -> dict[str, Any]:
             "markerfacecolor": "none" if loose else response.colour, "markeredgewidth": 0.7 if loose else 0.0}
 
 
-def _handles(every: list[Attractor]) -> list[Artist]:
+def _handles(every: list[Attractor], *, joined: bool) -> list[Artist]:
     handles: list[Artist] = [
         Line2D([], [], color=style.colour, marker=style.marker, linestyle="none", markersize=4.5, markeredgewidth=0,
                label=style.name)
@@ -102,6 +103,8 @@ def _handles(every: list[Attractor]) -> list[Artist]:
     if any(one.unsettled > one.members / 2 for one in every):
         handles.append(Line2D([], [], color=REFERENCE, marker="o", markerfacecolor="none", linestyle="none",
                               markersize=4.5, markeredgewidth=0.7, label="open: most of its starts unsettled"))
+    if joined:
+        handles.append(Line2D([], [], color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
     for share in (1.0, 0.25, 0.05):
         handles.append(Line2D([], [], color=REFERENCE, marker="o", linestyle="none", markersize=size(share),
                               markeredgewidth=0, label=f"share {100 * share:.0f} %"))
