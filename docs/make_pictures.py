@@ -2,7 +2,7 @@
 
     python docs/make_pictures.py [FOLDER]
 
-Takes some two minutes. The results files are kept in FOLDER (default: a temporary one). The text of the page is by
+Takes some three minutes. The results files are kept in FOLDER (default: a temporary one). The text of the page is by
 hand: read it again after the numbers have changed.
 """
 
@@ -24,6 +24,7 @@ STUDIES = {
     "fig2": "fig2_depth_same", "fig3": "fig3_depth_carried", "fig4": "fig4_speed_22kN", "fig5": "fig5_speed_67kN",
     "map": "map_wob_speed",
 }  # fmt: skip
+COEXISTENCE = {"ensemble_speed_22kN": ("shares", "attractors"), "basin_slice": ("basin",)}
 WIDTH = 1400  # pixels, for the screen
 BLOCK = re.compile(r"(<!-- result: (\w+) -->\n).*?(<!-- end of result -->)", re.DOTALL)
 RANGES = {
@@ -82,6 +83,13 @@ def main(folder: Path) -> None:
         drawn = folder / f"{name}.png"
         nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
         shrink(drawn, HERE / "pictures" / f"{name}.png")
+    for config, kinds in COEXISTENCE.items():
+        results = folder / f"{config}.h5"
+        nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), "--overwrite")
+        for kind in kinds:
+            drawn = folder / f"{kind}.png"
+            nsdrill("plot", str(results), "--kind", kind, "-o", str(drawn), "--overwrite")
+            shrink(drawn, HERE / "pictures" / f"coexistence_{kind}.png")
     # One run with its trajectory: stick-slip at low speed.
     trace, drawn = folder / "trace.h5", folder / "trace.png"
     nsdrill("simulate", str(CONFIGS / "fig4_speed_22kN.yaml"), "--rotary-speed", "1.2 rad/s", "--duration", "60 s",

@@ -154,7 +154,7 @@ VARIABLES: tuple[Variable, ...] = (
              flag_meanings="undetermined equilibrium periodic quasi_periodic chaotic unsettled", only="returns"),
     Variable("period", "i2", "1", "period in returns to the Poincare section, 0 where there is none", "label",
              only="returns"),
-    Variable("attractor", "i2", "1", "attractor of the start: 1 has the largest share at the operating point, 0 none",
+    Variable("attractor", "i2", "1", "attractor of the start, numbered alike along the axes: 1 has most starts, 0 none",
              "label", only="starts"),
     _feature("bit_speed_min", "rad s-1", "least bit speed"),
     _feature("bit_speed_max", "rad s-1", "greatest bit speed"),

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.cluster.hierarchy import fcluster, linkage
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial.distance import cdist
+from scipy.stats import binomtest
 
-from nsdrill.analysis.attractors import UNSETTLED_SHARE, describe, label, linked, scaled, wilson
+from nsdrill.analysis.attractors import UNSETTLED_SHARE, describe, label, linked, places, scaled, wilson
+from nsdrill.analysis.branches import number
 from nsdrill.variables import (
     BIT_BOUNCE,
     CHAOTIC,
@@ -29,15 +34,20 @@ def starts(count: int, **features: object) -> dict[str, np.ndarray]:
     made = {
         "status": OK, "response": 0, "whirl_kind": 0, "settled": 1, "lift_off_fraction": 0.0,
         "wall_contact_fraction": 0.0, "stuck_fraction": 0.0, "stick_slip_index": 4.0, "radius_mean": 4e-3,
-        "whirl_speed_mean": SPEED, "axial_acceleration_rms": 0.1, "half_difference": 0.01,
+        "whirl_speed_mean": SPEED, "axial_acceleration_rms": 0.1, "half_difference": 0.01, "axial_min": -2e-3,
+        "axial_max": 1e-3, "radius_max": 5e-3, "bit_speed_min": 2.9, "bit_speed_max": 3.1,
     } | features  # fmt: skip
     kinds = {v.name: v.dtype for v in VARIABLES}
     return {name: np.broadcast_to(np.asarray(value, kinds[name]), count).copy() for name, value in made.items()}
 
 
 def found(*groups: dict[str, np.ndarray], tolerance: float = TOLERANCE) -> list[int]:
+    """The numbers of starts of one operating point."""
     one = {name: np.concatenate([group[name] for group in groups])[None] for name in groups[0]}
-    return label(one, np.array([SPEED]), np.array([GAP]), tolerance)[0].tolist()
+    speed, gap, axial = np.array([[SPEED], [GAP], [1e-3]])
+    group = label(one, speed, gap, tolerance)
+    numbers = number(places(one, group, speed, gap, axial), (1,), 0.25)
+    return np.concatenate([[0], numbers])[group[0]].tolist()
 
 
 BOUNCE = {"response": BIT_BOUNCE, "lift_off_fraction": 0.7, "axial_acceleration_rms": 0.4}
@@ -141,19 +151,41 @@ def test_the_order_of_the_starts_changes_no_group() -> None:
     assert len(set(straight)) > 3
 
 
-def test_linkage_is_that_of_scipy() -> None:
-    hierarchy = pytest.importorskip("scipy.cluster.hierarchy")
-    vectors = np.random.default_rng(2).uniform(0, 1, (300, 3))
-    mine = linked(vectors, np.zeros(300), 0.09)
-    theirs = hierarchy.fcluster(hierarchy.linkage(vectors, "single", metric="chebyshev"), 0.09, "distance")
-    assert 10 < len(set(theirs)) < 290
+def clumps(count: int, apart: float) -> np.ndarray:
+    """Dense clumps in a row, each of many more vectors than have their nearest looked up, and equal ones."""
+    rng = np.random.default_rng(3)
+    vectors = rng.uniform(-0.01, 0.01, (40 * count, 3)) + np.repeat(np.arange(count), 40)[:, None] * [apart, 0, 0]
+    return np.concatenate([vectors, np.repeat(vectors[:1], 40, axis=0)])
+
+
+@pytest.mark.parametrize(
+    ("vectors", "groups"),
+    [(np.random.default_rng(2).uniform(0, 1, (300, 3)), range(10, 290)), (clumps(5, 0.105), [1]),
+     (clumps(5, 0.115), [5]), (clumps(1, 0.0), [1])])
+def test_linkage_is_that_of_scipy(vectors: np.ndarray, groups: list[int]) -> None:
+    mine = linked(vectors, np.zeros(len(vectors)), 0.09)
+    theirs = fcluster(linkage(vectors, "single", metric="chebyshev"), 0.09, "distance")
+    assert len(set(theirs)) in groups
     assert np.array_equal(mine[:, None] == mine[None], theirs[:, None] == theirs[None])
+
+
+def test_two_are_linked_where_each_is_in_reach_of_the_other() -> None:
+    rng = np.random.default_rng(5)
+    vectors, scatter = rng.normal(0, 0.2, (400, 2)), rng.uniform(0, 0.4, 400)
+    reach = np.maximum(0.01, UNSETTLED_SHARE * scatter)
+    near = cdist(vectors, vectors, "chebyshev") <= np.minimum(reach[:, None], reach)
+    count, expected = connected_components(near)
+    found = linked(vectors, scatter, 0.01)
+    assert 10 < count < 300
+    assert np.array_equal(found[:, None] == found[None], expected[:, None] == expected[None])
 
 
 def test_points_are_grouped_each_for_itself() -> None:
     one = {name: np.stack([a, b]) for (name, a), b in zip(
         starts(3).items(), starts(3, lift_off_fraction=[0, 0.5, 0.5]).values(), strict=True)}
-    assert label(one, np.full(2, SPEED), np.full(2, GAP), TOLERANCE).tolist() == [[1, 1, 1], [2, 1, 1]]
+    first, second = label(one, np.full(2, SPEED), np.full(2, GAP), TOLERANCE).tolist()
+    assert first == [1, 1, 1]
+    assert second[0] != second[1] == second[2]
     assert scaled(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)).shape == (2, 3, 7)
 
 
@@ -163,6 +195,11 @@ def test_points_are_grouped_each_for_itself() -> None:
     [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)])
 def test_known_intervals(count: int, total: int, low: float, high: float) -> None:
     assert wilson(count, total) == pytest.approx((low, high), abs=5e-5)
+
+
+@pytest.mark.parametrize(("count", "total"), [(0, 5), (5, 5), (1, 64), (31, 64), (4000, 4900)])
+def test_intervals_are_those_of_scipy(count: int, total: int) -> None:
+    assert wilson(count, total) == pytest.approx(tuple(binomtest(count, total).proportion_ci(method="wilson")))
 
 
 def test_intervals_at_the_ends() -> None:
@@ -175,8 +212,9 @@ def test_what_is_told_of_attractors() -> None:
     parts = [starts(6, **BOUNCE, radius_max=[1, 2, 3, 4, 5, 60.0]), starts(2, radius_max=0.5, settled=0),
              starts(1, status=DIVERGED, radius_max=np.nan), starts(1, status=PENDING, radius_max=np.nan)]
     one = {name: np.concatenate([part[name] for part in parts])[None] for name in parts[0]}
-    one["attractor"] = label(one, np.array([SPEED]), np.array([GAP]), TOLERANCE)
+    one["attractor"] = np.array([[7] * 6 + [3] * 2 + [0] * 2])
     ((first, second), counts), = describe(one)
+    assert (first.number, second.number) == (7, 3), "by falling share"
     assert counts == {"starts": 10, "failed": 1, "pending": 1, "unsettled": 2, "ungrouped": 0}
     assert (first.response, first.members, first.unsettled, first.share) == (BIT_BOUNCE, 6, 0, 0.75)
     assert (second.response, second.members, second.unsettled, second.share) == (0, 2, 2, 0.25)

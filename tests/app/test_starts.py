@@ -71,7 +71,9 @@ def test_the_same_bits(made: Path, tmp_path: Path, workers: int, lanes: int) -> 
 
 
 def test_in_memory(made: Path) -> None:
-    results = nsdrill.run(parse_study(TEXT), workers=1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("nsdrill.app.attractors._BLOCK", 1)  # one operating point after the other
+        results = nsdrill.run(parse_study(TEXT), workers=1)
     assert same(results, read_results(made))
     assert nsdrill.attractors(results) == nsdrill.attractors(made)
 
@@ -121,7 +123,7 @@ def test_attractors_as_plain_data(made: Path) -> None:
         numbers = results["attractor"][0, i, 0, 0]
         assert (point["starts"], point["failed"], point["ungrouped"]) == (7, 0, 0)
         members = [one["members"] for one in point["attractors"]]
-        assert members == [int(np.sum(numbers == n + 1)) for n in range(len(members))]
+        assert members == [int(np.sum(numbers == one["number"])) for one in point["attractors"]]
         assert members == sorted(members, reverse=True)
         assert sum(members) == 7
         for one in point["attractors"]:
@@ -145,7 +147,25 @@ def test_another_tolerance_makes_other_groups_and_comes_back(made: Path, tmp_pat
     coarse = read_results(path)
     for i in range(2):  # then only the labels part
         labels = np.stack([coarse["response"][0, i, 0, 0], coarse["whirl_kind"][0, i, 0, 0]])
-        assert coarse["attractor"][0, i].max() == len(np.unique(labels, axis=1).T)
+        assert len(np.unique(coarse["attractor"][0, i])) == len(np.unique(labels, axis=1).T)
+    reclassify(path, [])
+    assert same(read_results(path), read_results(made))
+
+
+def test_numbers_are_the_same_along_the_axis(made: Path, tmp_path: Path) -> None:
+    """With all allowed to match, each operating point has the numbers from 1, the motions of the other among them."""
+    path = tmp_path / "copy.h5"
+    path.write_bytes(made.read_bytes())
+    separate = reclassify(path, ["classify.attractors.matching=1e-9"])
+    apart = read_results(path)["attractor"][0, :, 0, 0]
+    assert separate["attractor"][0] > 0
+    assert not set(apart[0]) & set(apart[1]), "nothing matches"
+    reclassify(path, ["classify.attractors.matching=100"])
+    together = read_results(path)["attractor"][0, :, 0, 0]
+    few, many = sorted((set(together[0]), set(together[1])), key=len)
+    assert few < many or few == many
+    for before, after in zip(apart, together, strict=True):
+        assert len(set(zip(before, after, strict=True))) == len(set(before)) == len(set(after)), "the same groups"
     reclassify(path, [])
     assert same(read_results(path), read_results(made))
 

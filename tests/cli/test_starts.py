@@ -91,4 +91,4 @@ def test_classify(call: Call, made: Path) -> None:
     assert read_results("copy.h5")["attractor"].max() <= read_results(made)["attractor"].max()
     answer = call("classify", "copy.h5", "--set", "classify.attractors.tolerance=0")
     assert answer.code == 2
-    assert "above 0" in answer.err
+    assert "at least 1e-09" in answer.err

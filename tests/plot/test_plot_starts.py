@@ -34,16 +34,15 @@ def with_starts(results: Results, starts: int = STARTS, plane: dict[str, object]
         other = calm + (starts - calm) // 3
         response = np.where(k < calm, 0, BIT_BOUNCE | (WHIRL if place[3] > 4 else 0))
         groups = np.where(k < calm, 0, np.where(k < other, 1, 2))
-        names, counts = np.unique(groups, return_counts=True)
-        rank = {int(n): i + 1 for i, n in enumerate(names[np.argsort(-counts, kind="stable")])}
-        variables["attractor"][place] = [rank[int(g)] for g in groups]
+        variables["attractor"][place] = np.array([1, 5, 2])[groups]  # one of a whole sweep need not be here
         variables["response"][place], variables["whirl_kind"][place] = response, np.where(response & WHIRL, 3, 0)
         variables["settled"][place] = groups < 2
         variables["radius_max"][place] = 0.005 + 0.03 * groups
         variables["axial_max"][place], variables["axial_min"][place] = 1e-3 + 8e-3 * groups, -2e-3
         variables["stick_slip_index"][place] = 5 + 8 * groups
         variables["initial_state"][place] = rng.uniform(-1e-2, 1e-2, (starts, 9))
-    attrs = results.attrs | {"study_resolved": json.dumps({"initial": {"slice": plane or {}}})}
+    study = {"initial": {"slice": plane or {}}, "classify": {"attractors": {"tolerance": 0.05, "matching": 0.25}}}
+    attrs = results.attrs | {"study_resolved": json.dumps(study)}
     return Results(results.coords | {"start": np.arange(starts)}, variables, attrs)
 
 
@@ -122,18 +121,61 @@ def test_attractors_by_share_and_response(ensemble: Results) -> None:
     assert sizes[5] ** 2 / sizes[65] ** 2 == pytest.approx(members[5] / members[65])
 
 
+def test_one_attractor_is_one_line(ensemble: Results) -> None:
+    """Its markers in the order of the speeds, dotted over a speed where it has no start."""
+    variables = {name: values.copy() for name, values in ensemble.variables.items()}
+    gone = variables["attractor"][0, 0, 0, 3]
+    gone[gone == 5] = 2
+    figure = plot.draw(Results(ensemble.coords, variables, ensemble.attrs), "attractors")
+    steps = [line for line in figure.axes[0].get_lines() if line.get_gid() == "branch:5"]
+    assert [line.get_xdata().tolist() for line in steps] == [
+        [a, b] for a, b in zip(SPEEDS[[0, 1, 2, 4, 5]], SPEEDS[[1, 2, 4, 5, 6]], strict=True)]
+    assert [line.get_linestyle() for line in steps] == ["-", "-", ":", "-", "-"]
+    assert all(line.get_ydata() == pytest.approx([35, 35]) for line in steps)
+    assert {text.get_text() for text in figure.axes[1].texts} == {"1", "2", "5"}
+
+
+def test_one_attractor_is_one_band(ensemble: Results) -> None:
+    (axes,) = plot.draw(ensemble, "shares").axes
+    numbers = {str(text.get_gid()): text.get_text() for text in axes.texts}
+    # The response of 2 and 5 changes between the fifth and the sixth speed.
+    assert numbers == {"number:1:0": "1", "number:2:1": "2", "number:5:1": "5", "number:2:5": "2", "number:5:5": "5"}
+    white = [line for line in axes.get_lines() if line.get_color() == "white"]
+    flat = [line for line in white if line.get_xdata()[0] != line.get_xdata()[1]]
+    risers = [line for line in white if line.get_xdata()[0] == line.get_xdata()[1]]
+    assert len(flat) == len(SPEEDS)
+    assert len(risers) == 5, "between the columns of one response, and none where it changes"
+    for line in risers:
+        left, right = (next(f.get_ydata()[0] for f in flat if f.get_xdata()[end] == pytest.approx(line.get_xdata()[0]))
+                       for end in (1, 0))
+        assert line.get_ydata() == pytest.approx([left, right])
+
+
+def test_numbers_of_an_older_version_are_not_joined(ensemble: Results) -> None:
+    """They were given at each operating point for itself; classified anew, they are numbers along the axis."""
+    study = json.loads(ensemble.attrs["study_resolved"])
+    new = json.dumps(study["classify"])
+    del study["classify"]["attractors"]["matching"]
+    old = Results(ensemble.coords, ensemble.variables, ensemble.attrs | {"study_resolved": json.dumps(study)})
+    again = Results(old.coords, old.variables, old.attrs | {"classification_resolved": new})
+    for results, joined in ((old, False), (again, True)):
+        lines = plot.draw(results, "attractors").axes[0].get_lines()
+        assert any(str(line.get_gid()).startswith("branch") for line in lines) == joined
+        assert bool(plot.draw(results, "shares").axes[0].texts) == joined
+
+
 def test_cells_of_a_slice_lie_where_they_began(basins: Results) -> None:
     figure = plot.draw(basins)
     (axes,) = figure.axes
     mesh = axes.collections[0]
     numbers = np.asarray(mesh.get_array()).reshape(4, 5)  # vx up, x across
     stored = basins["attractor"][0, 0, 0, 0].reshape(5, 4)  # x slow, vx fast
-    assert np.array_equal(numbers, stored.T)
+    assert np.array_equal(np.array([0, 1, 2, 5])[numbers], stored.T), "in the order of their shares"
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("$x$ [mm]", "$\\dot x$ [m/s]")
     assert axes.get_xlim() == pytest.approx((-87.5, 87.5))
     assert words(figure)[0] == "1: no critical response, 60 %"
     turned = plot.draw(basins, states=("vx", "x")).axes[0].collections[0]
-    assert np.array_equal(np.asarray(turned.get_array()).reshape(5, 4), stored)
+    assert np.array_equal(np.asarray(turned.get_array()).reshape(5, 4), numbers.T)
 
 
 def test_dots_of_an_ensemble(ensemble: Results) -> None:

@@ -305,7 +305,7 @@ def test_the_log_of_a_run_is_not_trusted_either(path):
 def test_what_others_wrote_beside_ours_is_no_obstacle(path, unguarded):
     make_results(path)
     with h5py.File(path, "r+") as file:
-        file.attrs["note"] = b"\xff is not UTF-8"
+        file.attrs["note"] = b"\xff is not UTF-8\x1b"
         file.attrs["table"] = np.zeros((3, 3))
         file.attrs["pair"] = np.void(b"\0\1")
         file.attrs["title"] = np.bytes_("caf\xe9".encode("latin-1"))

@@ -1,4 +1,5 @@
 """Which starts of an operating point end on the same attractor, and which share of the starts each attractor takes.
+How the attractors are numbered along a sweep: :mod:`nsdrill.analysis.branches`.
 
 Starts are compared by what was measured of their motion, not by their final states, which lie anywhere along the orbit.
 Their labels must agree: response and kind of whirl, and, where it was recorded and is decided, whether the motion
@@ -26,14 +27,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.branches import WEIGHTS, Places
 from nsdrill.data import Array
 from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PENDING, PERIODIC, QUASI_PERIODIC
 
 NEEDED = ("status", "response", "whirl_kind", "settled", "lift_off_fraction", "wall_contact_fraction", "stuck_fraction",
-          "stick_slip_index", "radius_mean", "whirl_speed_mean", "axial_acceleration_rms", "half_difference")
+          "stick_slip_index", "radius_mean", "whirl_speed_mean", "axial_acceleration_rms", "half_difference",
+          "axial_min", "axial_max", "radius_max", "bit_speed_min", "bit_speed_max")
 IF_THERE = ("motion", "period")
 _LABELS = ("response", "whirl_kind", "settled", *IF_THERE)
 SHOWN = ("stick_slip_index", "stuck_fraction", "lift_off_fraction", "axial_min", "axial_max", "bit_force_max",
@@ -41,14 +45,15 @@ SHOWN = ("stick_slip_index", "stuck_fraction", "lift_off_fraction", "axial_min",
 UNSETTLED_SHARE = 1 / 4
 WILSON = 1.959963984540054  # standard deviations that hold 95 % of a normal distribution
 _PAIRS = 1 << 20  # compared at once
+_NEAREST = 16  # neighbours that are looked up first
 
 
 @dataclass(frozen=True)
 class Attractor:
-    """One attractor: its ``number`` (1 has the largest share), the labels of its members as values of the file
-    (``motion`` and ``period`` of most of them, None where not recorded), the number of ``members`` and of ``unsettled``
-    ones among them, its ``share`` of the starts that ended well with the Wilson 95 % interval ``low`` to ``high``, and
-    the medians of some ``features``, in SI."""
+    """One attractor at an operating point: its ``number``, the same along a sweep, the labels of its members as values
+    of the file (``motion`` and ``period`` of most of them, None where not recorded), the number of ``members`` and of
+    ``unsettled`` ones among them, its ``share`` of the starts that ended well with the Wilson 95 % interval ``low`` to
+    ``high``, and the medians of some ``features``, in SI."""
 
     number: int
     response: int
@@ -64,19 +69,36 @@ class Attractor:
 
 
 def label(variables: Mapping[str, Array], speed: Array, gap: Array, tolerance: float) -> Array:
-    """The attractor of every start, numbered by falling share from 1, 0 for starts that did not end well.
+    """The group of every start, numbered from 1 at each operating point, 0 for starts that did not end well.
 
     ``variables`` are :data:`NEEDED`, and :data:`IF_THERE` if recorded, arrays (operating points, starts); ``speed``
-    [rad/s] and ``gap`` [m] those of the operating points. int16 of the same shape.
+    [rad/s] and ``gap`` [m] those of the operating points. int32 of the same shape.
     """
-    found = np.zeros(variables["status"].shape, np.int16)
+    found = np.zeros(variables["status"].shape, np.int32)
     vectors = scaled(variables, speed[:, None], gap[:, None])
     for i in range(len(found)):
         ok = np.flatnonzero(variables["status"][i] == OK)
         labels = {name: variables[name][i, ok] for name in _LABELS if name in variables}
-        groups = _groups(vectors[i, ok], variables["half_difference"][i, ok], labels, tolerance)
-        found[i, ok] = _by_size(groups)
+        found[i, ok] = 1 + _groups(vectors[i, ok], variables["half_difference"][i, ok], labels, tolerance)
     return found
+
+
+def places(variables: Mapping[str, Array], groups: Array, speed: Array, gap: Array, axial: Array) -> Places:
+    """Where the ``groups`` that :func:`label` found are, by operating point and number; ``axial`` [m] is the natural
+    size of the bit position at the operating points."""
+    speed, gap, axial = speed[:, None], gap[:, None], axial[:, None]
+    vectors = np.concatenate([scaled(variables, speed, gap) * WEIGHTS, extent(variables, speed, gap, axial)], axis=-1)
+    kinds = _kinds(variables)
+    found: list[tuple[Any, ...]] = []
+    for i, group in enumerate(groups):
+        order = np.argsort(group, kind="stable")
+        counts = np.bincount(group)
+        for chosen in np.split(order, np.cumsum(counts)[:-1])[1:]:
+            found.append((i, len(chosen), np.median(vectors[i, chosen], axis=0), kinds[i, chosen].max(),
+                          np.mean(variables["settled"][i, chosen]) >= 0.5))
+    point, members, place, kind, settled = zip(*found, strict=True) if found else ((),) * 5
+    return Places(np.array(point, int), np.array(members, int), np.reshape(place, (len(found), vectors.shape[-1])),
+                  np.array(kind, int), np.array(settled, bool))
 
 
 def scaled(variables: Mapping[str, Array], speed: Array, gap: Array) -> Array:
@@ -91,89 +113,124 @@ def scaled(variables: Mapping[str, Array], speed: Array, gap: Array) -> Array:
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
+def extent(variables: Mapping[str, Array], speed: Array, gap: Array, axial: Array) -> Array:
+    """The scaled extremes of the states of starts, shape (..., 4)."""
+    columns = (
+        variables["radius_max"] / gap, 0.5 * np.log(variables["axial_max"] - variables["axial_min"] + axial),
+        variables["bit_speed_min"] / (4 * speed), variables["bit_speed_max"] / (4 * speed),
+    )
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)
+
+
 def linked(vectors: Array, scatter: Array, tolerance: float) -> Array:
     """Single linkage: the number of its group for each of ``vectors`` [n, features], whose own uncertainty is
-    ``scatter`` [n]; groups are numbered in the order of their first members."""
-    group = np.full(len(vectors), -1)
-    left, number = np.arange(len(vectors)), 0
-    while left.size:
-        frontier, left = left[:1], left[1:]
-        while frontier.size:
-            group[frontier] = number
-            near = np.zeros(left.size, bool)
-            step = max(1, _PAIRS // max(left.size, 1))
-            for begin in range(0, frontier.size, step):
-                block = frontier[begin : begin + step]
-                near |= _near(vectors, scatter, tolerance, block, left)[0].any(axis=0)
-            frontier, left = left[near], left[~near]
-        number += 1
-    return group
+    ``scatter`` [n]."""
+    reach = np.maximum(tolerance, UNSETTLED_SHARE * scatter)  # two are linked where each is in reach of the other
+    # Each once: a tree cannot divide equal vectors.
+    once, which = np.unique(np.column_stack([vectors, reach]), axis=0, return_inverse=True)
+    vectors, reach, n = once[:, :-1], once[:, -1], len(once)
+    if n < 2:
+        return np.zeros(len(which), np.int64)
+    distance, near = _nearest(vectors, vectors, reach.max(), min(_NEAREST, n))
+    full = np.flatnonzero(distance[:, -1] <= reach)  # these may have more neighbours
+    rows, columns = np.nonzero(distance <= np.minimum(reach[:, None], reach[near]))
+    links = np.stack([rows, near[rows, columns]])
+    links = np.concatenate([links, _more_links(vectors, reach, _connected(links, n), full)], axis=1)
+    return _connected(links, n)[which]
 
 
-def _near(vectors: Array, scatter: Array, tolerance: float, a: Array, b: Array) -> tuple[Array, Array]:
-    """Which of ``a`` and ``b`` are within one step, and their distances: [a, b]."""
-    distance = np.abs(vectors[a, None] - vectors[None, b]).max(axis=-1, initial=0.0)
-    allowed = np.maximum(tolerance, UNSETTLED_SHARE * np.minimum(scatter[a, None], scatter[None, b]))
-    return distance <= allowed, distance
+def _connected(links: Array, n: int) -> Array:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(links.shape[1], bool), links), (n, n))
+    return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def _nearest(vectors: Array, to: Array, reach: float, count: int) -> tuple[Array, Array]:
+    """The distances of the ``count`` nearest of ``vectors`` to each of ``to``, infinite beyond ``reach``, and which
+    they are."""
+    from scipy.spatial import cKDTree
+
+    distance, near = cKDTree(vectors).query(
+        to, range(1, count + 1), p=np.inf, distance_upper_bound=np.nextafter(reach, np.inf))
+    return distance, np.minimum(near, len(vectors) - 1)  # one beyond where there is none
+
+
+def _more_links(vectors: Array, reach: Array, group: Array, full: Array) -> Array:
+    """One link for each two groups that are linked by ``full`` vectors, if by no others."""
+    from scipy.spatial.distance import cdist
+
+    members = [full[group[full] == name] for name in np.unique(group[full])]
+    low, high = (np.array([side(vectors[some], axis=0) for some in members]) for side in (np.min, np.max))
+    far = np.array([reach[some].max() for some in members])
+    found = []
+    for i, a in enumerate(members):
+        apart = np.maximum(low[i + 1:] - high[i], low[i] - high[i + 1:]).max(axis=1, initial=-np.inf)
+        for j in i + 1 + np.flatnonzero(apart <= np.minimum(far[i], far[i + 1:])):
+            b = members[j]
+            step = max(1, _PAIRS // len(b))
+            for block in np.split(a, range(step, len(a), step)):
+                near = cdist(vectors[block], vectors[b], "chebyshev") <= np.minimum(reach[block, None], reach[b])
+                if near.any():
+                    x, y = np.argwhere(near)[0]
+                    found.append((block[x], b[y]))
+                    break
+    return np.array(found, np.int64).reshape(-1, 2).T
+
+
+def _kinds(labels: Mapping[str, Array]) -> Array:
+    """The kind of motion as a number, the period included; 0 where it is not known."""
+    if "motion" not in labels:
+        return np.zeros(labels["settled"].shape, np.int64)
+    motion = labels["motion"].astype(np.int64)
+    kinds = np.where(np.isin(motion, (EQUILIBRIUM, PERIODIC)), motion * 10_000 + labels["period"], 0)
+    kinds[np.isin(motion, (QUASI_PERIODIC, CHAOTIC))] = 10_000 * QUASI_PERIODIC  # which of the two, a test guesses
+    return kinds
 
 
 def _groups(vectors: Array, scatter: Array, labels: Mapping[str, Array], tolerance: float) -> Array:
     """Groups of starts of one operating point whose labels agree: first the settled ones, then the others about
     them."""
     firm = np.stack([labels["response"], labels["whirl_kind"]], axis=1)
-    kinds = np.zeros(len(vectors), np.int64)  # 0 where the kind of motion is not known
-    if "motion" in labels:
-        motion = labels["motion"].astype(np.int64)
-        kinds = np.where(np.isin(motion, (EQUILIBRIUM, PERIODIC)), motion * 10_000 + labels["period"], kinds)
-        kinds[np.isin(motion, (QUASI_PERIODIC, CHAOTIC))] = 10_000 * QUASI_PERIODIC  # which of the two, a test guesses
+    kinds = _kinds(labels)
     settled = labels["settled"].astype(bool) & ((kinds > 0) | ("motion" not in labels))
     group = np.full(len(vectors), -1)
     for key in np.unique(firm, axis=0):
         alike = np.all(firm == key, axis=1)
         for first in (True, False):
             if not first:
-                _join(vectors, scatter, tolerance, kinds, group, alike)
+                _join(vectors, tolerance, kinds, group, alike)
             for kind in np.unique(kinds[alike]):
                 chosen = np.flatnonzero(alike & (kinds == kind) & (group < 0) & (settled | (not first)))
                 group[chosen] = group.max(initial=-1) + 1 + linked(vectors[chosen], scatter[chosen], tolerance)
     return group
 
 
-def _join(vectors: Array, scatter: Array, tolerance: float, kinds: Array, group: Array, alike: Array) -> None:
+def _join(vectors: Array, tolerance: float, kinds: Array, group: Array, alike: Array) -> None:
     """Put the starts ``alike`` that have no group yet into that of the nearest one that has, if it is near enough and
     no other kind of motion. They cannot bridge two groups, as they would by linkage."""
     others, open_ = np.flatnonzero(alike & (group >= 0)), np.flatnonzero(alike & (group < 0))
-    if not others.size:
-        return
-    step = max(1, _PAIRS // others.size)
-    for begin in range(0, open_.size, step):
-        block = open_[begin : begin + step]
-        near, distance = _near(vectors, scatter, tolerance, block, others)
-        near &= (kinds[block, None] == kinds[None, others]) | (kinds[block, None] == 0)
-        nearest = np.argmin(np.where(near, distance, np.inf), axis=1)
-        found = near.any(axis=1)
-        group[block[found]] = group[others[nearest[found]]]
-
-
-def _by_size(group: Array) -> Array:
-    """Groups numbered from 1 by falling size; the one with the earliest member first where two are equal."""
-    if not group.size:
-        return group
-    names, first, inverse, counts = np.unique(group, return_index=True, return_inverse=True, return_counts=True)
-    rank = np.empty(len(names), np.int64)
-    rank[np.lexsort((first, -counts))] = np.arange(1, len(names) + 1)
-    return np.minimum(rank, np.iinfo(np.int16).max)[inverse]
+    for kind in np.unique(kinds[open_]):
+        some = open_[kinds[open_] == kind]
+        allowed = others[(kinds[others] == kind) | (kind == 0)]
+        if allowed.size:
+            distance, nearest = (values[:, 0] for values in _nearest(vectors[allowed], vectors[some], tolerance, 1))
+            found = np.isfinite(distance)
+            group[some[found]] = group[allowed[nearest[found]]]
 
 
 def describe(variables: Mapping[str, Array]) -> Iterator[tuple[list[Attractor], dict[str, int]]]:
-    """For each operating point its attractors, by falling share, and the numbers of ``starts``, ``failed`` and
+    """For each operating point its attractors, by falling share there, and the numbers of ``starts``, ``failed`` and
     ``pending`` ones, ``unsettled`` ones, and of those that are not ``grouped`` yet. ``variables``: arrays (operating
     points, starts) with ``attractor`` and ``settled``, and whatever of :data:`SHOWN` is to be told."""
     for i, status in enumerate(variables["status"]):
         ok = status == OK
         of = {name: values[i] for name, values in variables.items()}
         total = int(np.count_nonzero(ok))
-        numbers = range(1, int(of["attractor"].max(initial=0)) + 1)
+        of["attractor"] = np.where(ok, of["attractor"], 0)
+        names, members = np.unique(of["attractor"][of["attractor"] > 0], return_counts=True)
+        numbers = names[np.argsort(-members, kind="stable")].tolist()
         counts = {
             "starts": len(status), "failed": int(np.count_nonzero(~ok & (status != PENDING))),
             "pending": int(np.count_nonzero(status == PENDING)),
@@ -204,7 +261,8 @@ def _most(of: Mapping[str, Array], inside: Array) -> tuple[int, int]:
 
 
 def wilson(count: int, total: int) -> tuple[float, float]:
-    """The 95 % interval of a share of which ``count`` in ``total`` independent draws were seen (Wilson 1927)."""
+    """The 95 % interval of a share of which ``count`` in ``total`` independent draws were seen (Wilson 1927). Written
+    out: scipy's ``binomtest`` takes a thousand times as long, and its import half a second."""
     if total == 0:
         return 0.0, 1.0
     share, z2 = count / total, WILSON**2

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.attractors import IF_THERE, NEEDED, SHOWN, Attractor, describe, label
+from nsdrill.analysis.attractors import IF_THERE, NEEDED, SHOWN, Attractor, describe, label, places
+from nsdrill.analysis.branches import Places, number
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
 from nsdrill.model.coefficients import derive
+from nsdrill.model.leaves import values_at
+from nsdrill.model.rhs import STATES, pack, sizes
+from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, flag_words, points_in_block, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
@@ -26,29 +31,45 @@ def mark(study: Study, plan: Plan, log: Sink) -> None:
     step = points_in_block(log.kept)
     names = [name for name in (*NEEDED, *IF_THERE) if log.kept.has(BY_NAME[name])]
     per_block = max(1, _BLOCK // plan.starts) * plan.starts
-    for begin in range(0, plan.points, per_block):
-        end = min(begin + per_block, plan.points)
-        variables = {name: values.reshape(-1, plan.starts) for name, values in columns(log, names, begin, end).items()}
-        found = _label(study, plan, np.arange(begin, end), variables, study.thresholds.attractors.tolerance)
-        for first in range(begin, end, step):
-            records = log.read(first, min(first + step, end))
-            given = found[first - begin : first - begin + step]
-            changed = np.flatnonzero((records["status"] == OK) & (records["attractor"] != given))
-            records["attractor"] = given
-            log.write(first + changed, records[changed])
+    ranges = [(begin, min(begin + per_block, plan.points)) for begin in range(0, plan.points, per_block)]
+    found = _numbers(study, plan, (columns(log, names, *ends) for ends in ranges), study.thresholds.attractors)
+    for first in range(0, plan.points, step):
+        records = log.read(first, min(first + step, plan.points))
+        given = found[first : first + step]
+        changed = np.flatnonzero((records["status"] == OK) & (records["attractor"] != given))
+        records["attractor"] = given
+        log.write(first + changed, records[changed])
     log.sync()
 
 
-def labels_of(study: Study, plan: Plan, variables: Mapping[str, Array], tolerance: float) -> Array:
+def labels_of(study: Study, plan: Plan, variables: Mapping[str, Array], thresholds: Attractors) -> Array:
     """The attractors of the points of ``plan``, on the grid; ``variables`` on the grid as well."""
-    needed = {name: variables[name].reshape(-1, plan.starts) for name in (*NEEDED, *IF_THERE) if name in variables}
-    return _label(study, plan, np.arange(plan.points), needed, tolerance).reshape(plan.grid)
+    needed = {name: variables[name].ravel() for name in (*NEEDED, *IF_THERE) if name in variables}
+    return _numbers(study, plan, [needed], thresholds).reshape(plan.grid)
 
 
-def _label(study: Study, plan: Plan, points: Array, variables: Mapping[str, Array], tolerance: float) -> Array:
-    depth, wob, speed = plan.values(points[:: plan.starts]).values()
-    gap = np.full(len(speed), derive(study.parameters, depth[0], wob[0], speed[0]).gap)
-    return label(variables, speed, gap, tolerance).ravel()
+def _numbers(study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], thresholds: Attractors) -> Array:
+    """The attractors of the points of ``plan``; ``blocks`` have the variables of whole operating points in turn."""
+    groups, found, done = [], [], 0
+    for block in blocks:
+        variables = {name: values.reshape(-1, plan.starts) for name, values in block.items()}
+        size = len(variables["status"])
+        points = np.arange(done, done + size)
+        at = values_at(study.parameters, study.initial, plan.values(points * plan.starts))
+        natural, speed = sizes(pack(at.parameters, *at.operation)), at.operation[2]
+        gap = np.broadcast_to(derive(at.parameters, *at.operation).gap, size)
+        group = label(variables, speed, gap, thresholds.tolerance)
+        place = places(variables, group, speed, gap, natural[:, STATES.index("z")])
+        groups.append(group)
+        found.append(replace(place, point=done + place.point))
+        done += size
+    every = Places(*(np.concatenate([getattr(some, item.name) for some in found]) for item in fields(Places)))
+    numbers = np.minimum(number(every, plan.shape, thresholds.matching), np.iinfo(np.int16).max)
+    # The groups of an operating point are numbered from 1, and those of the next one follow.
+    group = np.concatenate(groups)
+    begin = np.searchsorted(every.point, np.arange(len(group)))
+    chosen = np.where(group > 0, begin[:, None] + group, 0)
+    return np.concatenate([[0], numbers]).astype(np.int16)[chosen].ravel()
 
 
 def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]:
@@ -56,10 +77,10 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
 
     A list with one entry for each operating point in the order of the file: ``depth`` [m], ``wob`` [N],
     ``rotary_speed`` [rad/s], the numbers of ``starts``, ``failed``, ``pending``, ``unsettled`` and ``ungrouped`` ones,
-    and ``attractors``, by falling share: ``number``, ``response``, ``whirl_kind``, ``motion`` and ``period`` where
-    recorded, ``members``, ``unsettled`` members, ``share`` of the starts that ended well and its 95 % interval ``low``
-    to ``high`` (None in a slice, whose starts are no sample), and the median ``features`` in SI (None where not
-    finite). FileError where every operating point has one start.
+    and ``attractors``, by falling share: ``number``, the same for one attractor in all entries, ``response``,
+    ``whirl_kind``, ``motion`` and ``period`` where recorded, ``members``, ``unsettled`` members, ``share`` of the
+    starts that ended well and its 95 % interval ``low`` to ``high`` (None in a slice, whose starts are no sample),
+    and the median ``features`` in SI (None where not finite). FileError where every operating point has one start.
     """
     results = source if isinstance(source, Results) else read_results(source)
     if "start" not in results.coords:

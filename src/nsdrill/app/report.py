@@ -222,7 +222,7 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
     labels = classify(results.variables, results["status"], thresholds, _sizes(study, results))
     if "start" in results.coords:
         plan = plan_of(study)
-        labels["attractor"] = labels_of(study, plan, {**results.variables, **labels}, thresholds.attractors.tolerance)
+        labels["attractor"] = labels_of(study, plan, {**results.variables, **labels}, thresholds.attractors)
     if "trusted" in results.variables:
         labels |= trust_labels(results.variables, labels["response"], thresholds)
     if study.refined:

@@ -84,7 +84,7 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
     if trust := s.get("trust"):
         _show_trust(trust)
     if s["thresholds"]:
-        click.echo(f"  labels         with {', '.join(s['thresholds'])}")
+        click.echo(printable(f"  labels         with {', '.join(s['thresholds'])}"))
     for procedure in s["procedures"]:
         counts = s["responses"][procedure]
         total = sum(counts.values())

@@ -100,9 +100,12 @@ class Motion(Checked):
 @dataclass(frozen=True)
 class Attractors(Checked):
     """Attractors: two starts of an operating point are on the same one where their scaled features, and those of a
-    chain of other starts between them, differ by less than ``tolerance`` (:mod:`nsdrill.analysis.attractors`)."""
+    chain of other starts between them, differ by less than ``tolerance`` (:mod:`nsdrill.analysis.attractors`).
+    Attractors of neighbouring operating points may be one and have one number where their features and extremes differ
+    by less than ``matching`` (:mod:`nsdrill.analysis.branches`)."""
 
     tolerance: float = parameter(0.05, "", "R: see Coexistence", "convention", low=1e-9, high=100.0)
+    matching: float = parameter(0.25, "", "R: see Coexistence", "convention", low=1e-9, high=100.0)
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
     axes = figure.add_subplot()
     status, number = variables["status"][0], variables["attractor"][0].astype(int)
     if results.slice:
-        _draw_cells(axes, results, number, status, colours, names, units)
+        _draw_cells(axes, results, number, status, found, colours, names, units)
     else:
         initial = np.asarray(results["initial_state"]).reshape(len(status), len(STATE_NAMES))
         _draw_dots(axes, initial, number, status, found, colours, names, units)
@@ -90,13 +90,13 @@ def tinted(found: list[Attractor]) -> list[str]:
     return colours
 
 
-def _draw_cells(axes: Axes, results: Results, number: Array, status: Array, colours: list[str], names: tuple[str, str],
-                units: str) -> None:
+def _draw_cells(axes: Axes, results: Results, number: Array, status: Array, found: list[Attractor], colours: list[str],
+                names: tuple[str, str], units: str) -> None:
     plane = {name: np.linspace(a["from"], a["to"], a["points"]) for name in STATE_NAMES
              if (a := results.slice.get(name))}
     shape = tuple(len(values) for values in plane.values())
     # 0 others, 1 ... the named ones, then failed and waiting.
-    kind = np.where(number <= len(colours), number, 0)
+    kind = sum((place * (number == one.number) for place, one in enumerate(found[:len(colours)], 1)), 0 * number)
     kind = np.where(status == OK, kind, len(colours) + 1).reshape(shape)
     if tuple(plane) == names:  # the first state down the rows of the array: turn it across
         kind = kind.T
@@ -116,7 +116,7 @@ def _draw_dots(axes: Axes, initial: Array, number: Array, status: Array, found: 
         chosen = number == one.number
         axes.plot(x[chosen], y[chosen], linestyle="none", marker=marker, color=colour, markersize=size,
                   markeredgecolor="black", markeredgewidth=0.2, gid=f"attractor:{one.number}")
-    rest = number > len(colours)
+    rest = np.isin(number, [one.number for one in found[len(colours):]])
     axes.plot(x[rest], y[rest], linestyle="none", marker="o", color="#808080", markersize=0.5 * size, markeredgewidth=0,
               gid="others")
     failed = has_failed(status)

@@ -1,9 +1,11 @@
 """What each attractor is like, along one axis: a marker for each, its size by share, its colour and shape by response,
-open where most of its members are unsettled."""
+open where most of its members are unsettled. A line joins what is one attractor along the axis, dotted where an
+operating point between has none of its starts."""
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,15 +15,16 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nsdrill.analysis.attractors import Attractor
-from nsdrill.data import Results
+from nsdrill.data import Array, Results
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import Quantity, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges, robust_limits
-from nsdrill.plot.starts import along
+from nsdrill.plot.starts import along, matched
 from nsdrill.plot.style import FULL_WIDTH, REFERENCE, RESPONSES, new_figure
 
 HEIGHT = 6.0
 LARGEST, SMALLEST = 7.0, 1.6  # points of diameter, of the share 1 and of a single start among many
+LEAST = 0.05
 PANELS = (("radius_max", "Greatest radius"), ("axial_max", "Axial range"), ("stick_slip_index", "Stick-slip index"))
 
 
@@ -32,6 +35,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     figure = new_figure(FULL_WIDTH, HEIGHT)
     grid = figure.add_gridspec(len(PANELS), 1)
     panels: list[Axes] = []
+    joined = matched(results)
     for row, (name, word) in enumerate(PANELS):
         axes = figure.add_subplot(grid[row, 0], sharex=panels[0] if panels else None)
         y = quantity(name, units)
@@ -39,6 +43,8 @@ def draw(results: Results, units: str = "si") -> Figure:
                   for one in some]
         for centre, height, one in sorted(points, key=lambda p: -p[2].share):
             axes.plot([centre], [height], linestyle="none", **style(one), zorder=3, gid=f"{name}:{one.response}")
+        if joined:
+            draw_branches(axes, points, centres, numbered=name == "axial_max")
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
         low = min(low, 0.0)
         axes.set_ylim(low - 0.03 * (high - low), high + 0.06 * (high - low))
@@ -51,8 +57,23 @@ def draw(results: Results, units: str = "si") -> Figure:
     starts = len(results.coords["start"])
     point = operating_point(fixed_values(results), units)
     figure.suptitle(heading(results.attrs, f"{point}; {starts} starts each"), parse_math=False)
-    legend_below(figure, _handles([one for some, _ in found for one in some]), 4)
+    legend_below(figure, _handles([one for some, _ in found for one in some], joined=joined), 4)
     return figure
+
+
+def draw_branches(axes: Axes, points: list[tuple[float, float, Attractor]], centres: Array, *, numbered: bool) -> None:
+    """A line along each attractor, under the markers, and the numbers of those with a share of ``LEAST`` or more."""
+    branches: dict[int, list[tuple[float, float, Attractor]]] = {}
+    for point in points:
+        branches.setdefault(point[2].number, []).append(point)
+    for number, branch in branches.items():
+        for (x, y, _), (to_x, to_y, _) in pairwise(branch):
+            between = np.count_nonzero((centres > min(x, to_x)) & (centres < max(x, to_x)))
+            axes.plot([x, to_x], [y, to_y], color=REFERENCE, linewidth=0.5, linestyle=":" if between else "-", zorder=2,
+                      gid=f"branch:{number}")
+        if numbered and len(branch) > 1 and max(one.share for _, _, one in branch) >= LEAST:
+            axes.annotate(str(number), branch[0][:2], (0, 4), textcoords="offset points", fontsize=6, ha="center",
+                          va="bottom", gid=f"number:{number}")
 
 
 def value(one: Attractor, name: str) -> float:
@@ -74,7 +95,7 @@ def style(one: Attractor) -> dict[str, Any]:
             "markerfacecolor": "none" if loose else response.colour, "markeredgewidth": 0.7 if loose else 0.0}
 
 
-def _handles(every: list[Attractor]) -> list[Artist]:
+def _handles(every: list[Attractor], *, joined: bool) -> list[Artist]:
     handles: list[Artist] = [
         Line2D([], [], color=style.colour, marker=style.marker, linestyle="none", markersize=4.5, markeredgewidth=0,
                label=style.name)
@@ -82,6 +103,8 @@ def _handles(every: list[Attractor]) -> list[Artist]:
     if any(one.unsettled > one.members / 2 for one in every):
         handles.append(Line2D([], [], color=REFERENCE, marker="o", markerfacecolor="none", linestyle="none",
                               markersize=4.5, markeredgewidth=0.7, label="open: most of its starts unsettled"))
+    if joined:
+        handles.append(Line2D([], [], color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
     for share in (1.0, 0.25, 0.05):
         handles.append(Line2D([], [], color=REFERENCE, marker="o", linestyle="none", markersize=size(share),
                               markeredgewidth=0, label=f"share {100 * share:.0f} %"))

@@ -1,14 +1,20 @@
 """Shares of the starts along one axis: a column for every operating point, stacked by response, divided by attractor.
 
+Within a response the attractors are stacked by number, so that one attractor is a band along the axis.
+
 The bars at the borders between responses are 95 % intervals of the share below that border; none where the starts are a
 slice, which is no sample.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -18,11 +24,13 @@ from nsdrill.data import Array, Results
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges
-from nsdrill.plot.starts import along
+from nsdrill.plot.starts import along, matched
 from nsdrill.plot.style import FULL_WIDTH, RESPONSES, new_figure
 
 HEIGHT = 3.6
 LEAST = 0.02  # borders of attractors with a smaller share are not drawn: their columns would be all border
+ROOM = 8.0  # per cent of the height that the number of an attractor needs
+BORDER: dict[str, Any] = {"linewidth": 0.6, "solid_capstyle": "butt", "zorder": 2.5}
 MOST_BARS = 80  # with more operating points every second, third ... has its interval
 
 
@@ -34,9 +42,11 @@ def draw(results: Results, units: str = "si") -> Figure:
     figure = new_figure(FULL_WIDTH, HEIGHT)
     axes = figure.add_subplot()
     present = [code for code in range(len(RESPONSES)) if any(a.response == code for some, _ in found for a in some)]
-    divided = False
-    for (some, _), left, right in zip(found, borders[:-1], borders[1:], strict=True):
-        divided |= draw_column(axes, some, left, right)
+    columns = [draw_column(axes, some, left, right) for (some, _), left, right in zip(
+        found, borders[:-1], borders[1:], strict=True)]
+    divided = any(one.divided for column in columns for one in column)
+    if matched(results):
+        draw_bands(axes, columns, borders)
     sampled = not results.slice
     if sampled:
         draw_intervals(axes, found, present, centres)
@@ -66,21 +76,53 @@ def _outlined() -> list[object]:
     return [Stroke(linewidth=2.2, foreground="#808080"), Normal()]
 
 
-def draw_column(axes: Axes, some: list[Attractor], left: float, right: float) -> bool:
-    """The attractors of one operating point, lowest response first; whether a border between two was drawn."""
-    bottom, divided = 0.0, False
-    before: Attractor | None = None
+@dataclass(frozen=True)
+class Part:
+    """What an attractor has of a column: from ``bottom`` over ``height`` [%], and whether the border below it was
+    drawn."""
+
+    of: Attractor
+    bottom: float
+    height: float
+    divided: bool
+
+
+def draw_column(axes: Axes, some: list[Attractor], left: float, right: float) -> list[Part]:
+    """The attractors of one operating point, lowest response first."""
+    bottom = 0.0
+    parts: list[Part] = []
     for one in sorted(some, key=lambda a: (a.response, a.number)):
         height = 100 * one.share
         axes.fill_between([left, right], bottom, bottom + height, facecolor=RESPONSES[one.response].colour,
                           edgecolor=RESPONSES[one.response].colour, linewidth=0.2,
                           gid=f"attractor:{one.number}:{one.response}")
-        if before is not None and before.response == one.response and max(before.share, one.share) >= LEAST:
-            axes.plot([left, right], [bottom, bottom], color="white", linewidth=0.6, solid_capstyle="butt", zorder=2.5)
-            divided = True
+        before = parts[-1].of if parts else None
+        divided = (before is not None and before.response == one.response
+                   and max(before.share, one.share) >= LEAST)
+        if divided:
+            axes.plot([left, right], [bottom, bottom], color="white", **BORDER)
+        parts.append(Part(one, bottom, height, divided))
         bottom += height
-        before = one
-    return divided
+    return parts
+
+
+def draw_bands(axes: Axes, columns: list[list[Part]], borders: Array) -> None:
+    """What shows that an attractor goes on: the steps of its lower border, and its number where its band is widest."""
+    bands: dict[tuple[int, int], dict[int, Part]] = {}
+    for place, column in enumerate(columns):
+        for part in column:
+            bands.setdefault((part.of.number, part.of.response), {})[place] = part
+    for (number, response), parts in bands.items():
+        for place, part in parts.items():
+            if part.divided and (after := parts.get(place + 1)) and after.divided:
+                axes.plot([borders[place + 1]] * 2, [part.bottom, after.bottom], color="white", **BORDER)
+        for run in np.split(list(parts), 1 + np.flatnonzero(np.diff(list(parts)) > 1)):
+            place = max(run.tolist(), key=lambda i: parts[i].height)
+            if (widest := parts[place]).height >= ROOM:
+                dark = np.dot(to_rgb(RESPONSES[response].colour), (0.299, 0.587, 0.114)) < 0.5
+                axes.text((borders[place] + borders[place + 1]) / 2, widest.bottom + widest.height / 2, str(number),
+                          color="white" if dark else "black", fontsize=6, ha="center", va="center", clip_on=True,
+                          gid=f"number:{number}:{response}")
 
 
 def draw_intervals(

@@ -3,6 +3,8 @@ words."""
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 
 from nsdrill.analysis.attractors import Attractor, describe
@@ -19,6 +21,14 @@ def along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, 
         raise InputError(
             "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run.")
     return results.swept[0], found
+
+
+def matched(results: Results) -> bool:
+    """Whether one number is one attractor along the axes; in files of older versions it is so at each operating point
+    only, until they are classified again."""
+    study = json.loads(results.attrs.get("study_resolved") or "{}")
+    thresholds = json.loads(results.attrs.get("classification_resolved") or "null") or study.get("classify", {})
+    return "matching" in thresholds.get("attractors", {})
 
 
 def flat(results: Results) -> dict[str, Array]:

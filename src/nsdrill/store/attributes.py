@@ -17,6 +17,7 @@ from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.variables import AXES, STATE_NAMES
 
+_CONTROL = dict.fromkeys([*range(9), 11, 12, *range(14, 32), *range(127, 160)])  # all but tab and the ends of lines
 _LONGEST_LIST = 1000  # numbers in an array
 _LONGEST_TITLE = 500  # characters; the first versions had no limit
 _TEXT = (
@@ -31,7 +32,7 @@ _COUNTS = ("format_version", "refine", "points_run", "points_inferred", "start",
 def get_attributes(path: str | os.PathLike[str], file: Any) -> dict[str, Any]:
     """Root attributes as plain Python values; arrays stay arrays. FileError where one of nsdrill's has another type
     than it should have; of other programs' only text and numbers."""
-    return check_attributes(path, {name: _plain(file.attrs, name) for name in file.attrs})
+    return check_attributes(path, {name: plain(file.attrs, name) for name in file.attrs})
 
 
 def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> dict[str, Any]:
@@ -43,10 +44,13 @@ def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> 
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 
-def _plain(attrs: Any, name: str) -> Any:
-    """One text, one number or a short array of numbers; None for anything else, which is not read."""
+def plain(attrs: Any, name: str) -> Any:
+    """One text, one number or a short array of numbers; None where there is none, or something else, which is not
+    read."""
     import h5py
 
+    if name not in attrs:
+        return None
     there = attrs.get_id(name)
     text = h5py.check_string_dtype(there.dtype) is not None
     if there.shape is None or len(there.shape) > (0 if text else 1) or math.prod(there.shape) > _LONGEST_LIST:
@@ -56,7 +60,7 @@ def _plain(attrs: Any, name: str) -> Any:
     value = attrs[name]
     if text:
         raw = value if isinstance(value, bytes) else value.encode("utf-8", "surrogateescape")
-        return raw.decode("utf-8", "replace").replace("\0", "")
+        return raw.decode("utf-8", "replace").translate(_CONTROL)
     return value.item() if isinstance(value, np.generic) else value
 
 

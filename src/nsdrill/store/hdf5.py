@@ -25,6 +25,7 @@ import numpy as np
 
 from nsdrill.data import Array, json_text
 from nsdrill.errors import FileError, printable
+from nsdrill.store.attributes import plain
 from nsdrill.store.files import reason
 from nsdrill.store.forgiving import ForgivingFile
 from nsdrill.store.log import part_path
@@ -179,8 +180,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
 
 def check_version(path: str | os.PathLike[str], file: Any) -> None:
     """FileError unless nsdrill made ``file``, in a format that this version reads."""
-    version = file.attrs.get("format_version")
-    if not isinstance(file.attrs.get("nsdrill_kind"), str) or not isinstance(version, int | np.integer):
+    version, kind = (plain(file.attrs, name) for name in ("format_version", "nsdrill_kind"))
+    if not isinstance(kind, str) or not isinstance(version, int):
         raise FileError(f"{path}: an HDF5 file, but none of nsdrill. Give the output of 'nsdrill run' or 'simulate'.")
     if not 1 <= version <= FORMAT_VERSION:
         raise FileError(

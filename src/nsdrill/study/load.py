@@ -205,7 +205,7 @@ def _nearest(path: KeyPath) -> str | None:
 
 def _no_axis(name: str) -> tuple[str, str, str | None]:
     """What is wrong with a key of the sweep that is no axis: what was found, what is allowed, what may be meant."""
-    axes, leaf = axis_leaves(), all_leaves().get(name)
+    leaf = all_leaves().get(name)
     allowed = (
         f"{', '.join(AXES)} or another number of {', '.join(PHYSICAL)} by its key, as bit.rock_stiffness; procedure, "
         "along, refine")

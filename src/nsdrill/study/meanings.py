@@ -118,6 +118,7 @@ MEANINGS: dict[str, str] = {
     "classify.motion.regular_below": "Without an exponent: 0-1 test below which it is regular",
     "classify.attractors": "Attractors, where every operating point has several starts",
     "classify.attractors.tolerance": "Distance of scaled features within which two starts are on the same attractor",
+    "classify.attractors.matching": "Distance within which attractors of neighbouring operating points have one number",
     "classify.stuck_below": "Bit speed below which the bit counts as stuck",
     "record": "What is kept of each point beside the features",
     "record.peaks": "Last local maxima kept of bit position, bit speed and radius",
