@@ -15,7 +15,7 @@ MOST_OF_A_POINT = 5  # the smaller ones are told together
 def show_attractors(summary: dict[str, Any]) -> None:
     """A line for each attractor: its share, with its interval where the starts are a sample, and what it is."""
     points, axes = summary["operating_points"], summary["axes"]
-    swept = [name for name in AXES if axes[name]["points"] > 1]
+    swept = [name for name, axis in axes.items() if axis["points"] > 1]
     rows: list[str] = []
     for point in points:
         where = ", ".join(value_text(name, point[name]) for name in swept) or "all starts"

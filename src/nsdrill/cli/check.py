@@ -9,6 +9,7 @@ import click
 
 from nsdrill.cli import options
 from nsdrill.cli.reading import knots_text
+from nsdrill.cli.show import label_of, value_text
 
 if TYPE_CHECKING:
     from nsdrill.study.study import Study
@@ -80,12 +81,11 @@ def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
 def _sweep(study: Study, chains: int) -> str:
     """The sweep in words."""
     from nsdrill.app.check import coarse_length
-    from nsdrill.units import format_quantity
 
     axes = []
     for name in study.swept:
-        label, units = AXES[name]
-        first, last = (format_quantity(float(study.axes[name][i]), units) for i in (0, -1))
+        label = label_of(name.replace(".", "_"))
+        first, last = (value_text(name.replace(".", "_"), float(study.axes[name][i])) for i in (0, -1))
         count = len(study.axes[name])
         values = f"{count} values"
         if name in study.refined:
@@ -100,7 +100,7 @@ def _sweep(study: Study, chains: int) -> str:
         how = "every point from the same initial state"
     else:
         way = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
-        how = f"the state carried {way} along the {AXES[study.along][0]}, in {most}{_count(chains, 'chain')}"
+        how = f"the state carried {way} along the {label_of(study.along.replace('.', '_'))}, in {most}{_count(chains, 'chain')}"
     return f"{', '.join(axes)}; {how}"
 
 

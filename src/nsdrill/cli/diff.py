@@ -117,7 +117,7 @@ def _responses(responses: dict[str, Any], points: int, swept: list[str]) -> Iter
 
 
 def _where(point: dict[str, Any], swept: list[str]) -> str:
-    words = [value_text(name, point[name]) for name in AXES if name in swept]
+    words = [value_text(name, point[name]) for name in swept if name not in ("procedure", "start")]
     words += [f"start {point['start']}"] if "start" in swept else []
     words += [point["procedure"]] if "procedure" in swept else []
     return ", ".join(words) or "the point"

@@ -55,9 +55,28 @@ def command(file: str, as_json: bool, study: bool) -> int:
 def value_text(name: str, value: float, *, field: bool = False) -> str:
     from nsdrill.units import format_quantity
 
+    if name not in AXES:
+        return further_text(name, value)
     _, si, other = AXES[name]
     text = format_quantity(value, si)
     return f"{text} ({format_quantity(value, other, 4)})" if field else text
+
+
+def further_text(name: str, value: float) -> str:
+    """The value of an axis beside those of the operation."""
+    from nsdrill.model.leaves import further_axes
+    from nsdrill.units import readable
+
+    return readable(value, further_axes()[name][1])
+
+
+def label_of(name: str) -> str:
+    """What an axis is, in words."""
+    if name in AXES:
+        return AXES[name][0]
+    from nsdrill.model.leaves import words_of
+
+    return words_of(name)
 
 
 def _show_results(file: str, s: dict[str, Any]) -> None:
@@ -67,7 +86,7 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
     click.echo(f"  made           {s['created']} by nsdrill {s['nsdrill_version']}")
     _show_overrides(s["overrides"])
     for name, axis in s["axes"].items():
-        label = AXES[name][0]
+        label = label_of(name)
         text = value_text(name, axis["from"], field=axis["points"] == 1)
         if axis["points"] > 1:
             text += f" to {value_text(name, axis['to'])}, {axis['points']} values"
@@ -117,7 +136,7 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
     if failed := s["failed"]:
         click.echo(f"\nFailed points ({len(failed)}), to look at with nsdrill replay:")
         for point in failed[:MOST_FAILED]:
-            where = ", ".join(value_text(name, point[name]) for name in AXES)
+            where = ", ".join(value_text(name, point[name]) for name in s["axes"])
             where += f", start {point['start']}" if "start" in point else ""
             click.echo(f"  {in_words(point['status'])}: {where}, {point['procedure']}")
         if len(failed) > MOST_FAILED:
@@ -171,10 +190,10 @@ def _show_intervals(intervals: list[dict[str, Any]]) -> None:
 def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str]) -> None:
     axis = rows[0]["axis"]
     held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
-    click.echo(f"\nWhere up and down differ, along the {AXES[axis][0]}:")
+    click.echo(f"\nWhere up and down differ, along the {label_of(axis)}:")
     before = None
     for row in rows[:MOST_INTERVALS]:
-        here = ", ".join(value_text(name, row[name]) if name in AXES else f"{name} {row[name]}" for name in held)
+        here = ", ".join(f"start {row[name]}" if name == "start" else value_text(name, row[name]) for name in held)
         if here and here != before:
             click.echo(f"  at {here}")
         before = here

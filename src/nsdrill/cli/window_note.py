@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from nsdrill.analysis.window import unknown_words
+from nsdrill.model.leaves import further_axes, words_of
 
 NAMES = {"depth": "depth", "wob": "weight on bit", "rotary_speed": "speed"}
 UNITS = {"si": {"depth": "m", "wob": "kN", "rotary_speed": "rad/s"},
@@ -16,25 +17,45 @@ SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
 MOST_ROWS = 24
 
 
+def name_of(axis: str) -> str:
+    """What an axis is, in words."""
+    return NAMES.get(axis) or words_of(axis)
+
+
+def _order(axis: str) -> tuple[int, str]:
+    """As a driller says an operating point; further axes after it."""
+    return (ORDER.index(axis) if axis in ORDER else len(ORDER), axis)
+
+
 class Writer:
     """Values in one system of units; a speed in rad/s has the rpm beside it."""
 
     def __init__(self, units: str) -> None:
         self.units, self.field = UNITS[units], units == "field"
 
+    def unit(self, axis: str) -> str:
+        """The unit in which an axis is told."""
+        if axis in self.units:
+            return self.units[axis]
+        from nsdrill.units import ENGINEERING, FIELD
+
+        si = further_axes()[axis][1]
+        return (FIELD if self.field else ENGINEERING).get(si, si)
+
     def number(self, axis: str, value: float) -> str:
         from nsdrill.units import from_si
 
-        shown = from_si(value, self.units[axis])
+        unit = self.unit(axis)
+        shown = from_si(value, unit) if unit else value
         return f"{shown:.0f}" if abs(shown) >= 1e4 else f"{shown:.4g}"
 
     def value(self, axis: str, value: float) -> str:
-        return f"{self.number(axis, value)} {self.units[axis]}{self._rpm(axis, value)}"
+        return f"{self.number(axis, value)} {self.unit(axis)}".rstrip() + self._rpm(axis, value)
 
     def span(self, axis: str, ends: list[float]) -> str:
         if ends[0] == ends[1]:
-            return f"{NAMES[axis]} {self.value(axis, ends[0])}"
-        return f"{NAMES[axis]} {self.number(axis, ends[0])} to {self.number(axis, ends[1])} {self.units[axis]}" + (
+            return f"{name_of(axis)} {self.value(axis, ends[0])}"
+        return f"{name_of(axis)} {self.number(axis, ends[0])} to {self.number(axis, ends[1])} {self.unit(axis)}" + (
             self._rpm(axis, *ends))
 
     def _rpm(self, axis: str, *values: float) -> str:
@@ -68,7 +89,7 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
     if several:
         yield ""
         third = note["third"]
-        yield f"Safe at every {NAMES[third]} of the file: {one['safe']} of {one['points']} points."
+        yield f"Safe at every {name_of(third)} of the file: {one['safe']} of {one['points']} points."
     if one["safe"]:
         yield ""
         yield from _map(note, one, w)
@@ -131,7 +152,7 @@ def _no_window(note: dict[str, Any]) -> Iterator[str]:
 
 def _table(note: dict[str, Any], w: Writer) -> Iterator[str]:
     third = note["third"]
-    yield f"{NAMES[third]:>12s}{_heads(note)}   recommended, and how far from there"
+    yield f"{name_of(third):>12s}{_heads(note)}   recommended, and how far from there"
     maps = note["maps"]
     for one in _some(maps):
         yield f"{w.value(third, one['at'][third]):>12s}{_row(note, one)}   {_brief(note, one, w)}"
@@ -152,7 +173,7 @@ def _brief(note: dict[str, Any], one: dict[str, Any], w: Writer) -> str:
     if best is None:
         return "none"
     parts = []
-    for axis in sorted(note["axes"], key=ORDER.index):
+    for axis in sorted(note["axes"], key=_order):
         down, up = (w.number(axis, best["margins"][axis][side]["margin"]) for side in SIDES)
         parts.append(f"{w.number(axis, best[axis])} {w.units[axis]} (-{down} +{up})")
     return ", ".join(parts)
@@ -160,7 +181,7 @@ def _brief(note: dict[str, Any], one: dict[str, Any], w: Writer) -> str:
 
 def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
     """The regions and the recommended point of one map."""
-    axes = sorted(note["axes"], key=ORDER.index)
+    axes = sorted(note["axes"], key=_order)
     if len(axes) == 1:
         yield f"Safe {'interval' if len(one['regions']) == 1 else 'intervals'}:"
         for area in sorted(one["regions"][:MOST_ROWS], key=lambda area: float(area[axes[0]][0])):
@@ -176,8 +197,8 @@ def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
     best = one["recommended"]
     yield f"Recommended: {', '.join(w.value(axis, best[axis]) for axis in axes)}."
     for axis in axes:
-        other = "" if len(axes) == 1 else f", the {NAMES[next(a for a in axes if a != axis)]} held"
-        yield f"  {NAMES[axis]}{other}:"
+        other = "" if len(axes) == 1 else f", the {name_of(next(a for a in axes if a != axis))} held"
+        yield f"  {name_of(axis)}{other}:"
         for side, word in (SIDES_OF_DEPTH if axis == "depth" else SIDES).items():
             yield f"    {word} {_limit(axis, best['margins'][axis][side], w)}"
     sides = [side for axis in axes for side in best["margins"][axis].values()]

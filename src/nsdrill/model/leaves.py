@@ -5,9 +5,10 @@ from __future__ import annotations
 import copy
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
-from nsdrill.model.parameters import Initial, Parameters
+from nsdrill.model.parameters import Initial, Parameters, describe
 
 OPERATION = ("depth", "wob", "rotary_speed")  # axes by their short keys
 
@@ -20,6 +21,28 @@ class Values:
     parameters: Parameters
     initial: Initial
     operation: tuple[Any, Any, Any]
+
+
+@lru_cache(maxsize=1)
+def further_axes() -> dict[str, tuple[str, str]]:
+    """The numbers beside those of the operation that a sweep may vary: by the name of the dimension the dotted key and
+    the SI units."""
+    found: dict[str, tuple[str, str]] = {}
+
+    def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
+        if isinstance(value, float) or (value is None and "units" in meta):
+            found[key.replace(".", "_")] = (key, meta.get("units", ""))
+
+    describe(Parameters(), visit)
+    describe(Initial(), visit, "initial.")
+    del found["initial_spread"]
+    return found
+
+
+def words_of(name: str) -> str:
+    """What a further axis is, in words made from its key: ``bit rock stiffness``."""
+    key, _ = further_axes()[name]
+    return key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
 
 
 def values_at(parameters: Parameters, initial: Initial, values: Mapping[str, Any]) -> Values:

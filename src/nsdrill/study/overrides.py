@@ -7,7 +7,7 @@ from typing import Any
 
 from nsdrill.errors import Fault, StudyError
 from nsdrill.study.document import Document, KeyPath, Place, dotted, odd_character, parse
-from nsdrill.study.keys import shown
+from nsdrill.study.keys import axis_leaves, shown
 
 
 def apply(document: Document, overrides: Sequence[str]) -> None:
@@ -16,7 +16,7 @@ def apply(document: Document, overrides: Sequence[str]) -> None:
         document.data = {}
     for text in overrides:
         key, equals, value = text.partition("=")
-        path: KeyPath = tuple(key.strip().split("."))
+        path = _path(key.strip())
         if not equals or not all(path) or odd_character(key):
             document.faults.append(Fault("", f"--set {text[:80]}", "--set key=value, as in --set operation.wob=30kN"))
             continue
@@ -29,6 +29,15 @@ def apply(document: Document, overrides: Sequence[str]) -> None:
             continue
         document.faults.extend(parsed.faults)
         _put(document, path, parsed.data if value.strip() else None, Place(override=label))
+
+
+def _path(key: str) -> KeyPath:
+    """The place of a dotted key; an axis of the sweep is one part, however many dots it has."""
+    first, *rest = key.split(".")
+    for length in range(len(rest), 1, -1):
+        if first == "sweep" and ".".join(rest[:length]) in axis_leaves():
+            return (first, ".".join(rest[:length]), *rest[length:])
+    return (first, *rest)
 
 
 def _put(document: Document, path: KeyPath, value: Any, place: Place) -> None:

@@ -69,16 +69,37 @@ class Checker:
             if upper == "operation.depth" and self._ramp_of_depth():
                 continue  # every knot of it is looked at
             factor = WIDEST_BORE if lower.endswith("inner_diameter") else 1.0
-            small, big = self._value(lower), factor * self._value(upper)
+            small, big = self._ends(lower)[1], factor * self._ends(upper)[0]
             if small < big or (equal and small == big):
                 continue
             first, second = (lower, upper) if blamed == "lower" else (upper, lower)
-            if not self._given(first) and self._given(second):
+            if not self._set(first) and self._set(second):
                 first, second = second, first
             words = ("at most" if equal else "below") if first == lower else ("at least" if equal else "above")
             if factor != 1.0:
                 words += f" {factor if first == lower else 1 / factor:.4g} times"
-            yield self.fault(first, self._text(first), f"{words} {second}, which is {self._text(second)}")
+            found = self._text(first, 1 if first == lower else 0)
+            allowed = f"{words} {second}, which is {self._text(second, 1 if second == lower else 0)}"
+            axis = self._axis(first)
+            yield self.fault(f"sweep.{axis}", found, allowed, ("sweep", axis)) if axis else (
+                self.fault(first, found, allowed))
+
+    def _axis(self, key: str) -> str | None:
+        """The axis of the sweep that varies ``key``, if one does."""
+        name = key.removeprefix("operation.")
+        return name if name in self.resolved.get("sweep", {}) and self._sound(f"sweep.{name}") else None
+
+    def _ends(self, key: str) -> tuple[float, float]:
+        """The least and the greatest value of ``key``, which are one where it is not swept."""
+        axis = self._axis(key)
+        if axis is None:
+            return self._value(key), self._value(key)
+        values = self.resolved["sweep"][axis]
+        return (values["from"], values["to"]) if isinstance(values, dict) else (values[0], values[-1])
+
+    def _set(self, key: str) -> bool:
+        """Whether the user gave ``key`` a value or an axis."""
+        return self._axis(key) is not None or self._given(key)
 
     def _depths(self) -> Iterator[Fault]:
         """Swept depths reach below the collars."""
@@ -105,8 +126,8 @@ class Checker:
     def _below_the_collars(self, places: list[tuple[KeyPath, float]]) -> Iterator[Fault]:
         if not self._sound("drillstring.collar.length"):
             return
-        length = self._value("drillstring.collar.length")
-        allowed = f"more than the length of the collars, {self._text('drillstring.collar.length')}"
+        length = self._ends("drillstring.collar.length")[1]
+        allowed = f"more than the length of the collars, {self._text('drillstring.collar.length', 1)}"
         for path in [path for path, value in places if value <= length][:10]:
             yield self.fault(dotted(path), shown(self._raw(path)), allowed, path)
 
@@ -125,12 +146,12 @@ class Checker:
                 "well.law")
         if not self._sound(*keys):
             return
-        gap = (self._value("well.diameter") - self._value("drillstring.collar.outer_diameter")) / 2
+        gap = (self._ends("well.diameter")[0] - self._ends("drillstring.collar.outer_diameter")[1]) / 2
         plane = self._value(SLICE)
         reach = {name: max(abs(plane[name]["from"]), abs(plane[name]["to"])) if name in plane
-                 else self._value(f"initial.{name}") for name in ("x", "y")}
+                 else max(map(abs, self._ends(f"initial.{name}"))) for name in ("x", "y")}
         radius = math.hypot(reach["x"], reach["y"])
-        room = gap + deepest(self._value("well.stiffness"), self._value("well.law"))
+        room = gap + deepest(self._ends("well.stiffness")[1], self._value("well.law"))
         if gap <= 0.0 or radius <= room:
             return
         allowed = (
@@ -140,6 +161,7 @@ class Checker:
             yield self.fault(SLICE, f"starts as far as {format_quantity(radius, 'mm')} off the axis", allowed)
         else:
             key = next((key for key in keys if self._given(key)), keys[0])
+            key = next((key for key in keys if self._axis(key)), key)
             found = f"{self._text(key)}, with which the collar starts {format_quantity(radius, 'mm')} off the axis"
             yield self.fault(key, found, allowed)
 
@@ -172,15 +194,19 @@ class Checker:
     def _sweep(self) -> Iterator[Fault]:
         """At least one axis, not too many points, and an axis along which to carry."""
         sweep = self.resolved["sweep"]
-        swept = [axis for axis in AXES if sweep.get(axis) is not None]
+        swept = [axis for axis in sweep if axis not in ("procedure", "along", "refine")]
         if any(key == "sweep" or key.startswith("sweep.") for key in self.faulty):
             return
         if not swept:
             if sweep["procedure"] == "same" and has_ramp(self.document.data):
                 return
-            allowed = f"at least one axis to sweep: {', '.join(AXES)}"
+            allowed = f"at least one axis to sweep: {', '.join(AXES)} or another number by its key"
             yield self.fault("sweep", "no axis", allowed)
             return
+        for axis in swept:
+            if axis.startswith("initial.") and self._starts_of_a_point() > 1:
+                yield self.fault(f"sweep.{axis}", "an axis over the start", "no several starts beside it",
+                                 ("sweep", axis))
         refined, starts = refined_axes(sweep), self._starts_of_a_point()
         total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept) * starts
         if total > MOST_POINTS:
@@ -232,7 +258,12 @@ class Checker:
             value = value[part]
         return value
 
-    def _text(self, key: str) -> str:
+    def _text(self, key: str, end: int = 0) -> str:
+        """The value of ``key`` in words; of a swept one the least (``end`` 0) or the greatest (1)."""
+        if axis := self._axis(key):
+            leaf = self.leaves[key]
+            text = leaf.text(self._ends(key)[end]) if leaf.units in USUAL else f"{self._ends(key)[end]:g}"
+            return f"{text} at {'the greatest' if end else 'the least'} of sweep.{axis}"
         if self._given(key):
             return shown(self._raw(tuple(key.split("."))))
         leaf = self.leaves[key]
