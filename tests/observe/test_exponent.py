@@ -13,7 +13,7 @@ from sweep.runs import finish, run_work, same_bits, work_for
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.rhs import sizes
-from nsdrill.observe.exponent import BATCHES, exponent_of, growth_header, seed_deviation
+from nsdrill.observe.exponent import exponent_of, growth_header, seed_deviation
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work
 from observe.flows import exponents
@@ -126,15 +126,11 @@ def test_a_run_that_fails_has_no_exponent() -> None:
     assert (out["motion"] == 0).all()
 
 
-def test_batches_make_up_the_window() -> None:
+def test_looks_make_up_the_window() -> None:
     for observe in (0.5, 20.0, 21.0, 333.0):
-        interval, looks = growth_header(observe)
-        assert interval * looks * BATCHES == pytest.approx(observe)
-        assert interval <= 1.0
+        interval, length = growth_header(observe)
+        assert length == observe
+        assert interval <= min(1.0, observe / 20)
+        assert round(observe / interval) * interval == pytest.approx(observe)
 
 
-def test_the_scatter_of_batches_is_their_standard_error() -> None:
-    rises = np.random.default_rng(1).normal(2.0, 0.3, BATCHES)
-    found = exponent_of(np.array([[BATCHES, rises.sum(), (rises**2).sum()]]), 40.0)
-    assert found["lyapunov_exponent"][0] == pytest.approx(rises.sum() / 40.0)
-    assert found["lyapunov_error"][0] == pytest.approx(rises.std(ddof=1) / np.sqrt(BATCHES) / 2.0)
