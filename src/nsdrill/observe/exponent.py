@@ -6,9 +6,9 @@ fastest growing direction during the transient. Lengths are measured in the natu
 matter for the exponent.
 
 The mean over the window is a weighted one: each rise of the logarithm counts by half a wave of a sine, nothing at the
-window's ends. A length that goes up and down without growing, as on a cycle or a torus, then hardly adds to the mean,
-where the plain mean depends on the place in the cycle at which the window begins and ends (Das et al. 2017, Nonlinearity
-30:4111-4140). For chaos it is as good as a window shorter by a fifth.
+window's ends. A length that goes up and down without growing, as on a cycle or a torus, then hardly adds to the mean;
+the plain mean depends on the place in the cycle at which the window begins and ends (Das et al. 2017, Nonlinearity
+30:4111-4140). For chaos it is as good as a plain mean over a window shorter by a fifth.
 
 The same rises, weighted by 1 to WAVES whole waves, of which a steady growth gives nothing, tell how much comes of mere
 fluctuation: the spectrum of the rate at its lowest frequencies, and with it the standard error (sine tapers: Riedel &
@@ -52,14 +52,17 @@ def seed_deviation(sizes: Array) -> Array:
     return sizes * weights
 
 
-def exponent_of(report: Array, observe: float) -> dict[str, Array]:
-    """The exponent and its standard error [1/s] from the observer's columns, shape (runs, len(REPORT))."""
+def exponent_of(report: Array, observe: float, bias: Array | float = 0.0) -> dict[str, Array]:
+    """The exponent and its standard error [1/s] from the observer's columns, shape (runs, len(REPORT)).
+
+    ``bias`` [1/s] is what the steps may add to the rate: it is part of the error.
+    """
     weight, growth, *waves = np.asarray(report, dtype=float).T
     with np.errstate(divide="ignore", invalid="ignore"):
         # A rate of spectral density S at low frequencies gives each wave the variance S observe / 2, and the mean over
         # half a wave S pi^2 / (8 observe).
-        error = math.pi / (2.0 * observe) * np.sqrt(np.mean(np.square(waves), axis=0))
-        return {"lyapunov_exponent": growth / weight, "lyapunov_error": error}
+        scatter = math.pi / (2.0 * observe) * np.sqrt(np.mean(np.square(waves), axis=0))
+        return {"lyapunov_exponent": growth / weight, "lyapunov_error": np.hypot(scatter, bias)}
 
 
 @lru_cache

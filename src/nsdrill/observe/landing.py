@@ -67,12 +67,6 @@ def make_landing(
     def part(s):  # type: ignore[no-untyped-def]
         # One step of the run's own pair in the buffer of one lane, from (time, start) to (time + step, stage).
         h = s[step]
-        for j in range(N):
-            s[stage + j] = s[start + j]
-        s[stage_time] = s[time]
-        tangent(s)
-        for p in range(M):
-            s[slope_start + p] = s[slope + p]
         for n in range(stages):
             s[stage_time] = s[time] + nodes[n + 1] * h
             for p in range(M):
@@ -93,7 +87,7 @@ def make_landing(
         # Lane i alone: its step in parts between the zeros of the contact functions.
         h = b[step * W + i]
         found = 0
-        for c in range(contacts):
+        for c in range(contacts if h > 0.0 else 0):
             k0, k1 = (before + RATES * c) * W + i, (now + RATES * c) * W + i
             g0, d0, c0 = b[k0], b[k0 + W], b[k0 + 2 * W]
             g1, d1, c1 = b[k1], b[k1 + W], b[k1 + 2 * W]
@@ -118,6 +112,7 @@ def make_landing(
             s[start + j] = b[(start + j) * W + i]
         for p in range(M):
             s[drift + p] = b[(drift + p) * W + i]
+            s[slope_start + p] = b[(slope_start + p) * W + i]
         at, begun = 0.0, b[time * W + i]
         s[time] = begun
         for _ in range(found):
@@ -130,9 +125,13 @@ def make_landing(
             at = s[zeros + which]
             s[zeros + which] = OVER
             s[time] = begun + h * at
+            s[stage_time] = s[time]
+            s[before + RATES * (which // ROOTS)] *= -1.0  # the contact changes
+            tangent(s)
             for j in range(N):
                 s[start + j] = s[stage + j]
-            s[before + RATES * (which // ROOTS)] *= -1.0
+            for p in range(M):
+                s[slope_start + p] = s[slope + p]
         if h > 0.0:
             s[step] = h * (1.0 - at)
             part(s)
@@ -153,8 +152,8 @@ def make_landing(
         measure(b)
         due = 0
         for i in range(W):
-            # A contact function changes its sign, or turns where it was on its way to zero. A step of no length shows
-            # the start of a run.
+            # A contact function changes its sign, or turns on its way to zero. A step of no length shows the start of a
+            # run, whose accelerations were made with the contacts of the run before.
             wanted = b[step * W + i] == 0.0
             for k in range(0, of_contacts * W, RATES * W):
                 g0, d0 = b[before * W + k + i], b[(before + 1) * W + k + i]

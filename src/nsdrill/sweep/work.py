@@ -100,7 +100,10 @@ class Work:
         record, ok = self.record, done.status == OK
         measured = features(done.report, done.parameters, self.simulation.observe, self.variant[0])
         if record.exponent:
-            measured |= exponent_of(done.report[:, -len(GROWTH_REPORT) :], self.simulation.observe)
+            # In a step the deviation is about as wrong as the motion.
+            duration = self.simulation.transient + self.simulation.observe
+            bias = self.simulation.rtol * done.accepted / duration
+            measured |= exponent_of(done.report[:, -len(GROWTH_REPORT) :], self.simulation.observe, bias)
         measured = {name: np.where(ok, value, np.nan) for name, value in measured.items()}
         heights = peaks(done.report, record.peaks)
         heights[~ok] = np.nan
@@ -168,7 +171,8 @@ def make_watch(lanes: int, hertz: bool, lobes: int) -> tuple[Any, Any]:
         observer(b, store)
         growth(b, store)
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes, hertz, lobes)
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+              lanes, hertz, lobes)
     def watch_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         marker(b, store, i, mark, report, column)
         growth_marker(b, store, i, mark, report, len(report) - columns)
