@@ -4,8 +4,8 @@ The deviation has a component for each state and follows the linearised equation
 are integrated with it as companions (:class:`nsdrill.abi.Rows`): the same steps, the same stages. Contact makes the
 Jacobian jump where the bit or the collar touches, not the vector field; a deviation therefore passes through a contact
 without a jump (the saltation matrix is the identity: di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008,
-chapter 2). Within a step each contact counts as it was at the step's start; a step in which one changes is made anew for
-the deviation (:mod:`nsdrill.observe.landing`).
+chapter 2). Within a step each contact counts as it was at the step's start; a step in which one changes is made anew
+for the deviation (:mod:`nsdrill.observe.landing`).
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ from nsdrill.elementary import lowest_bit, sincos
 Array = np.ndarray[Any, np.dtype[np.float64]]
 FEWEST_LOOKS = 20
 LONGEST_CHECK = 1.0  # seconds between looks at the length: a deviation that grows a hundredfold in 10 ms still fits
-WAVES = 10
+WAVES = 8
 # The observer's rows: when to look next, the logarithm of the length so far, its value and the time at the last look,
 # when the window began, and sums over the looks.
 GROWTH = ("check_time", "log_length", "log_before", "looked", "opened", "weight", "growth",

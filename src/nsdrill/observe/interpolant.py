@@ -68,7 +68,8 @@ def extreme(p1, p2, p3, p4, p5, end_slope):  # type: ignore[no-untyped-def]
 def crossing(p0, p1, p2, p3, p4, p5, low, high):  # type: ignore[no-untyped-def]
     """Where the polynomial vanishes between ``low`` and ``high``, at which it lies on different sides of zero.
 
-    To 1e-13: Newton, kept inside a shrinking bracket by bisection. For one lane: it branches. (:func:`root` is for many.)
+    Newton, kept inside a shrinking bracket by bisection, to 1e-13. For one lane: it branches. (:func:`root` is for
+    many.)
     """
     below_at_start = value(p0, p1, p2, p3, p4, p5, low) < 0.0
     theta = 0.5 * (low + high)
