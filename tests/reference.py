@@ -133,23 +133,25 @@ def _polar(outer, inner):
 
 def friction(speed, static, dynamic, smoothing, decay):
     """f(v) = (2/pi) atan(eps v) [(mu_s - mu_d)/(1 + tau |v|) + mu_d]."""
-    return 2 / np.pi * np.arctan(smoothing * speed) * ((static - dynamic) / (1 + decay * np.abs(speed)) + dynamic)
+    size = np.where(np.real(speed) < 0, -speed, speed)  # of a complex number too, which abs() makes real
+    return 2 / np.pi * np.arctan(smoothing * speed) * ((static - dynamic) / (1 + decay * size) + dynamic)
 
 
-def contacts(case, t, state, phase=0.0):
-    """Contact forces of states [8] or [8, n] at times t: a dict."""
+def contacts(case, t, state, phase=0.0, touching=None):
+    """Contact forces of states [8] or [8, n] at times t: a dict. ``touching`` says whether bit and collar touch where
+    that is not to be told from the state."""
     x, vx, y, vy, z, _, twist, omega = state
     c = case
     phi = twist + phase + c.speed * t
     interference = c.amplitude * np.sin(c.lobes * phi) - z
-    bit_force = c.rock_stiffness * np.maximum(interference, 0.0)
+    bit_force = c.rock_stiffness * (np.maximum(interference, 0.0) if touching is None else touching[0] * interference)
     cutting = c.zeta * math.sqrt(c.bit_radius * c.depth_of_cut) * 2 / np.pi * np.arctan(c.bit_smoothing * omega)
     law = friction(omega, c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay)
     bit_torque = bit_force * (2 / 3 * c.bit_radius * law + cutting)
     r = np.sqrt(x * x + y * y)
-    depth = np.maximum(r - c.gap, 0.0)
+    depth = np.maximum(r - c.gap, 0.0) if touching is None else touching[1] * (r - c.gap)
     normal = c.wall_stiffness * depth ** (1.5 if c.wall_law == "hertz" else 1.0)
-    tangential_speed = np.divide(x * vy - y * vx, r, out=np.zeros_like(r), where=r > 0) if np.ndim(r) else (
+    tangential_speed = np.divide(x * vy - y * vx, r, out=np.zeros_like(r), where=np.real(r) > 0) if np.ndim(r) else (
         (x * vy - y * vx) / r if r > 0 else 0.0)
     slip = omega * c.collar_radius + tangential_speed
     rub = normal * friction(slip, c.wall_static, c.wall_dynamic, c.wall_smoothing, c.wall_decay)
@@ -162,13 +164,13 @@ def contacts(case, t, state, phase=0.0):
     }
 
 
-def derivative(case, t, state, phase=0.0):
+def derivative(case, t, state, phase=0.0, touching=None):
     """d(state)/dt, shape as ``state``: [8] or [8, n]."""
     c = case
     x, vx, y, vy, z, vz, twist, omega = state
-    f = contacts(c, t, state, phase)
+    f = contacts(c, t, state, phase, touching)
     cos, sin = np.cos(f["phi"]), np.sin(f["phi"])
-    r = np.where(f["radius"] > 0, f["radius"], 1.0)
+    r = np.where(np.real(f["radius"]) > 0, f["radius"], 1.0)
     drag = c.c_h * np.sqrt(vx * vx + vy * vy)
     # e_r = (x, y)/r, e_theta = (-y, x)/r
     force_x = -f["stiffness"] * x - drag * vx - f["wall_force"] * x / r + f["wall_friction"] * y / r
@@ -249,3 +251,40 @@ def solve(case, initial, duration, rtol=1e-12, phase=0.0, dense=False, **options
     return solve_ivp(
         quick(case, phase), (0.0, duration), np.asarray(initial, dtype=float), "DOP853", rtol=rtol,
         dense_output=dense, **options)
+
+
+def deviate(case, state, deviations, duration, phase=0.0, rtol=1e-11):
+    """State and small deviations [8, n] after some time: DOP853 from contact to contact, on each side of which the
+    right-hand side is smooth, with derivatives by complex steps. The wall must be linear."""
+    tiny, at, both = 1e-40, 0.0, np.concatenate([state, np.ravel(deviations)])
+    surfaces = (
+        lambda t, s: case.amplitude * math.sin(case.lobes * (s[6] + phase + case.speed * t)) - s[4],
+        lambda t, s: s[0] ** 2 + s[2] ** 2 - case.gap**2,
+    )  # fmt: skip
+    touching = [surface(0.0, state) > 0 for surface in surfaces]
+
+    def slopes(t, both):
+        found = derivative(case, t, both[:8, None] + tiny * 1j * both[8:].reshape(8, -1), phase, touching)
+        return np.concatenate([found[:, 0].real, found.imag.ravel() / tiny])
+
+    for surface in surfaces:
+        surface.terminal = True
+    while at < duration:
+        for surface, touches in zip(surfaces, touching, strict=True):
+            surface.direction = -1 if touches else 1
+        found = solve_ivp(slopes, (at, duration), both, "DOP853", rtol=rtol, atol=1e-13, events=surfaces)
+        at, both = found.t[-1], found.y[:, -1]
+        touching = [touches ^ bool(len(times)) for touches, times in zip(touching, found.t_events, strict=True)]
+    return both[:8], both[8:].reshape(8, -1)
+
+
+def floquet_exponents(case, state, revolutions, phase=0.0):
+    """The exponents [1/s], greatest first, of the motion near ``state`` that repeats after some revolutions of the
+    drive: Newton's method on the state, then the eigenvalues of the derivative of the return."""
+    period = revolutions * 2 * math.pi / case.speed
+    for _ in range(8):
+        end, monodromy = deviate(case, state, np.eye(8), period, phase)
+        if np.abs(end - state).max() < 1e-9:
+            return np.sort(np.log(np.abs(np.linalg.eigvals(monodromy))) / period)[::-1]
+        state = state - np.linalg.solve(monodromy - np.eye(8), end - state)
+    raise AssertionError("no periodic motion near this state")

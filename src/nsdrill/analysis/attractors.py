@@ -2,9 +2,9 @@
 How the attractors are numbered along a sweep: :mod:`nsdrill.analysis.branches`.
 
 Starts are compared by what was measured of their motion, not by their final states, which lie anywhere along the orbit.
-Their labels must agree: response and kind of whirl, and, where it was recorded and is decided, whether the motion
-rests, repeats with which period, or never repeats. (Whether that is quasi-periodic or chaotic does not part: the 0-1
-test gives both for one motion.) And their scaled features must be near each other:
+Their labels must agree: response and kind of whirl, and, where it was recorded, whether the motion rests, repeats with
+which period, or shows none. (Whether that is quasi-periodic, chaotic or undetermined does not part: of one motion some
+starts are told and others not.) And their scaled features must be near each other:
 
 ===============================  ================================================================================
 lift-off, contact, stuck         the three fractions of time, as they are
@@ -33,7 +33,7 @@ import numpy as np
 
 from nsdrill.analysis.branches import WEIGHTS, Places
 from nsdrill.data import Array
-from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PENDING, PERIODIC, QUASI_PERIODIC
+from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PENDING, PERIODIC, QUASI_PERIODIC, UNDETERMINED
 
 NEEDED = ("status", "response", "whirl_kind", "settled", "lift_off_fraction", "wall_contact_fraction", "stuck_fraction",
           "stick_slip_index", "radius_mean", "whirl_speed_mean", "axial_acceleration_rms", "half_difference",
@@ -185,7 +185,8 @@ def _kinds(labels: Mapping[str, Array]) -> Array:
         return np.zeros(labels["settled"].shape, np.int64)
     motion = labels["motion"].astype(np.int64)
     kinds = np.where(np.isin(motion, (EQUILIBRIUM, PERIODIC)), motion * 10_000 + labels["period"], 0)
-    kinds[np.isin(motion, (QUASI_PERIODIC, CHAOTIC))] = 10_000 * QUASI_PERIODIC  # which of the two, a test guesses
+    # Without a period: which of the three may differ from start to start.
+    kinds[np.isin(motion, (QUASI_PERIODIC, CHAOTIC, UNDETERMINED))] = 10_000 * QUASI_PERIODIC
     return kinds
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from nsdrill.cli.show import AXES, in_words, value_text
+from nsdrill.cli.show import in_words, value_text
 
 MOST_ROWS = 48
 MOST_OF_A_POINT = 5  # the smaller ones are told together

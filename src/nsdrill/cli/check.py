@@ -100,7 +100,8 @@ def _sweep(study: Study, chains: int) -> str:
         how = "every point from the same initial state"
     else:
         way = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
-        how = f"the state carried {way} along the {label_of(study.along.replace('.', '_'))}, in {most}{_count(chains, 'chain')}"
+        along = label_of(study.along.replace(".", "_"))
+        how = f"the state carried {way} along the {along}, in {most}{_count(chains, 'chain')}"
     return f"{', '.join(axes)}; {how}"
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from nsdrill.cli import options
-from nsdrill.cli.show import AXES, in_words, value_text
+from nsdrill.cli.show import in_words, value_text
 
 MOST_CHANGES = 12
 

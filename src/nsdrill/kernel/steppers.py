@@ -34,7 +34,7 @@ class Stepper(Protocol):
         ...
 
 
-STEPPERS: dict[str, Stepper] = {
+STEPPERS: dict[str, ExplicitPair] = {
     "tsitouras": ExplicitPair(TSITOURAS),
     "dormand_prince": ExplicitPair(DORMAND_PRINCE),
 }

@@ -1,10 +1,11 @@
 """The tangent dynamics: how a small deviation from a trajectory grows, for Lyapunov exponents.
 
 The deviation has a component for each state and follows the linearised equations of motion along the trajectory. They
-are integrated with it as companions (:class:`nsdrill.abi.Rows`): the same steps, the same stages, so that what comes
-out is the exact derivative of the numerical map. Contact makes the Jacobian jump where the bit or the collar touches,
-not the vector field; a deviation therefore passes through a contact without a jump (the saltation matrix is the
-identity: di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008, chapter 2).
+are integrated with it as companions (:class:`nsdrill.abi.Rows`): the same steps, the same stages. Contact makes the
+Jacobian jump where the bit or the collar touches, not the vector field; a deviation therefore passes through a contact
+without a jump (the saltation matrix is the identity: di Bernardo et al., Piecewise-smooth Dynamical Systems, 2008,
+chapter 2). Within a step each contact counts as it was at the step's start; a step in which one changes is made anew
+for the deviation (:mod:`nsdrill.observe.landing`).
 """
 
 from __future__ import annotations
@@ -18,17 +19,20 @@ from numba import types
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma
 from nsdrill.model.friction import coefficient, slip_factors
-from nsdrill.model.lobes import multiple_cosine
+from nsdrill.model.lobes import multiple_cosine, multiple_sine
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES, make_right_hand_side
 
 COMPANIONS = len(STATES)
+CONTACTS = ("rock", "wall")  # each has a function that is positive where it touches
+RATES = 3  # its value, slope and second derivative: a row each
 
 
 @lru_cache
-def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
+def make_tangent(lanes: int, hertz: bool, lobes: int, place: int) -> Any:
     """The compiled right-hand side of the motion and of one deviation from it.
 
-    The deviation stands after the states, in their order; its accelerations after theirs.
+    The deviation stands after the states, in their order; its accelerations after theirs. The functions of the contacts
+    at the start of the step stand among the observer's rows, at ``place``.
     """
     rows = Rows(len(STATES) + COMPANIONS, len(AUX), len(PARAMETERS), 0, COMPANIONS)
     W = lanes
@@ -47,9 +51,10 @@ def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
     eps_w_, tau_w_, rise_w_, mu_w_ = P["wall_smoothing"], P["wall_decay"], P["wall_rise"], P["wall_dynamic"]
     k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
     eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
+    rock_, wall_ = (W * (rows.observer + place + RATES * c) for c in range(len(CONTACTS)))
     motion = make_right_hand_side(lanes, hertz, lobes, COMPANIONS)
 
-    @compiled(types.void(BUFFER), W, hertz, lobes)
+    @compiled(types.void(BUFFER), W, hertz, lobes, place)
     def tangent(b):  # type: ignore[no-untyped-def]
         motion(b)
 
@@ -62,7 +67,7 @@ def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
             dx, dvx, dy, dvy, domega = b[dx_ + i], b[dvx_ + i], b[dy_ + i], b[dvy_ + i], b[dspeed_ + i]
             force, torque = b[force_ + i], b[torque_ + i]
             surface = b[s0_ + i] * lobes * multiple_cosine(b[cosine_ + i], lobes)
-            dforce = b[k_c_ + i] * fma(surface, b[dtwist_ + i], -b[dz_ + i]) if force > 0.0 else 0.0
+            dforce = b[k_c_ + i] * fma(surface, b[dtwist_ + i], -b[dz_ + i]) if b[rock_ + i] > 0.0 else 0.0
             g, decayed = b[direction_ + i], b[decay_ + i]
             steep = b[eps_b_ + i] * omega
             arm, darm = coefficient(
@@ -85,7 +90,7 @@ def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
             F_x = fma(tangential, y, -fma(stiffness, x, drag * speed * vx))
             F_y = -fma(tangential, x, fma(stiffness, y, drag * speed * vy))
             b[force_ + i] = fma(F_x, b[cosine_ + i], F_y * b[sine_ + i])
-            touching |= 1 if b[radius_ + i] > b[gap_ + i] else 0
+            touching |= 1 if b[wall_ + i] > 0.0 else 0
 
         # The wall: deviations of normal force over radius, of friction over radius, and of friction.
         if touching != 0:
@@ -98,7 +103,7 @@ def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
                 normal = b[k_w_ + i] * penetration * root
                 g, decayed, per_r = slip_factors(b[slip_ + i], r, b[eps_w_ + i], b[tau_w_ + i])
                 dr = fma(x, dx, y * dy) * per_r
-                dnormal = (1.5 if hertz else 1.0) * b[k_w_ + i] * root * dr if penetration > 0.0 else 0.0
+                dnormal = (1.5 if hertz else 1.0) * b[k_w_ + i] * root * dr
                 around = fma(x, vy, -(y * vx)) * per_r
                 daround = (fma(dx, vy, x * dvy) - fma(dy, vx, y * dvx) - around * dr) * per_r
                 slip = b[slip_ + i] * per_r
@@ -108,9 +113,10 @@ def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
                     slip, g, decayed, 1.0 / fma(steep, steep, 1.0), b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i],
                     b[mu_w_ + i])
                 dfriction = fma(dnormal, mu, normal * dmu * dslip)
-                b[radial_ + i] = (dnormal - normal * per_r * dr) * per_r
-                b[tangential_ + i] = (dfriction - b[friction_ + i] * per_r * dr) * per_r
-                b[friction_ + i] = dfriction
+                on = b[wall_ + i] > 0.0
+                b[radial_ + i] = (dnormal - normal * per_r * dr) * per_r if on else 0.0
+                b[tangential_ + i] = (dfriction - b[friction_ + i] * per_r * dr) * per_r if on else 0.0
+                b[friction_ + i] = dfriction if on else 0.0
         else:
             for i in range(W):
                 b[radial_ + i] = 0.0
@@ -136,3 +142,32 @@ def make_tangent(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
             b[dalpha_ + i] = dangular
 
     return tangent
+
+
+@lru_cache
+def make_contacts(lanes: int, lobes: int, place: int) -> Any:
+    """The compiled function that puts value, slope and second derivative of each contact's function at the end of the
+    step into the observer's rows at ``place``: interference with the rock; squared radius of the collar's centre less
+    that of the gap, which is smooth at the hole's centre too."""
+    rows = Rows(len(STATES) + COMPANIONS, len(AUX), len(PARAMETERS), 0, COMPANIONS)
+    W = lanes
+    x_, vx_, y_, vy_, z_, vz_, _, speed_ = (W * (rows.stage + i) for i in range(len(STATES)))
+    ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
+    cosine_, sine_ = (W * (rows.aux_now + AUX.index(name)) for name in ("cosine", "sine"))
+    s0_, gap_ = (W * (rows.parameter + PARAMETERS.index(name)) for name in ("surface_amplitude", "gap"))
+    u_, du_, ddu_, rho_, drho_, ddrho_ = (W * (rows.observer + place + k) for k in range(RATES * len(CONTACTS)))
+
+    @compiled(types.void(BUFFER), W, lobes, place)
+    def contacts(b):  # type: ignore[no-untyped-def]
+        for i in range(W):
+            x, vx, y, vy, omega, c = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i], b[cosine_ + i]
+            sine, cosine = multiple_sine(b[sine_ + i], c, lobes), multiple_cosine(c, lobes)
+            steep = b[s0_ + i] * lobes
+            b[u_ + i] = fma(b[s0_ + i], sine, -b[z_ + i])
+            b[du_ + i] = fma(steep * omega, cosine, -b[vz_ + i])
+            b[ddu_ + i] = fma(steep, fma(b[alpha_ + i], cosine, -(lobes * omega * omega * sine)), -b[az_ + i])
+            b[rho_ + i] = fma(x, x, fma(y, y, -(b[gap_ + i] * b[gap_ + i])))
+            b[drho_ + i] = 2.0 * fma(x, vx, y * vy)
+            b[ddrho_ + i] = 2.0 * fma(vx, vx, fma(vy, vy, fma(x, b[ax_ + i], y * b[ay_ + i])))
+
+    return contacts

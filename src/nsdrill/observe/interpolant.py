@@ -65,13 +65,14 @@ def extreme(p1, p2, p3, p4, p5, end_slope):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def crossing(p0, p1, p2, p3, p4, p5):  # type: ignore[no-untyped-def]
-    """Where in the step the polynomial vanishes, at whose ends it lies on different sides of zero, to 1e-13.
+def crossing(p0, p1, p2, p3, p4, p5, low, high):  # type: ignore[no-untyped-def]
+    """Where the polynomial vanishes between ``low`` and ``high``, at which it lies on different sides of zero.
 
-    Newton, kept inside a shrinking bracket by bisection. For one lane: it branches. (:func:`root` is for many.)
+    Newton, kept inside a shrinking bracket by bisection, to 1e-13. For one lane: it branches. (:func:`root` is for
+    many.)
     """
-    below_at_start = p0 < 0.0
-    low, high, theta = 0.0, 1.0, 0.5
+    below_at_start = value(p0, p1, p2, p3, p4, p5, low) < 0.0
+    theta = 0.5 * (low + high)
     for _ in range(60):
         rest = value(p0, p1, p2, p3, p4, p5, theta)
         if (rest < 0.0) == below_at_start:

@@ -48,9 +48,9 @@ def report_width(peaks: int, returns: int = 0) -> int:
     return 2 * len(HALF_REPORT) + RINGS_OF_PEAKS * (peaks + 1) + section_width(returns)
 
 
-def new_store(lanes: int, peaks: int, returns: int = 0, spacing: float = REVOLUTION) -> np.ndarray:
+def new_store(lanes: int, peaks: int, returns: int = 0, spacing: float = REVOLUTION, more: int = 0) -> np.ndarray:
     """The observer's store: its header, the lists of events, then for each lane the rings of the peaks, then for each
-    that of the section."""
-    store = aligned_zeros(RINGS + lanes * (RINGS_OF_PEAKS * (peaks + 1) + section_width(returns)))
+    that of the section, then room for ``more`` numbers of other observers."""
+    store = aligned_zeros(RINGS + lanes * (RINGS_OF_PEAKS * (peaks + 1) + section_width(returns)) + more)
     store[PEAKS], store[RETURNS], store[SPACING] = peaks, returns, spacing
     return store

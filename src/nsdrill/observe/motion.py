@@ -1,4 +1,4 @@
-"""What kind of motion a response is: equilibrium, period-n, quasi-periodic, chaotic, or not settled.
+"""What kind of motion a response is: equilibrium, period-n, quasi-periodic, chaotic, not settled, or undetermined.
 
 The returns to the Poincare section tell a period; where there is none, the largest Lyapunov exponent tells chaos from
 quasi-periodicity, or, where it was not measured, the 0-1 test. Rerunnable on a file.
@@ -21,7 +21,7 @@ from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC
 Array = np.ndarray[Any, np.dtype[Any]]
 REPEATS = 3  # so often must a period be seen
 STANDS_OUT = 0.2  # scatter of what is the same, in parts of that of all returns, below which a longer period is one
-LEAST_RETURNS = 100  # for the 0-1 test
+LEAST_RETURNS = 1000  # for the 0-1 test: 200 tell neither a rattling collar nor a slow decay
 FREQUENCIES = 64  # of the 0-1 test
 
 
@@ -164,19 +164,20 @@ def classify_motion(
         & (features["radius_max"] - np.nan_to_num(features["section_radius"], nan=np.inf).min(axis=-1)
            <= t.absolute * sizes[..., 0])
     )
-    enough = np.count_nonzero(np.isfinite(features["section_radius"]), axis=-1) >= REPEATS
+    returns = np.count_nonzero(np.isfinite(features["section_radius"]), axis=-1)
     if "lyapunov_exponent" in features:
         exponent, error = features["lyapunov_exponent"], 2.0 * features["lyapunov_error"]
-        chaotic, decaying = exponent - error > t.exponent, exponent + error < -t.exponent
-        regular = np.isfinite(exponent) & ~decaying
+        chaotic, decaying = exponent - error > t.exponent, exponent + error < 0.0
+        regular = (np.abs(exponent) <= error) & (error <= t.exponent_error)
     else:
-        index = features["zero_one"]
+        index = np.where(returns >= LEAST_RETURNS, features["zero_one"], np.nan)  # older files have it with fewer
         with np.errstate(invalid="ignore"):
             chaotic, regular = index > t.chaotic_above, index < t.regular_below
+        decaying = np.zeros_like(chaotic)
     settled = settled.astype(bool)
     kind = np.select(
-        [~enough, (found == 1) & still, found > 0, chaotic, ~settled, regular],
+        [returns < REPEATS, (found == 1) & still, found > 0, chaotic, ~settled | decaying, regular],
         [UNDETERMINED, EQUILIBRIUM, PERIODIC, CHAOTIC, UNSETTLED, QUASI_PERIODIC],
-        default=UNSETTLED if "lyapunov_exponent" in features else UNDETERMINED,
+        default=UNDETERMINED,
     )
     return np.where(status == OK, kind, UNDETERMINED).astype(np.int8)

@@ -38,7 +38,7 @@ def bit_angle_crossing(twist0, omega0, alpha0, twist1, omega1, alpha1, h, drive,
     p0, p1, p2, p3, p4, p5 = quintic(
         twist0 + turned - level, h * omega0, h * h * alpha0,
         fma(drive, h, twist1 + turned) - level, h * omega1, h * h * alpha1)
-    return crossing(p0, p1, p2, p3, p4, p5)
+    return crossing(p0, p1, p2, p3, p4, p5, 0.0, 1.0)
 
 
 def section_width(returns: int) -> int:

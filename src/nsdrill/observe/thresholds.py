@@ -84,15 +84,17 @@ class Motion(Checked):
 
     Two returns are the same where each state differs by less than ``absolute`` times its natural size plus ``relative``
     times its range; a period is at most ``longest_period`` returns. Without a period the motion is chaotic where the
-    Lyapunov exponent, less twice its error, exceeds ``exponent`` [1/s], and not settled yet where it lies as far below
-    zero. Where the exponent was not measured, it is chaotic where the 0-1 test gives more than ``chaotic_above``, and
-    quasi-periodic below ``regular_below``.
+    Lyapunov exponent, less twice its error, exceeds ``exponent`` [1/s], not settled yet where it lies more than twice
+    its error below zero, and quasi-periodic where it is zero within twice its error and that is at most
+    ``exponent_error`` [1/s]. Where the exponent was not measured, it is chaotic where the 0-1 test gives more than
+    ``chaotic_above``, and quasi-periodic below ``regular_below``.
     """
 
     absolute: float = parameter(0.1, "", "R", "convention", low=1e-9, high=100.0)
     relative: float = parameter(0.01, "", "R", "convention", high=100.0)
     longest_period: int = parameter(24, "", "R", "convention", low=1, high=1000)
     exponent: float = parameter(0.002, "1/s", "R", "convention", high=1000.0)
+    exponent_error: float = parameter(0.01, "1/s", "R", "convention", high=1000.0)
     chaotic_above: float = parameter(0.8, "", "Gottwald & Melbourne 2009", "convention", low=0.001, high=1.0)
     regular_below: float = parameter(0.3, "", "Gottwald & Melbourne 2009", "convention", low=0.001, high=1.0)
 

@@ -114,6 +114,7 @@ MEANINGS: dict[str, str] = {
     "classify.motion.relative": "and this, in parts of the range of the returns",
     "classify.motion.longest_period": "Longest period looked for, in returns",
     "classify.motion.exponent": "Lyapunov exponent, less two errors, above which it is chaotic",
+    "classify.motion.exponent_error": "Two errors of the exponent up to which zero within them is quasi-periodic",
     "classify.motion.chaotic_above": "Without an exponent: 0-1 test above which it is chaotic",
     "classify.motion.regular_below": "Without an exponent: 0-1 test below which it is regular",
     "classify.attractors": "Attractors, where every operating point has several starts",

@@ -29,11 +29,12 @@ from nsdrill.model.rhs import (
     phase_rate,
     sizes,
 )
-from nsdrill.model.tangent import COMPANIONS, make_tangent
+from nsdrill.model.tangent import COMPANIONS, CONTACTS, make_contacts, make_tangent
 from nsdrill.observe.classify import classify
 from nsdrill.observe.exponent import GROWTH, exponent_of, growth_header, make_growth, seed_deviation
 from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
 from nsdrill.observe.features import make_observer
+from nsdrill.observe.landing import RATES, landing_rows, make_landing, scratch_size
 from nsdrill.observe.layout import GROWTH_HEADER, OBSERVED, new_store, report_width
 from nsdrill.observe.motion import in_the_bit_frame, period, zero_one
 from nsdrill.observe.reduce import features, peaks, section
@@ -45,6 +46,7 @@ from nsdrill.variables import OK, PEAKS
 Array = np.ndarray[Any, np.dtype[Any]]
 OUTBOX_FLOATS = 1 << 23  # 64 MB: with many returns to the section fewer runs wait in a gang
 FEWEST_SLOTS = 256
+LANDING = len(OBSERVED) + len(GROWTH)  # the place of its rows among the observer's
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,8 @@ class Work:
     def new_gang(self, lanes: int, slots: int) -> Gang:
         record = self.record
         spacing = REVOLUTION / (self.parameters.bit.lobes if record.section == "lobe" else 1)
-        store = new_store(lanes, record.peaks, record.poincare, spacing)
+        more = scratch_size(rows_for(True, self.simulation.pair), len(CONTACTS)) if record.exponent else 0
+        store = new_store(lanes, record.peaks, record.poincare, spacing, more)
         width = report_width(record.peaks, record.poincare)
         if record.exponent:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
@@ -106,7 +109,10 @@ class Work:
         record, ok = self.record, done.status == OK
         measured = features(done.report, done.parameters, self.simulation.observe, self.variant[0])
         if record.exponent:
-            measured |= exponent_of(done.report[:, -len(GROWTH_REPORT) :], self.simulation.observe)
+            # In a step the deviation is about as wrong as the motion.
+            duration = self.simulation.transient + self.simulation.observe
+            bias = self.simulation.rtol * done.accepted / duration
+            measured |= exponent_of(done.report[:, -len(GROWTH_REPORT) :], self.simulation.observe, bias)
         measured = {name: np.where(ok, value, np.nan) for name, value in measured.items()}
         heights = peaks(done.report, record.peaks)
         heights[~ok] = np.nan
@@ -139,7 +145,7 @@ class Work:
 
 def rows_for(exponent: bool, pair: str) -> Rows:
     """The lane buffer of a sweep, with the companions and the rows for the Lyapunov exponent or without."""
-    companions, more = (COMPANIONS, len(GROWTH)) if exponent else (0, 0)
+    companions, more = (COMPANIONS, len(GROWTH) + landing_rows(len(CONTACTS))) if exponent else (0, 0)
     rows = Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), len(OBSERVED) + more, companions)
     return STEPPERS[pair].rows(rows)
 
@@ -154,26 +160,33 @@ def compiled_parts(
     STEPPERS[pair].make(lanes, rows)
     make_advance(lanes, rows)
     if exponent:
-        observer, marker = make_watch(lanes, lobes, rows)
-        return Compiled(make_tangent(lanes, hertz, lobes), observer, marker)
+        observer, marker = make_watch(lanes, hertz, lobes, pair)
+        return Compiled(make_tangent(lanes, hertz, lobes, LANDING), observer, marker)
     observer, marker = make_observer(lanes, lobes)
     return Compiled(make_right_hand_side(lanes, hertz, lobes), observer, marker)
 
 
 @lru_cache
-def make_watch(lanes: int, lobes: int, rows: Rows) -> tuple[Any, Any]:
-    """The compiled (observer, marker) that do both: features of the motion, growth of its deviation."""
+def make_watch(lanes: int, hertz: bool, lobes: int, pair: str) -> tuple[Any, Any]:
+    """The compiled (observer, marker) that do all: mend the deviation across contacts, measure features of the motion
+    and growth of its deviation."""
+    rows, stepper = rows_for(True, pair), STEPPERS[pair]
+    variant = (hertz, lobes, list(STEPPERS).index(pair))
     observer, marker = make_observer(lanes, lobes, COMPANIONS)
+    contacts = make_contacts(lanes, lobes, LANDING + RATES * len(CONTACTS))
+    tangent = make_tangent(1, hertz, lobes, LANDING)
+    landing = make_landing(lanes, rows, stepper.tableau, LANDING, contacts, tangent, len(CONTACTS), variant)
     growth, growth_marker = make_growth(lanes, rows, len(OBSERVED), GROWTH_HEADER)
     columns = len(GROWTH_REPORT)
 
-    @compiled(types.void(BUFFER, BUFFER), lanes, lobes, rows.private)
+    @compiled(types.void(BUFFER, BUFFER), lanes, *variant)
     def watch(b, store):  # type: ignore[no-untyped-def]
+        landing(b, store)
         observer(b, store)
         growth(b, store)
 
     @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-              lanes, lobes, rows.private)
+              lanes, *variant)
     def watch_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         marker(b, store, i, mark, report, column)
         growth_marker(b, store, i, mark, report, len(report) - columns)
