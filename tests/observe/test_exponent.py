@@ -89,6 +89,17 @@ def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(case: Ca
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
 
 
+def test_a_touch_that_begins_and_ends_within_one_step_counts() -> None:
+    """A lobe that rises 160 nm above a bit at rest for some milliseconds, against steps a tenth as long."""
+    case, top = Case(speed=3.0, wob=0.0, eccentricity=0.005), 0.02
+    start = np.array([1e-3, 0.0, 0.0, 0.0, case.amplitude - 1.6e-7, 0.0, 0.0, case.speed, np.pi / 6 - case.speed * top])
+    size = sizes(table_of(case))[0]
+    coarse, fine = (run_one(case, start, Simulation(0.0, 0.06, rtol), WITH, looks=False)[0] for rtol in (1e-6, 1e-12))
+    assert 10 * coarse.accepted[0] > fine.accepted[0] > 5 * coarse.accepted[0]
+    followed, exact = coarse.final[0, 8:16] / size, fine.final[0, 8:16] / size
+    assert np.linalg.norm(followed - exact) < 1e-3 * np.linalg.norm(exact)
+
+
 @pytest.mark.parametrize(("speed", "revolutions", "near"), [
     (4.7, 1, (-1.16e-3, -6.58e-2, 1.31e-2, -8.54e-3, 5.40e-3, -3.89e-3, -5.611, 4.727, 92125.0)),
     (5.5, 2, (-2.71e-2, 6.98e-2, -1.49e-2, -0.1463, 4.85e-3, -4.46e-2, -5.822, 5.796, 133125.0)),

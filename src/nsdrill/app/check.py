@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from itertools import product
+from operator import itemgetter
 from typing import Any
 
 from nsdrill.app.run import kept_of, plan_of
 from nsdrill.app.trust import checks
 from nsdrill.model.coefficients import UNITS, Coefficients, derive
 from nsdrill.model.figures import Figure, figures, lateral_stiffness
+from nsdrill.model.leaves import Values, values_at
 from nsdrill.model.parameters import Operation
 from nsdrill.model.schedule import Ramp
 from nsdrill.store import record_dtype
@@ -132,41 +134,47 @@ def _ends(study: Study, axis: str) -> tuple[float, float]:
     return float(study.axes[axis][0]), float(study.axes[axis][-1])
 
 
+def _corners(study: Study) -> list[Values]:
+    """What the points have at the ends of all axes and ramps, each with each."""
+    ends = [sorted(set(_ends(study, axis))) for axis in study.axes]
+    return [values_at(study.parameters, study.initial, dict(zip(study.axes, values, strict=True)))
+            for values in product(*ends)]
+
+
 def _buckled(study: Study) -> str | None:
-    corners = [Operation(*values) for values in product(*(sorted(set(_ends(study, axis))) for axis in study.axes))]
-    stiffness = [
-        lateral_stiffness(study.parameters, at, derive(study.parameters, at.depth, at.wob, at.rotary_speed))
-        for at in corners
-    ]
-    least = min(stiffness)
+    least, worst, load = min((
+        (float(lateral_stiffness(at.parameters, Operation(*at.operation), k)), at.operation[1], float(k.buckling_load))
+        for at in _corners(study) for k in [derive(at.parameters, *at.operation)]), key=itemgetter(0))
     if least >= 0:
         return None
-    worst = corners[stiffness.index(least)]
-    load = derive(study.parameters, worst.depth, worst.wob, worst.rotary_speed).buckling_load
     return (
-        f"Buckled: at {worst.wob / 1e3:.4g} kN the lateral stiffness of the span is negative ({least:.4g} N/m; Euler "
-        f"load {float(load) / 1e3:.4g} kN). The collar leans on the wall there; that is allowed, but no whirl inside "
+        f"Buckled: at {worst / 1e3:.4g} kN the lateral stiffness of the span is negative ({least:.4g} N/m; Euler "
+        f"load {load / 1e3:.4g} kN). The collar leans on the wall there; that is allowed, but no whirl inside "
         "the hole exists. Shorten the span or lower the weight on bit if it is not meant."
     )
 
 
 def _slow(study: Study) -> str | None:
     """An explicit method takes about (slope of the friction) / 3.3 steps a second while the bit sticks."""
-    law = study.parameters.bit.friction
-    inertia = float(derive(study.parameters, _ends(study, "depth")[0], 0.0, 1.0).J)
-    arm = study.parameters.well.diameter / 3
-    rate = 2 / math.pi * law.smoothing * law.static * arm * _ends(study, "wob")[1] / inertia / 3.3
+
+    def steps(at: Values) -> tuple[float, float]:
+        law, arm = at.parameters.bit.friction, at.parameters.well.diameter / 3
+        inertia = float(derive(at.parameters, *at.operation).J)
+        return 2 / math.pi * law.smoothing * law.static * arm * at.operation[1] / inertia / 3.3, law.smoothing
+
+    rate, smoothing = max(map(steps, _corners(study)))
     if rate <= MOST_STEPS_A_SECOND:
         return None
     return (
-        f"Slow: the friction at the bit is so steep (smoothing {law.smoothing:g} s/rad) that a stuck bit takes about "
+        f"Slow: the friction at the bit is so steep (smoothing {smoothing:g} s/rad) that a stuck bit takes about "
         f"{rate:.3g} steps per simulated second. A smaller smoothing is faster in proportion."
     )
 
 
 def _eccentric(study: Study) -> str | None:
-    gap = float(derive(study.parameters, _ends(study, "depth")[0], 0.0, 1.0).gap)
-    offset = study.parameters.drillstring.eccentricity
+    gap, offset = min((
+        (float(derive(at.parameters, *at.operation).gap), at.parameters.drillstring.eccentricity)
+        for at in _corners(study)), key=lambda pair: pair[0] - pair[1])
     if offset <= gap:
         return None
     return (
@@ -187,8 +195,8 @@ def _few_turns(study: Study) -> str | None:
 
 
 def _few_periods(study: Study) -> str | None:
-    k = derive(study.parameters, _ends(study, "depth")[1], 0.0, 1.0)
-    period = 2 * math.pi * math.sqrt(float(k.J) / float(k.k_t))
+    coefficients = [derive(at.parameters, *at.operation) for at in _corners(study)]
+    period = max(2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients)
     if study.simulation.observe >= LEAST_PERIODS * period:
         return None
     return (

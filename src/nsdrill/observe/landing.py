@@ -21,9 +21,9 @@ from numba import types
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import lowest_bit
 from nsdrill.kernel.tableau import Tableau
+from nsdrill.model.tangent import RATES
 from nsdrill.observe.interpolant import crossing, extreme, quintic, value
 
-RATES = 3  # value, slope and second derivative of a contact function
 ROOTS = 2  # zeros of a contact function in a step, at most
 OVER = 2.0  # no place in a step
 

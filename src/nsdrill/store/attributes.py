@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.errors import FileError
+from nsdrill.model.leaves import further_axes
 from nsdrill.model.parameters import Operation
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Thresholds
@@ -112,7 +113,7 @@ def _study(found: Any) -> bool:
     plane, along = sections[0].get("slice", {}), sections[1].get("along")
     return (
         isinstance(found, dict) and all(isinstance(section, dict) for section in sections)
-        and (along is None or along in AXES) and _classify(found.get("classify", {}))
+        and (along is None or _is_axis(along)) and _classify(found.get("classify", {}))
         and all(name in STATE_NAMES and set(axis) == {"from", "to", "points"} and all(map(_number, axis.values()))
                 and axis["from"] < axis["to"] and isinstance(axis["points"], int) and axis["points"] > 1
                 for name, axis in plane.items()))
@@ -129,7 +130,11 @@ def _ramps(found: Any) -> bool:
 
 
 def _spacing(found: Any) -> bool:
-    return all(name in AXES and _number(step) for name, step in found.items())
+    return all(_is_axis(name) and _number(step) for name, step in found.items())
+
+
+def _is_axis(key: Any) -> bool:
+    return isinstance(key, str) and (key in AXES or further_axes().get(key.replace(".", "_"), ("",))[0] == key)
 
 
 _JSON: dict[str, tuple[str, Callable[[Any], bool]]] = {

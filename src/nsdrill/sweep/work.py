@@ -29,12 +29,12 @@ from nsdrill.model.rhs import (
     phase_rate,
     sizes,
 )
-from nsdrill.model.tangent import COMPANIONS, CONTACTS, make_contacts, make_tangent
+from nsdrill.model.tangent import COMPANIONS, CONTACTS, RATES, make_contacts, make_tangent
 from nsdrill.observe.classify import classify
 from nsdrill.observe.exponent import GROWTH, exponent_of, growth_header, make_growth, seed_deviation
 from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
 from nsdrill.observe.features import make_observer
-from nsdrill.observe.landing import RATES, landing_rows, make_landing, scratch_size
+from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.layout import GROWTH_HEADER, OBSERVED, new_store, report_width
 from nsdrill.observe.motion import in_the_bit_frame, period, zero_one
 from nsdrill.observe.reduce import features, peaks, section
