@@ -133,6 +133,8 @@ def replay(
     study = replace(study, parameters=here.parameters, axes={key: np.array([value]) for key, value in found.items()})
     schedule = Schedule(Operation(*here.operation), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
+    if further := {key: value for key, value in found.items() if key not in OPERATION}:
+        extra["at"] = json_text(further)
     if plan.starts:
         extra["start"] = begun
     initial = np.asarray(point["initial_state"], dtype=float)

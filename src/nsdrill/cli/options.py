@@ -68,6 +68,38 @@ def quantity(name: str, units: str, text: str, **more: Any) -> Decorator:
     return click.option(name, type=Quantity(units), metavar="Q", help=text, **more)
 
 
+at = click.option(
+    "--at", "at", multiple=True, metavar="KEY=VALUE",
+    help="The value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m'. May be given more than once.",
+)
+
+
+def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
+    """The values of ``--at``, and those of the options for the operation where they were given, in SI by their keys."""
+    from nsdrill.study.keys import STIFFNESS, axis_leaves, did_you_mean
+    from nsdrill.units import QuantityError, to_si
+
+    leaves = axis_leaves()
+    found: dict[str, float] = {}
+    for text in at:
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not value:
+            raise InputError(f"--at: found {text!r}; allowed: KEY=VALUE, as --at 'bit.rock_stiffness=25 MN/m'.")
+        key = key.removeprefix("operation.")
+        if key not in leaves:
+            hint = did_you_mean(key, leaves)
+            raise InputError(f"--at: found the key {key}; allowed: the key of an axis.{f' {hint}' if hint else ''}")
+        try:
+            if key == "well.stiffness" and "^" in value:
+                found[key] = to_si(value, STIFFNESS["hertz"])
+            else:
+                found[key] = float(leaves[key].read(value if leaves[key].kind == "quantity" else float(value)))
+        except (QuantityError, ValueError) as error:
+            said = error if isinstance(error, QuantityError) else f"found {value!r}; allowed: {leaves[key].allowed()}."
+            raise InputError(f"--at {key}: {said}") from error
+    return {**found, **{name: value for name, value in apart.items() if value is not None}}
+
+
 start = click.option(
     "--start", type=int, metavar="K", help="Number of the start, from 0, where every operating point has several.")
 

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 @options.quantity("--depth", "m", "Cut a sweep of several axes at this depth.")
 @options.quantity("--wob", "N", "Cut at this weight on bit.")
 @options.quantity("--rotary-speed", "rad/s", "Cut at this top-drive speed.")
+@options.at
 @options.start
 @click.option("--states", metavar="A,B", help="The two states of a basin drawn from an ensemble: z,vz say.")
 @click.option(
@@ -43,18 +44,17 @@ if TYPE_CHECKING:
 @options.overwrite
 def command(
     file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
-    rotary_speed: float | None, start: int | None, states: str | None, over: str | None, overwrite: bool,
+    rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None, over: str | None, overwrite: bool,
 ) -> int:  # fmt: skip
     """Draw FILE: a results file, the .part file of a run that goes on, or a trace."""
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
     from nsdrill.plot import DESCRIPTIONS, check_suffix, cut, draw, kinds_for, needed, save
 
-    given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
-    at = {name: value for name, value in given.items() if value is not None}
+    chosen = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if kind == "list":
         data = outline(file)
-        for name in kinds_for(data if isinstance(data, Trace) else cut(data, at, start)):
+        for name in kinds_for(data if isinstance(data, Trace) else cut(data, chosen, start)):
             click.echo(f"{name:<24} {DESCRIPTIONS.get(name, 'values of this variable')}")
         return 0
     if output is None:
@@ -65,18 +65,18 @@ def command(
     options.keep_apart(file, output)
     claim_file(output, overwrite)
     data = outline(file)
-    if at and isinstance(data, Trace):
-        option = "--" + next(iter(at)).replace("_", "-")
+    if chosen and isinstance(data, Trace):
+        option = "--at" if at else "--" + next(iter(chosen)).replace("_", "-")
         raise InputError(f"{option}: found with a trace, which is of one point; allowed: with a results file.")
     if isinstance(data, Trace):
         for option, value in (("--start", start), ("--states", states)):
             if value is not None:
                 raise InputError(f"{option}: found with a trace; allowed: with the results of several starts.")
     else:
-        data = read(file, needed(data, kind, at, start))
+        data = read(file, needed(data, kind, chosen, start))
     behind = None if over is None else _sweep(over, output)
     pair = None if states is None else [name.strip() for name in states.split(",")]
-    save(draw(data, kind, units=units, at=at or None, over=behind, start=start, states=pair), output)
+    save(draw(data, kind, units=units, at=chosen or None, over=behind, start=start, states=pair), output)
     click.echo(f"{output}: drawn.", err=True)
     return 0
 

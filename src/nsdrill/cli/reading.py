@@ -42,4 +42,4 @@ def outline(path: str) -> Results | Trace:
     if isinstance(data, Trace):
         return data
     zeros = np.broadcast_to(np.int8(0), data.shape)
-    return Results(data.coords, {v.name: zeros for v in variables_in(path)}, data.attrs)
+    return Results(data.coords, {v.name: zeros for v in variables_in(path)}, data.attrs, data.more)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+
 import click
 
 from nsdrill.cli import options
+from nsdrill.cli.show import point_text
 from nsdrill.cli.simulate import finish
 
 
@@ -21,6 +24,7 @@ from nsdrill.cli.simulate import finish
 @options.quantity("--depth", "m", "Depth of the point; the nearest one of the sweep is taken.")
 @options.quantity("--wob", "N", "Weight on bit of the point.")
 @options.quantity("--rotary-speed", "rad/s", "Top-drive speed of the point.")
+@options.at
 @click.option(
     "--procedure", type=click.Choice(["same", "up", "down"]), help="Which sweep. Needed where the file has up and down."
 )
@@ -28,7 +32,7 @@ from nsdrill.cli.simulate import finish
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
 @options.overwrite
 def command(
-    results: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None,
+    results: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None, at: tuple[str, ...],
     procedure: str | None, start: int | None, sample: float | None, overwrite: bool,
 ) -> int:  # fmt: skip
     """Run one point of RESULTS again, from its stored initial state, and write its trajectory.
@@ -39,20 +43,18 @@ def command(
     options.keep_apart(results, output)
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, replay
     from nsdrill.store import claim_file
-    from nsdrill.units import format_quantity
 
     claim_file(output, overwrite)
+    asked = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     result = replay(
-        results, depth=depth, wob=wob, rotary_speed=rotary_speed, procedure=procedure, start=start,
-        sample=DEFAULT_SAMPLE if sample is None else sample,
+        results, at=asked, procedure=procedure, start=start, sample=DEFAULT_SAMPLE if sample is None else sample,
     )  # fmt: skip
     attrs = result.trace.attrs
-    asked = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
-    near = any(value is not None and abs(value - attrs[name]) > 1e-3 * abs(value) for name, value in asked.items())
+    point = {name: attrs[name] for name in ("depth", "wob", "rotary_speed")} | json.loads(attrs.get("at", "{}"))
+    near = any(abs(value - point[name]) > 1e-3 * abs(value) for name, value in asked.items())
     which = "" if start is None else f", start {start}"
     click.echo(
-        f"Point: {format_quantity(attrs['depth'], 'm')}, {format_quantity(attrs['wob'], 'kN')}, "
-        f"{format_quantity(attrs['rotary_speed'], 'rad/s')}, {attrs['procedure']}{which}"
+        f"Point: {point_text({k.replace('.', '_'): v for k, v in point.items()})}, {attrs['procedure']}{which}"
         f"{', the nearest of the sweep' if near else ''}.",
         err=True,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import click
@@ -70,6 +71,13 @@ def further_text(name: str, value: float) -> str:
     return readable(value, further_axes()[name][1])
 
 
+def point_text(point: Mapping[str, float]) -> str:
+    """An operating point: ``5000 m, 22.24 kN, 3 rad/s``, and the values of further axes with their names."""
+    return ", ".join(
+        value_text(name, value) if name in AXES else f"{label_of(name)} {value_text(name, value)}"
+        for name, value in point.items())
+
+
 def label_of(name: str) -> str:
     """What an axis is, in words."""
     if name in AXES:
@@ -136,7 +144,7 @@ def _show_results(file: str, s: dict[str, Any]) -> None:
     if failed := s["failed"]:
         click.echo(f"\nFailed points ({len(failed)}), to look at with nsdrill replay:")
         for point in failed[:MOST_FAILED]:
-            where = ", ".join(value_text(name, point[name]) for name in s["axes"])
+            where = point_text({name: point[name] for name in s["axes"]})
             where += f", start {point['start']}" if "start" in point else ""
             click.echo(f"  {in_words(point['status'])}: {where}, {point['procedure']}")
         if len(failed) > MOST_FAILED:

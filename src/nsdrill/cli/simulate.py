@@ -31,6 +31,7 @@ ENDINGS = {
 @options.quantity("--depth", "m", "Depth. Default: operation.depth of the study, value or ramp.")
 @options.quantity("--wob", "N", "Weight on bit. Default: operation.wob.")
 @options.quantity("--rotary-speed", "rad/s", "Top-drive speed. Default: operation.rotary_speed.")
+@options.at
 @options.start
 @options.quantity(
     "--duration", "s", "Simulated time. Default: the study's transient and observed time; with a ramp, its last knot.")
@@ -38,7 +39,7 @@ ENDINGS = {
 @options.settings
 @options.overwrite
 def command(
-    study: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None,
+    study: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None, at: tuple[str, ...],
     start: int | None, duration: float | None, sample: float | None, overrides: tuple[str, ...], overwrite: bool,
 ) -> int:  # fmt: skip
     """Simulate one operating point of STUDY, or along its ramps, and write the trajectory.
@@ -48,7 +49,11 @@ def command(
     """
     from nsdrill.study import load_study
 
-    loaded = load_study(study, overrides)
+    given = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    # A number that is no operating value is one of the study, and is checked as if it stood there.
+    further = [text for text in at if text.partition("=")[0].strip() in given and "." in text.partition("=")[0]
+               and not text.startswith("operation.")]
+    loaded = load_study(study, [*overrides, *further])
     options.keep_apart(study, output)
 
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, simulate
@@ -56,7 +61,8 @@ def command(
 
     claim_file(output, overwrite)
     result = simulate(
-        loaded, depth=depth, wob=wob, rotary_speed=rotary_speed, start=start, duration=duration,
+        loaded, depth=given.get("depth"), wob=given.get("wob"), rotary_speed=given.get("rotary_speed"), start=start,
+        duration=duration,
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )  # fmt: skip
     return finish(result, output)

@@ -79,10 +79,10 @@ def needed(
 def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None) -> Results:
     """A sweep with every axis ascending, cut at the values ``at`` of some (SI), and at one of its starts."""
     from nsdrill.plot.slices import one_start, ordered
-    from nsdrill.variables import AXES
 
-    if unknown := set(at or ()) - set(AXES):
-        raise InputError(f"at: found {', '.join(sorted(unknown))}; allowed: {', '.join(AXES)}.")
+    at = {key.replace(".", "_"): value for key, value in (at or {}).items()}
+    if unknown := set(at) - set(data.axes):
+        raise InputError(f"at: found {', '.join(sorted(unknown))}; allowed: {', '.join(data.axes)}.")
     return ordered(data if start is None else one_start(data, start), at)
 
 

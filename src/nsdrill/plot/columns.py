@@ -21,7 +21,6 @@ from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import Line, edges, line
 from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, SHADE, new_figure
-from nsdrill.variables import AXES
 
 ROW_OF_STRIP = 0.13  # inches for each procedure
 WORDS = 1.2  # inches that title, axis labels and legend take
@@ -67,7 +66,7 @@ def frame(results: Results, units: str, panels: int, height: float) -> tuple[Fig
 def column_title(one: Line, units: str) -> str:
     """The value of the axis that sets this column apart; nothing where there is one column."""
     held = {axis: one.results.coords[axis][place]
-            for axis, place in zip(AXES, one.place[1:], strict=True)
+            for axis, place in zip(one.results.axes, one.place[1:], strict=True)
             if axis != one.axis and axis in one.results.swept and isinstance(place, int)}
     return ", ".join(f"{quantity(axis, units).words}: {quantity(axis, units).value(v)}" for axis, v in held.items())
 

@@ -10,6 +10,8 @@ from typing import Any
 
 from nsdrill.data import Results, overrides
 from nsdrill.errors import InputError
+from nsdrill.model.leaves import further_axes, words_of
+from nsdrill.units import ENGINEERING, FIELD, to_si
 from nsdrill.variables import AXES, COORDINATES, TRACE_VARIABLES, VARIABLES
 
 UNIT_SYSTEMS = ("si", "field")
@@ -112,6 +114,8 @@ def check_units(units: str) -> None:
 def quantity(name: str, units: str = "si") -> Quantity:
     """The quantity of a variable or coordinate of a results or trace file."""
     check_units(units)
+    if name not in _UNITS:
+        return _further(name, units)
     if name == "depth":
         pair = _DEPTH
     elif name.endswith("_fraction"):
@@ -123,15 +127,30 @@ def quantity(name: str, units: str = "si") -> Quantity:
     return Quantity(_WORDS.get(name, long[:1].upper() + long[1:]), unit, scale)
 
 
+def _further(name: str, units: str) -> Quantity:
+    """The quantity of an axis beside those of the operation."""
+    si = further_axes()[name][1]
+    system = FIELD if units == "field" else ENGINEERING
+    unit = "mm" if si == "m" and units == "si" else "in" if si == "m" else system.get(si, si)
+    words = words_of(name)
+    return Quantity(words[:1].upper() + words[1:], unit, to_si(f"1 {unit}", si) if unit else 1.0)
+
+
 def operating_point(values: Mapping[str, Any], units: str) -> str:
-    """The operating values that are there, in the order in which a driller says them: ``5000 m, 22.24 kN, 3 rad/s``."""
+    """The operating values that are there, in the order in which a driller says them: ``5000 m, 22.24 kN, 3 rad/s``;
+    then other values that were chosen, each with its name."""
     names = [name for name in AXES if values.get(name) is not None]
-    return ", ".join(quantity(name, units).value(float(values[name])) for name in names)
+    found = [quantity(name, units).value(float(values[name])) for name in names]
+    for name in values:
+        if name not in AXES:
+            one = quantity(name, units)
+            found.append(f"{one.words.lower()} {one.value(float(values[name]))}")
+    return ", ".join(found)
 
 
 def fixed_values(results: Results) -> dict[str, float]:
     """The operating values that the sweep does not change."""
-    return {name: float(results.coords[name][0]) for name in AXES if len(results.coords[name]) == 1}
+    return {name: float(results.coords[name][0]) for name in results.axes if len(results.coords[name]) == 1}
 
 
 def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:

@@ -42,7 +42,7 @@ from nsdrill.plot.style import (
     WINE,
     new_figure,
 )
-from nsdrill.variables import AXES, INFERRED
+from nsdrill.variables import INFERRED
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across; depth goes down, as in a log
 WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}  # panels in a row, of so many; 4 of any other number
@@ -66,14 +66,25 @@ class Planes:
 
     @classmethod
     def of(cls, results: Results) -> Planes:
-        lengths = {axis: len(results.coords[axis]) for axis in AXES}
-        panel = min(AXES, key=lambda axis: lengths[axis])  # the axis that is not swept, else the shortest
-        x, y = (axis for axis in ACROSS if axis != panel)
+        across = (*ACROSS, *results.axes[len(ACROSS):])
+        swept = [axis for axis in across if axis in results.swept]
+        if len(swept) > 3:
+            raise InputError(f"a map shows at most three axes; found {', '.join(swept)}. Select a value of one of them.")
+        # The panels are over the axis that is not swept, else over the shortest.
+        still = [axis for axis in results.axes if axis not in swept]
+        panel = min(swept, key=lambda axis: len(results.coords[axis])) if len(swept) == 3 else still[0]
+        chosen = [axis for axis in swept if axis != panel]
+        x, y = (chosen + [axis for axis in across if axis not in (*chosen, panel)])[:2]
         return cls(results, x, y, panel)
 
     def __getitem__(self, name: str) -> Array:
-        order = [0, *(1 + AXES.index(axis) for axis in (self.panel, self.y, self.x))]
-        return np.asarray(self.results.variables[name]).transpose(order)
+        axes = self.results.axes
+        order = (self.panel, self.y, self.x)
+        rest = [1 + number for number, axis in enumerate(axes) if axis not in order]  # of one value each
+        array = np.asarray(self.results.variables[name])
+        own = range(1 + len(axes), array.ndim)
+        array = array.transpose([0, *(1 + axes.index(axis) for axis in order), *rest, *own])
+        return array.reshape(*array.shape[:4], *array.shape[1 + len(axes):])
 
     @property
     def procedures(self) -> tuple[str, ...]:

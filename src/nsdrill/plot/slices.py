@@ -11,13 +11,13 @@ from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.observe.trust import verdict
-from nsdrill.variables import AXES
+from nsdrill.plot.labels import quantity
 
 
 def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
     """The results with every axis ascending, and cut at the values of ``at`` (SI)."""
     coords, variables = dict(results.coords), dict(results.variables)
-    for place, axis in enumerate(AXES, start=1):
+    for place, axis in enumerate(results.axes, start=1):
         values = np.asarray(coords[axis], dtype=float)
         chosen = np.argsort(values, kind="stable")
         if at and axis in at:
@@ -26,7 +26,7 @@ def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
             continue
         coords[axis] = values[chosen]
         variables = {name: np.take(array, chosen, axis=place) for name, array in variables.items()}
-    return Results(coords, variables, results.attrs)
+    return Results(coords, variables, results.attrs, results.more)
 
 
 def one_start(results: Results, start: int) -> Results:
@@ -39,17 +39,20 @@ def one_start(results: Results, start: int) -> Results:
     coords = {name: values for name, values in results.coords.items() if name != "start"}
     place = results.grid.index("start")
     variables = {name: v.take(start, axis=place) for name, v in results.variables.items() if name != "attractor"}
-    return Results(coords, variables, results.attrs)
+    return Results(coords, variables, results.attrs, results.more)
 
 
 def _index_of(axis: str, values: Array, wanted: float) -> int:
-    nearest = int(np.argmin(np.abs(values - wanted)))
-    if not np.isclose(values[nearest], wanted, rtol=1e-6, atol=0.0):
+    """The nearest value, at most half a step beyond the ends of the axis; of a single value at most one percent off."""
+    ascending = np.sort(values)
+    steps = np.diff(ascending)
+    below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(ascending[0]),)
+    if not ascending[0] - below <= wanted <= ascending[-1] + above:
+        shown = quantity(axis)
         raise InputError(
-            f"{axis}: found {wanted:g}; allowed: one of the {len(values)} values of the sweep in SI units, "
-            f"{values.min():g} to {values.max():g}. The nearest is {values[nearest]:.10g}."
-        )
-    return nearest
+            f"{axis}: found {shown.value(wanted)}; allowed: {shown.value(ascending[0])} to "
+            f"{shown.value(ascending[-1])}, as the sweep, of which the nearest value is drawn.")
+    return int(np.argmin(np.abs(values - wanted)))
 
 
 @dataclass(frozen=True)
@@ -83,7 +86,7 @@ class Line:
 
 def line(results: Results, axis: str, **held: int) -> Line:
     """The line along ``axis`` through the point numbers ``held`` of the other axes (0 where not given)."""
-    return Line(results, axis, (slice(None), *(slice(None) if a == axis else held.get(a, 0) for a in AXES)))
+    return Line(results, axis, (slice(None), *(slice(None) if a == axis else held.get(a, 0) for a in results.axes)))
 
 
 def edges(centres: Array) -> Array:
