@@ -44,7 +44,8 @@ if TYPE_CHECKING:
 @options.overwrite
 def command(
     file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
-    rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None, over: str | None, overwrite: bool,
+    rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None, over: str | None,
+    overwrite: bool,
 ) -> int:  # fmt: skip
     """Draw FILE: a results file, the .part file of a run that goes on, or a trace."""
     from nsdrill.cli.reading import outline, read
