@@ -103,8 +103,8 @@ class Inferred:
     def __init__(self, log: Source, needed: Array, given: Array, attrs: Mapping[str, Any]) -> None:
         self._log, self._needed, self._given = log, needed, given
         self.attrs = dict(attrs)
-        if (path := getattr(log, "path", None)) is not None:
-            self.path = path
+        if (standing := getattr(log, "standing", None)) is not None:
+            self.standing = standing
 
     @property
     def header(self) -> dict[str, Any]:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from importlib import import_module
 from typing import Any, NoReturn
 
 import click
 
-from nsdrill import __version__
+from nsdrill import __version__, interrupt
 from nsdrill.errors import NsdrillError
 
 # name -> one line for the help. Kept here so that the help imports nothing else.
@@ -76,7 +75,7 @@ class LazyGroup(click.Group):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as error:
-            raise _Leave(_interrupted(error), 130) from error
+            raise _Leave(str(error) or interrupt.NOTHING, interrupt.EXIT_CODE) from error
         except BrokenPipeError as error:
             _drop_output()
             raise _Leave("", 0) from error
@@ -102,11 +101,15 @@ def group() -> None:
 
 
 def main() -> NoReturn:
-    """Entry point of the console script."""
-    # A scheduler's polite request to end is an interrupt like Ctrl-C: save, then leave. A shell starts background jobs
-    # deaf to SIGINT; a `kill -INT` is meant all the same.
-    signal.signal(signal.SIGTERM, _interrupt)
-    signal.signal(signal.SIGINT, _interrupt)
+    """Run the command that the arguments of the process give, and leave with its exit code."""
+    interrupt.listen()
+    try:
+        _main()
+    finally:
+        interrupt.decided()
+
+
+def _main() -> NoReturn:
     try:
         code = group.main(prog_name="nsdrill", standalone_mode=False)
         sys.stdout.flush()
@@ -114,7 +117,7 @@ def main() -> NoReturn:
     except _Leave as end:
         _leave(end.message, end.code)
     except (click.exceptions.Abort, KeyboardInterrupt):
-        _leave("Interrupted; nothing was written.", 130)
+        _leave(interrupt.NOTHING, interrupt.EXIT_CODE)
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)
@@ -138,24 +141,14 @@ def main() -> NoReturn:
         )
 
 
-def _interrupt(signum: int, frame: Any) -> NoReturn:
-    raise KeyboardInterrupt
-
-
-def _interrupted(error: KeyboardInterrupt) -> str:
-    done = getattr(error, "done", None)
-    if done is None:
-        return "Interrupted; nothing was written."
-    part, total = getattr(error, "part", None), getattr(error, "total", 0)
-    return f"Interrupted: {done} of {total} points are safe in {part}. Go on with the same command and --resume."
-
-
 def _drop_output() -> None:
     """The reader of our output has gone (`| head`): nothing to say, and nobody to say it to."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _leave(message: str, code: int) -> NoReturn:
+    if code == interrupt.EXIT_CODE and interrupt.asked():
+        interrupt.end(message)
     try:
         if message:
             click.echo(message, err=True)
