@@ -36,16 +36,18 @@ class Temporary:
         self.path = target.with_name(f".{target.name}.tmp-{secrets.token_hex(4)}")
         self.file: io.FileIO
         try:
-            with _Turn(target.parent):
-                if _clear(target):
-                    raise FileError(
-                        f"{target}: another process is writing this file now. Wait for it, or choose another -o.")
-                interrupt.doomed.add(str(self.path))
-                self.file = io.FileIO(self.path, "x+")  # fails on anything that is there, a link too
-                lock(self.file, target)
+            _in_turn(target.parent, self._begin)
         except BaseException:
             self.remove()
             raise
+
+    def _begin(self) -> None:
+        if _clear(self.target):
+            raise FileError(
+                f"{self.target}: another process is writing this file now. Wait for it, or choose another -o.")
+        interrupt.doomed.add(str(self.path))
+        self.file = io.FileIO(self.path, "x+")  # fails on anything that is there, a link too
+        lock(self.file, self.target)
 
     def replace(self) -> None:
         """Take the name of the target, in place of what has it."""
@@ -63,7 +65,8 @@ class Temporary:
                 raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(self.target)) from error
             os.rename(self.path, self.target)
         else:
-            os.unlink(self.path)
+            with suppress(FileNotFoundError):  # whoever looked meanwhile saw it to be the target, and removed it
+                os.unlink(self.path)
         interrupt.doomed.discard(str(self.path))
 
     def remove(self) -> None:
@@ -122,8 +125,8 @@ def write_text(path: str | os.PathLike[str], text: str, *, overwrite: bool = Tru
 
 def sweep_away(target: Path) -> None:
     """Remove the temporary files of ``target`` that killed processes left."""
-    with suppress(OSError), _Turn(target.parent):
-        _clear(target)
+    with suppress(OSError):
+        _in_turn(target.parent, lambda: _clear(target))
 
 
 def lock(file: io.FileIO, path: Path) -> None:
@@ -170,7 +173,12 @@ def check_room(path: Path, size: int) -> None:
     disk = os.statvfs(path.parent)
     free = disk.f_bavail * disk.f_frsize
     if free < size:
-        raise OSError(errno.ENOSPC, f"the points need {size / 1e6:.3g} MB, the disk has {free / 1e6:.3g} MB free")
+        raise OSError(errno.ENOSPC, f"the points need {amount(size)}, the disk has {amount(free)} free")
+
+
+def amount(size: float) -> str:
+    """A number of bytes in words."""
+    return f"{size / 1e9:.3g} GB" if size >= 1e9 else f"{size / 1e6:.3g} MB"
 
 
 def write_at(fd: int, data: bytes | memoryview, position: int) -> None:
@@ -205,28 +213,30 @@ def _clear(target: Path) -> bool:
     return busy
 
 
-class _Turn:
-    """Who begins a file in ``folder`` is alone for that moment. Where that cannot be had, go on without."""
+def _in_turn(folder: Path, work: Callable[[], object]) -> None:
+    """Do ``work`` alone, of all that begin a file in ``folder``. Where its lock cannot be had, do it all the same.
 
-    def __init__(self, folder: Path) -> None:
-        self.fd = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+    The closing follows without a call in between, in the same function, so that no interrupt can keep the lock.
+    """
+    fd = -1
+    try:
+        fd = os.open(folder, os.O_RDONLY | os.O_CLOEXEC)
+        _wait_for_lock(fd)
+        work()
+    finally:
+        if fd >= 0:
+            os.close(fd)
 
-    def __enter__(self) -> None:
-        until = time.monotonic() + _FOLDER_SECONDS
+
+def _wait_for_lock(fd: int) -> None:
+    until = time.monotonic() + _FOLDER_SECONDS
+    while time.monotonic() < until:
         try:
-            while time.monotonic() < until:
-                try:
-                    return _flock(self.fd)
-                except BlockingIOError:
-                    time.sleep(0.01)
-                except OSError:
-                    return
-        except BaseException:
-            os.close(self.fd)
-            raise
-
-    def __exit__(self, *exc: object) -> None:
-        os.close(self.fd)
+            return _flock(fd)
+        except BlockingIOError:
+            time.sleep(0.01)
+        except OSError:
+            return
 
 
 def _flock(fd: int) -> None:

@@ -87,8 +87,8 @@ def _version() -> str:
 
 @contextmanager
 def _deaf_children() -> Iterator[None]:
-    """A terminal sends Ctrl-C and its end to the workers as well; it is for us to hear them, and to close the workers in
-    order. Processes that are started in here, and later by threads that are started in here, do not hear them."""
+    """Processes that are started in here, and later by threads that are started in here, do not receive what a terminal
+    sends to all: Ctrl-C, and its end. The main process receives it, and closes the workers in order."""
     from multiprocessing import resource_tracker
 
     before = signal.pthread_sigmask(signal.SIG_BLOCK, _OF_TERMINALS)

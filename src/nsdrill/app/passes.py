@@ -96,6 +96,8 @@ def left(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Ar
 
 def _first_pending(plan: Plan, pending: Array, chains: Array) -> Array:
     """The first place of each of these chains whose point is ``pending``, or the length of a chain: [chains]."""
+    if pending.all():
+        return np.zeros(len(chains), np.int64)
     places = np.full(len(chains), plan.chain_length)
     length = min(plan.chain_length, _BLOCK)
     rows = max(1, _BLOCK // length)

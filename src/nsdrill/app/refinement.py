@@ -148,8 +148,10 @@ def outcome(status: Array, response: Array) -> Array:
     return np.where(status == OK, np.asarray(response, dtype=np.int16), failed).astype(np.int16)
 
 
-def outcomes_in(log: Source) -> Array:
+def outcomes_in(log: Sink) -> Array:
     """The outcome of every point of a log."""
+    if not log.done().any():
+        return np.full(log.n_points, UNKNOWN, np.int16)
     return outcome(**columns(log, ["status", "response"]))
 
 

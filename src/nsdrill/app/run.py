@@ -19,6 +19,7 @@ from nsdrill.app.attractors import mark
 from nsdrill.app.passes import Passes, Watch, sweep
 from nsdrill.app.provenance import provenance
 from nsdrill.app.refinement import Refining
+from nsdrill.app.size import check_memory
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
@@ -82,6 +83,7 @@ def run(
     """
     check_sweep(study)
     if path is None:
+        check_memory(plan_of(study), kept_of(study), in_file=False)
         log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
         _compute(study, log, workers or processors(), lambda progress: None, None)
         return collect(_results(study, plan_of(study), log))
@@ -112,6 +114,7 @@ def run_study(
     if workers < 1:
         raise InputError(f"--workers: found {workers}; allowed: 1 or more.")
     plan = plan_of(study)
+    check_memory(plan, kept_of(study), in_file=True)
     state = claim(path, overwrite=overwrite, resume=resume or retry_failed)
     part = part_path(path)
     log: RunLog | None = None
