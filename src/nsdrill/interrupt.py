@@ -100,6 +100,7 @@ def listen() -> None:
     for number in SIGNALS:
         if number == signal.SIGINT or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, lambda number, frame: None)
+            signal.siginterrupt(number, False)  # libraries go on as if nothing was, until the thread has its turn
 
 
 def decided() -> None:
