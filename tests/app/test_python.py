@@ -173,3 +173,40 @@ def test_importing_nsdrill_is_cheap() -> None:
     assert done.stdout == "[]\n"
     assert set(nsdrill.__all__) <= set(dir(nsdrill))
     assert all(getattr(nsdrill, name) is not None for name in nsdrill.__all__)
+
+
+HUGE = """
+sweep:
+  depth: {from: 1 km, to: 3 km, points: 464}
+  wob: {from: 1 kN, to: 9 kN, points: 464}
+  rotary_speed: {from: 1 rad/s, to: 9 rad/s, points: 464}
+"""
+
+
+def test_a_sweep_too_large_for_the_memory_is_refused_before_it_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    study = nsdrill.parse_study(HUGE)  # 464^3 points: 4.0 GB at 40 bytes, 115 GB at the 1100 bytes of a record
+    monkeypatch.setattr("nsdrill.app.size.memory_free", lambda: 3e9)
+    with pytest.raises(nsdrill.InputError, match=r"99897344 points, which takes 4.3 GB of memory; allowed: up to 3 GB"):
+        nsdrill.run(study, tmp_path / "out.h5")
+    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr("nsdrill.app.size.memory_free", lambda: 5e9)
+    with pytest.raises(nsdrill.InputError, match="Give the name of a results file"):
+        nsdrill.run(study)
+
+
+@pytest.mark.parametrize("procedure", ["up", "down", "up-down"])
+def test_where_chains_go_on_however_they_are_looked_at(procedure: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    from nsdrill.app import passes
+    from nsdrill.sweep.plan import Plan
+
+    axes = {"depth": np.array([1e3]), "wob": np.arange(1.0, 6.0), "rotary_speed": np.arange(1.0, 8.0)}
+    plan = Plan(axes, procedure, "wob")
+    pending, length = np.ones(plan.points, bool), plan.chain_length
+    wanted = np.arange(plan.chains) * 2 % (length + 1)
+    for chain, place in enumerate(wanted):
+        pending[plan.points_of(chain, np.arange(place))] = False
+    for block in (1, 3, length, 2 * length, 1000):
+        monkeypatch.setattr(passes, "_BLOCK", block)
+        assert passes._first_pending(plan, pending, np.arange(plan.chains)).tolist() == wanted.tolist()

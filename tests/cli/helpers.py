@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from nsdrill.cli import main
+from nsdrill.interrupt import SIGNALS
 
 SCRIPT = str(Path(sys.executable).with_name("nsdrill"))
 Call = Callable[..., "Answer"]
@@ -28,7 +29,7 @@ class Answer:
 def call_here(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object) -> Answer:
     """``nsdrill words...`` in this process."""
     monkeypatch.setattr(sys, "argv", ["nsdrill", *map(str, words)])
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.getsignal(number) for number in SIGNALS}
     capfd.readouterr()
     try:
         with pytest.raises(SystemExit) as end:

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from nsdrill.store import record_dtype
+from nsdrill.variables import Kept
+
 from .helpers import Call
 
 NAMES = ["m_c", "m_f", "m_l", "m_e", "k_bend", "c_h", "m_a", "k_a", "J", "k_t", "gap", "depth_of_cut", "cutting_arm",
@@ -24,6 +27,7 @@ def test_json(call: Call, small: Path) -> None:
     assert answer.err == ""
     report = json.loads(answer.out)
     assert list(report["coefficients"]) == NAMES
+    assert report["size"]["disk"] == {"value": 16 * record_dtype(Kept(4)).itemsize, "units": "B"}
     for coefficient in report["coefficients"].values():
         assert set(coefficient) == {"value", "units"}
     for name, value in KNOWN.items():

@@ -135,13 +135,14 @@ def test_the_motion_has_the_same_bits_with_its_exponent_measured_or_not(sweep: W
 
 def test_neither_lanes_nor_a_resumed_chain_change_the_exponent(sweep: Work) -> None:
     """A chain goes on from a stored state, which holds no deviation: each run begins with its own."""
-    from nsdrill.sweep.engine import Start
+    from nsdrill.sweep.engine import Starts
 
     whole = run_work(sweep, lanes=1)
     assert same_bits(whole, run_work(sweep, lanes=8))
     points = sweep.plan.points_of(0, np.arange(sweep.plan.chain_length))
     place = 7
-    rest = run_work(sweep, starts=[Start(0, place, whole["final_state"][points[place - 1]])])
+    rest = run_work(sweep, starts=Starts(
+        np.array([0]), np.array([place]), lambda chain, place: whole["final_state"][points[place - 1]]))
     later = points[place:]
     assert all(rest[n][later].tobytes() == whole[n][later].tobytes() for n in whole)
 

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 import errno
+import json
 import os
 import random
 import signal
+import struct
 import subprocess
 import sys
 import time
+import zlib
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from nsdrill.errors import FileError, NsdrillError
-from nsdrill.store import RunLog, pending_records, read_partial
-from nsdrill.store.records import slot_dtype
+from nsdrill.store import RunLog, log_header, pending_records, read_partial
+from nsdrill.store.records import seal, slot_dtype
 from nsdrill.variables import Kept
 
 from .samples import POINTS, header, made
@@ -216,7 +220,7 @@ def test_a_second_writer_is_refused(part):
     with RunLog.create(part, header(), POINTS, Kept(PEAKS)):
         with pytest.raises(FileError, match="another process is writing these results now"):
             RunLog.open(part)
-        with pytest.raises(FileError, match="--resume"):
+        with pytest.raises(FileError, match="another process is writing these results now"):
             RunLog.create(part, header(), POINTS, Kept(PEAKS))
         with pytest.raises(FileError, match="another process"):
             RunLog.remove(part)
@@ -240,7 +244,7 @@ def test_the_lock_is_seen_by_another_process(part):
         (lambda data: data[:100], "header of the run log is damaged"),
         (lambda data: data[:60] + b"\0" + data[61:], "header of the run log is damaged"),
         (lambda data: data[:24] + b"\xff" * 8 + data[32:], "header of the run log is damaged"),
-        (lambda data: data[:16] + b"\x63\0\0\0" + data[20:], "run log of format 99.*knows format 2"),
+        (lambda data: data[:16] + b"\x63\0\0\0" + data[20:], "run log of format 99.*knows formats 2 and 3"),
     ],
 )
 def test_what_is_no_log_of_ours_is_refused_in_words(part, damage, words):
@@ -248,6 +252,24 @@ def test_what_is_no_log_of_ours_is_refused_in_words(part, damage, words):
     part.write_bytes(damage(part.read_bytes()))
     with pytest.raises(FileError, match=words):
         RunLog.open(part)
+
+
+def test_a_log_of_format_2_goes_on(part):
+    """Its axes are in the JSON text, and its salt is the checksum of that."""
+    records, coords = made(POINTS, PEAKS), {name: list(values) for name, values in header()["coords"].items()}
+    fields = {"header": {"coords": coords, "attrs": {"title": "old"}}, "n_points": POINTS, "kept": asdict(Kept(PEAKS)),
+              "fields": log_header._fields(Kept(PEAKS))}
+    text = json.dumps(fields).encode()
+    head = struct.pack("<16sIIQ", log_header.MAGIC, 2, zlib.crc32(text), len(text)) + text
+    slots = seal(np.arange(POINTS), records, zlib.crc32(text))
+    part.write_bytes(head.ljust(log_header.first_slot(len(head)), b"\0") + slots.tobytes())
+    with RunLog.open(part) as log:
+        assert log.read(0, POINTS).tobytes() == records.tobytes()
+        for name, values in coords.items():
+            np.testing.assert_array_equal(log.header["coords"][name], values)
+        log.clear([3])
+    with RunLog.open(part) as log:
+        assert np.flatnonzero(~log.done()).tolist() == [3]
 
 
 def test_missing_and_odd_files_are_refused_in_words(part, tmp_path):

@@ -238,18 +238,6 @@ def test_a_link_stays_a_link(path, tmp_path):
     assert read_results(path).shape == SHAPE
 
 
-def test_leftovers_of_the_dead_are_removed_and_others_left(path, tmp_path):
-    with subprocess.Popen([sys.executable, "-c", ""]) as child:
-        pass
-    dead, fresh, alive = (tmp_path / f".out.h5.tmp-{pid}" for pid in (child.pid, 2**22 + 1, os.getppid()))
-    for leftover in (dead, fresh, alive):
-        leftover.write_text("x")
-    for leftover in (dead, alive):
-        os.utime(leftover, (0, 0))
-    make_results(path)
-    assert [leftover.exists() for leftover in (dead, fresh, alive)] == [False, True, True]
-
-
 @pytest.mark.parametrize("shape", [(1, 1, 1, 1), (3, 7, 5, 11), (1, 10_000, 1, 1), (2, 1, 900, 13), (1, 3, 2, 9000)])
 @pytest.mark.parametrize("points", [1, 10, 4096])
 def test_blocks_are_ranges_of_point_numbers(shape, points):

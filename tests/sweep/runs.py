@@ -14,7 +14,7 @@ from nsdrill.kernel.gang import Finished
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.parameters import Initial
 from nsdrill.observe.thresholds import Record, Thresholds
-from nsdrill.sweep.engine import Engine, Start
+from nsdrill.sweep.engine import Engine, Starts
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
 
@@ -45,7 +45,7 @@ def run_work(
     workers: int = 1,
     slice_seconds: float = 0.25,
     executor: Executor | None = None,
-    starts: list[Start] | None = None,
+    starts: Starts | None = None,
     pending: np.ndarray | None = None,
 ) -> dict[str, np.ndarray]:
     """All columns, one row a point; points that were not run have status 0 and NaN."""

@@ -12,7 +12,7 @@ from reference import Case
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.parameters import Initial
 from nsdrill.observe.thresholds import Record
-from nsdrill.sweep.engine import Engine, Progress, Start
+from nsdrill.sweep.engine import Engine, Progress, Starts
 from nsdrill.sweep.work import Work
 from nsdrill.variables import DIVERGED, FEATURES, OK, PEAKS, STEP_LIMIT, STEP_UNDERFLOW, VARIABLES, Kept
 from sweep.runs import SHORT, collect, finish, run_from, run_work, same_bits, work_for
@@ -136,10 +136,8 @@ def test_a_chain_goes_on_from_a_stored_state() -> None:
     work = CHAINS["up-down"]
     whole = run_work(work, 8)
     plan = work.plan
-    starts = []
-    for chain, place in ((0, 5), (1, 0), (2, 21)):
-        before = int(plan.points_of(chain, place - 1)) if place else None
-        starts.append(Start(chain, place, None if before is None else whole["final_state"][before]))
+    starts = Starts(np.arange(3), np.array([5, 0, 21]),
+                    lambda chain, place: whole["final_state"][plan.points_of(chain, place - 1)])
     out = run_work(work, 8, starts=starts)
     ran = out["status"] == OK
     assert np.count_nonzero(ran) == (22 - 5) + 22 + 1

@@ -9,13 +9,13 @@ from operator import itemgetter
 from typing import Any
 
 from nsdrill.app.run import kept_of, plan_of
+from nsdrill.app.size import disk, memory
 from nsdrill.app.trust import checks
 from nsdrill.model.coefficients import UNITS, Coefficients, derive
 from nsdrill.model.figures import Figure, figures, lateral_stiffness
 from nsdrill.model.leaves import Values, values_at
 from nsdrill.model.parameters import Operation
 from nsdrill.model.schedule import Ramp
-from nsdrill.store import record_dtype
 from nsdrill.study.study import Study
 
 MEANINGS = {
@@ -43,7 +43,8 @@ LARGE = 2e9  # bytes of results
 @dataclass(frozen=True)
 class Report:
     """What ``check`` finds at the study's ``operation``: coefficients, figures, and warnings in plain sentences. Of a
-    refined sweep ``points`` are those of the finest grid, ``coarse_points`` those that are run in any case."""
+    refined sweep ``points`` are those of the finest grid, ``coarse_points`` those that are run in any case. A run takes
+    ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0 where nothing is swept."""
 
     operation: Operation
     coefficients: Coefficients
@@ -53,6 +54,8 @@ class Report:
     chains: int
     ramps: dict[str, Ramp]
     coarse_points: int
+    disk: int
+    memory: float
 
     def as_json(self) -> dict[str, Any]:
         """Plain data for ``--json``."""
@@ -74,6 +77,7 @@ class Report:
             "points": self.points,
             "chains": self.chains,
             "coarse_points": self.coarse_points,
+            "size": {"disk": {"value": self.disk, "units": "B"}, "memory": {"value": self.memory, "units": "B"}},
             "warnings": self.warnings,
         }
 
@@ -91,7 +95,7 @@ def check(study: Study) -> Report:
     for axis in study.refined:
         coarse = coarse // len(study.axes[axis]) * coarse_length(study, axis)
     return Report(operation, k, figures(study.parameters, operation), _warnings(study), points, chains, study.ramps,
-                  coarse)
+                  coarse, disk(plan, kept_of(study)) if points else 0, memory(plan) if points else 0.0)
 
 
 def coarse_length(study: Study, axis: str) -> int:
@@ -118,7 +122,7 @@ def _verified(study: Study) -> str | None:
 
 
 def _large(study: Study) -> str | None:
-    size = plan_of(study).points * record_dtype(kept_of(study)).itemsize
+    size = disk(plan_of(study), kept_of(study))
     if size < LARGE:
         return None
     most = ", all points run," if study.refined else ""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import os
 import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future
@@ -13,6 +15,7 @@ from nsdrill.app.run import processors
 from nsdrill.errors import InputError, NsdrillError
 
 CONNECT_SECONDS = 10
+_OF_TERMINALS = {signal.SIGINT, signal.SIGHUP}
 
 
 @contextmanager
@@ -28,9 +31,11 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         ) from error
     if scheduler is None:
         count = workers or processors()
-        cluster = LocalCluster(n_workers=count, threads_per_worker=1, dashboard_address=None)
+        with _deaf_children():
+            # Not its warnings: that a worker which computes is killed at the end after some seconds is no news.
+            cluster = LocalCluster(
+                n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR)
         with cluster, Client(cluster) as client:
-            client.run(_ignore_interrupts)
             yield _Cluster(client), count
         return
     try:
@@ -86,6 +91,22 @@ def _compared(expected: dict[str, str], function: Callable[..., Any], /, *args: 
     return function(*args, **more)
 
 
-def _ignore_interrupts() -> None:
-    """A terminal sends Ctrl-C to the workers as well; it is for us to hear it, and to close them in order."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+@contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Processes that are started in here, and later by threads that are started in here, do not receive what a terminal
+    sends to all: Ctrl-C, and its end. The main process receives it, and closes the workers in order."""
+    from multiprocessing import resource_tracker
+
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _OF_TERMINALS)
+    try:
+        # Python's helper, which would complain of semaphores, and remove them, where we end at once.
+        quiet = os.environ.get("PYTHONWARNINGS")
+        os.environ["PYTHONWARNINGS"] = "ignore"
+        resource_tracker.ensure_running()
+        del os.environ["PYTHONWARNINGS"]
+        if quiet is not None:
+            os.environ["PYTHONWARNINGS"] = quiet
+        signal.pthread_sigmask(signal.SIG_BLOCK, _OF_TERMINALS)  # Python 3.11 has unblocked some
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

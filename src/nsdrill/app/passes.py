@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.store import Sink, pending_records
-from nsdrill.sweep.engine import Engine, Progress, Start
+from nsdrill.sweep.engine import Engine, Progress, Starts
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work
 from nsdrill.variables import OK
@@ -19,6 +19,7 @@ from nsdrill.variables import OK
 Watch = Callable[[Progress], None]
 Deliver = Callable[[Array, dict[str, Array]], None]
 SYNC_SECONDS = 1.0
+_BLOCK = 1 << 18  # points looked at at once
 
 
 @dataclass
@@ -35,7 +36,7 @@ class Passes:
     progress: Progress = field(default_factory=lambda: Progress(total=0))
     synced: float = field(default_factory=time.monotonic)
 
-    def run(self, work: Work, deliver: Deliver, starts: list[Start] | None, pending: Array, note: str = "") -> None:
+    def run(self, work: Work, deliver: Deliver, starts: Starts | None, pending: Array, note: str = "") -> None:
         """Run these points of ``work`` with the engine; ``note`` says to the watcher what they are for."""
         base, own = replace(self.progress), self.progress
         own.note = note
@@ -70,28 +71,44 @@ class Passes:
 def sweep(passes: Passes, work: Work) -> None:
     """Run all that is pending."""
     starts, pending = left(work.plan, passes.log)
-    length = work.plan.chain_length
-    runs = len(pending) + sum(length - start.place for start in starts)
+    runs = len(pending) + starts.runs(work.plan)
     passes.progress.total, passes.progress.before = work.plan.points, work.plan.points - runs
     passes.run(work, passes.store, starts, pending)
 
 
-def left(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[list[Start], Array]:
+def left(plan: Plan, log: Sink, chains: Array | None = None) -> tuple[Starts, Array]:
     """What is still to run (of these chains): where each chain goes on, and which points are pending."""
-    done = log.done()
-    if chains is None:
-        chains = np.arange(plan.chains)
+    pending = ~log.done()
     if plan.chain_length == 1:
-        return [], chains[~done[chains]]
-    starts = []
-    for chain in chains.tolist():
-        points = plan.points_of(chain, np.arange(plan.chain_length))
-        if done[points].all():
-            continue
-        place = int(np.argmin(done[points]))
-        state = None
-        if place > 0:
-            before = log.read(int(points[place - 1]), int(points[place - 1]) + 1)[0]
-            state = np.array(before["final_state"]) if before["status"] == OK else None
-        starts.append(Start(chain, place, state))
-    return starts, np.empty(0, dtype=np.int64)
+        points = np.flatnonzero(pending) if chains is None else chains[pending[chains]]
+        return Starts(np.empty(0, np.int64), np.empty(0, np.int64)), points
+
+    def state(chain: int, place: int) -> Array | None:
+        point = int(plan.points_of(chain, place - 1))
+        before = log.read(point, point + 1)[0]
+        return np.array(before["final_state"]) if before["status"] == OK else None
+
+    chains = np.arange(plan.chains) if chains is None else chains
+    places = _first_pending(plan, pending, chains)
+    unfinished = places < plan.chain_length
+    return Starts(chains[unfinished], places[unfinished], state), np.empty(0, dtype=np.int64)
+
+
+def _first_pending(plan: Plan, pending: Array, chains: Array) -> Array:
+    """The first place of each of these chains whose point is ``pending``, or the length of a chain: [chains]."""
+    if pending.all():
+        return np.zeros(len(chains), np.int64)
+    places = np.full(len(chains), plan.chain_length)
+    length = min(plan.chain_length, _BLOCK)
+    rows = max(1, _BLOCK // length)
+    for first in range(0, len(chains), rows):
+        open_ = np.arange(first, min(first + rows, len(chains)))
+        for begin in range(0, plan.chain_length, length):
+            span = np.arange(begin, min(begin + length, plan.chain_length))
+            there = pending[plan.points_of(chains[open_][:, None], span)]
+            found = there.any(axis=1)
+            places[open_[found]] = begin + np.argmax(there[found], axis=1)
+            open_ = open_[~found]
+            if not len(open_):
+                break
+    return places

@@ -104,8 +104,8 @@ class Inferred:
     def __init__(self, log: Source, needed: Array, given: Array, attrs: Mapping[str, Any]) -> None:
         self._log, self._needed, self._given = log, needed, given
         self.attrs = dict(attrs)
-        if (path := getattr(log, "path", None)) is not None:
-            self.path = path
+        if (standing := getattr(log, "standing", None)) is not None:
+            self.standing = standing
 
     @property
     def header(self) -> dict[str, Any]:
@@ -149,8 +149,10 @@ def outcome(status: Array, response: Array) -> Array:
     return np.where(status == OK, np.asarray(response, dtype=np.int16), failed).astype(np.int16)
 
 
-def outcomes_in(log: Source) -> Array:
+def outcomes_in(log: Sink) -> Array:
     """The outcome of every point of a log."""
+    if not log.done().any():
+        return np.full(log.n_points, UNKNOWN, np.int16)
     return outcome(**columns(log, ["status", "response"]))
 
 

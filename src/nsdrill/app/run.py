@@ -14,10 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill import interrupt
 from nsdrill.app.attractors import mark
 from nsdrill.app.passes import Passes, Watch, sweep
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import Refining
+from nsdrill.app.size import check_memory
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import json_text
 from nsdrill.errors import FileError, InputError
@@ -58,11 +60,11 @@ class Outcome:
 
 
 class Interrupted(KeyboardInterrupt):
-    """The run was interrupted; all finished points are safe in ``part``."""
+    """The run was interrupted; all finished points are safe in ``part``, as the text says."""
 
-    def __init__(self, part: Path | None, done: int, total: int) -> None:
-        super().__init__()
-        self.part, self.done, self.total = part, done, total
+    def __init__(self, log: RunLog) -> None:
+        super().__init__(f"Interrupted: {log.standing()}")
+        self.part, self.done, self.total = log.path, int(np.count_nonzero(log.done())), log.n_points
 
 
 def run(
@@ -82,6 +84,7 @@ def run(
     """
     check_sweep(study)
     if path is None:
+        check_memory(plan_of(study), kept_of(study), in_file=False)
         log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
         _compute(study, log, workers or processors(), lambda progress: None, None)
         return collect(_results(study, plan_of(study), log))
@@ -112,16 +115,21 @@ def run_study(
     if workers < 1:
         raise InputError(f"--workers: found {workers}; allowed: 1 or more.")
     plan = plan_of(study)
+    check_memory(plan, kept_of(study), in_file=True)
     state = claim(path, overwrite=overwrite, resume=resume or retry_failed)
     part = part_path(path)
-    log: RunLog
-    if state == "new":
-        log = RunLog.create(part, _header(study), plan.points, kept_of(study))
-    elif state == "resume":
-        log = RunLog.open(part)
-    else:
-        log = log_from_results(path, part)
+    log: RunLog | None = None
     try:
+        if state == "new":
+            log = RunLog.create(part, _header(study), plan.points, kept_of(study))
+            if not overwrite and os.path.lexists(path):  # of a run that ended since we looked
+                log.discard()
+                raise FileError(f"{path}: another process has just made this file. Choose another name, or replace it "
+                                "by --overwrite.")
+        elif state == "resume":
+            log = RunLog.open(part)
+        else:
+            log = log_from_results(path, part)
         if state != "new":
             try:
                 _check_same(study, log, part if state == "resume" else path, retry_failed)
@@ -138,17 +146,20 @@ def run_study(
             return Outcome(path, plan.points, _failed(log), 0.0, 0, already, attrs)
         begun = time.perf_counter()
         try:
-            progress = _compute(study, log, workers, watch, executor, lanes)
-            seconds = time.perf_counter() - begun
-            results = _results(study, plan, log)
-            write_results(path, results)
+            standing = log.standing
+            with interrupt.telling(lambda: f"Interrupted: {standing()}"):
+                progress = _compute(study, log, workers, watch, executor, lanes)
+                seconds = time.perf_counter() - begun
+                results = _results(study, plan, log)
+                write_results(path, results)
         except KeyboardInterrupt:
             log.sync()
-            raise Interrupted(part, int(np.count_nonzero(log.done())), plan.points) from None
+            raise Interrupted(log) from None
         failed = _failed(log)
         log.discard()
     finally:
-        log.close()
+        if log is not None:
+            log.close()
     return Outcome(path, plan.points, failed, seconds, progress.lane_steps, already, getattr(results, "attrs", {}))
 
 

@@ -73,7 +73,7 @@ def _run(passes: Passes, work: Work, check: Check, points: Array) -> None:
 
     lanes = max(passes.lanes, choose_lanes(-(-len(points) // passes.workers)))
     compiled_parts(lanes, *again.variant)
-    replace(passes, lanes=lanes).run(again, store, [], points, f"check: {check.name}")
+    replace(passes, lanes=lanes).run(again, store, None, points, f"check: {check.name}")
 
 
 def missing(log: Source, check: str) -> Array:

@@ -40,6 +40,7 @@ def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
     from nsdrill.app.check import MEANINGS, check
     from nsdrill.data import json_text
     from nsdrill.errors import printable
+    from nsdrill.files import amount
     from nsdrill.model.coefficients import UNITS
     from nsdrill.units import format_quantity
 
@@ -54,6 +55,9 @@ def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
         points = f"{report.coarse_points} points, refined where the responses differ to at most {report.points}"
     if report.points:
         click.echo(f"{points}: {_sweep(loaded, report.chains)}.")
+        click.echo(
+            f"Size: up to {amount(report.disk)} on the disk, and as much again while the results file is written; "
+            f"about {amount(report.memory)} of memory.")
     for name, ramp in report.ramps.items():
         label, units = AXES[name]
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""

@@ -32,8 +32,8 @@ def command(results: str, output: str, peaks: bool, section: bool, states: bool,
     options.keep_apart(results, output)
     claim_file(output, overwrite)
     if suffix == ".csv":
-        to_csv(read_results(results), output, peaks=peaks, section=section, states=states)
+        to_csv(read_results(results), output, peaks=peaks, section=section, states=states, overwrite=overwrite)
     else:
-        to_netcdf(results, output)
+        to_netcdf(results, output, overwrite=overwrite)
     click.echo(f"{output}: written.", err=True)
     return 0

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 from importlib import import_module
 from typing import Any, NoReturn
 
 import click
 
-from nsdrill import __version__
+from nsdrill import __version__, interrupt
 from nsdrill.cli.streams import Leave, standard_streams
 from nsdrill.errors import NsdrillError
 
@@ -70,7 +69,7 @@ class LazyGroup(click.Group):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as error:
-            raise Leave(_interrupted(error), 130) from error
+            raise Leave(str(error) or interrupt.NOTHING, interrupt.EXIT_CODE) from error
         except EOFError as error:  # click takes it for an interrupt; no command asks for anything
             raise RuntimeError(f"EOFError: {error}") from error
 
@@ -95,13 +94,13 @@ def group() -> None:
 
 
 def main() -> NoReturn:
-    """Entry point of the console script."""
-    # A scheduler's polite request to end is an interrupt like Ctrl-C: save, then leave. A shell starts background jobs
-    # deaf to SIGINT; a `kill -INT` is meant all the same.
-    signal.signal(signal.SIGTERM, _interrupt)
-    signal.signal(signal.SIGINT, _interrupt)
+    """Run the command that the arguments of the process give, and leave with its exit code."""
     with standard_streams():
-        _run_command()
+        interrupt.listen()
+        try:
+            _run_command()
+        finally:
+            interrupt.decided()
 
 
 def _run_command() -> NoReturn:
@@ -114,7 +113,7 @@ def _run_command() -> NoReturn:
     except Leave as end:
         _leave(end.message, end.code)
     except (click.exceptions.Abort, KeyboardInterrupt):
-        _leave("Interrupted; nothing was written.", 130)
+        _leave(interrupt.NOTHING, interrupt.EXIT_CODE)
     except click.ClickException as error:
         error.show()
         sys.exit(error.exit_code)
@@ -135,19 +134,9 @@ def _run_command() -> NoReturn:
         )
 
 
-def _interrupt(signum: int, frame: Any) -> NoReturn:
-    raise KeyboardInterrupt
-
-
-def _interrupted(error: KeyboardInterrupt) -> str:
-    done = getattr(error, "done", None)
-    if done is None:
-        return "Interrupted; nothing was written."
-    part, total = getattr(error, "part", None), getattr(error, "total", 0)
-    return f"Interrupted: {done} of {total} points are safe in {part}. Go on with the same command and --resume."
-
-
 def _leave(message: str, code: int) -> NoReturn:
+    if code == interrupt.EXIT_CODE and interrupt.asked():
+        interrupt.end(message)
     if message:
         click.echo(message, err=True)
     sys.exit(code)

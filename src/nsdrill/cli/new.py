@@ -21,6 +21,6 @@ def command(output: str | None, overwrite: bool) -> int:
     from nsdrill.store import claim_file, write_text
 
     claim_file(output, overwrite)
-    write_text(output, text)
+    write_text(output, text, overwrite=overwrite)
     click.echo(f"{output}: written. Next: nsdrill check {output}; nsdrill run {output} -o out.h5", err=True)
     return 0

@@ -77,7 +77,8 @@ def command(
         data = read(file, needed(data, kind, chosen, start))
     behind = None if over is None else _sweep(over, output)
     pair = None if states is None else [name.strip() for name in states.split(",")]
-    save(draw(data, kind, units=units, at=chosen or None, over=behind, start=start, states=pair), output)
+    figure = draw(data, kind, units=units, at=chosen or None, over=behind, start=start, states=pair)
+    save(figure, output, overwrite=overwrite)
     click.echo(f"{output}: drawn.", err=True)
     return 0
 

@@ -58,7 +58,7 @@ def command(
         f"{', the nearest of the sweep' if near else ''}.",
         err=True,
     )
-    code = finish(result, output)
+    code = finish(result, output, overwrite)
     if result.same_bits:
         click.echo("It ends in the stored final state, bit for bit.", err=True)
     else:

@@ -65,15 +65,15 @@ def command(
         duration=duration,
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )  # fmt: skip
-    return finish(result, output)
+    return finish(result, output, overwrite)
 
 
-def finish(result: Trajectory, output: str) -> int:
+def finish(result: Trajectory, output: str, overwrite: bool) -> int:
     """Write the trace and say how the run ended."""
     from nsdrill.store import write_trace
     from nsdrill.variables import OK
 
-    write_trace(output, result.trace)
+    write_trace(output, result.trace, overwrite=overwrite)
     time = result.trace.time
     click.echo(f"{output}: {len(time)} samples over {time[-1] if len(time) else 0:g} s.", err=True)
     if result.status == OK:

@@ -62,6 +62,6 @@ def command(
     if output is not None:
         from nsdrill.plot import draw_window, save
 
-        save(draw_window(data, severity, units=units), output)
+        save(draw_window(data, severity, units=units), output, overwrite=overwrite)
         click.echo(f"{output}: drawn.", err=True)
     return 0

@@ -69,7 +69,7 @@ class Planes:
         across = (*ACROSS, *results.axes[len(ACROSS):])
         swept = [axis for axis in across if axis in results.swept]
         if len(swept) > 3:
-            raise InputError(f"a map shows at most three axes; found {', '.join(swept)}. Select a value of one of them.")
+            raise InputError(f"a map has at most three axes; found {', '.join(swept)}. Give values of the others.")
         # The panels are over the axis that is not swept, else over the shortest.
         still = [axis for axis in results.axes if axis not in swept]
         panel = min(swept, key=lambda axis: len(results.coords[axis])) if len(swept) == 3 else still[0]

@@ -6,7 +6,8 @@ import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from nsdrill.errors import InputError, NsdrillError
+from nsdrill.errors import InputError
+from nsdrill.files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,25 +29,18 @@ def check_suffix(path: str | os.PathLike[str]) -> str:
     return suffix
 
 
-def save(figure: Figure, path: str | os.PathLike[str]) -> None:
-    """Write the figure as PNG (300 dpi), PDF or SVG, by the suffix of ``path``.
+def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True) -> None:
+    """Write the figure as PNG (300 dpi), PDF or SVG, by the suffix of ``path``, in one step.
 
-    It is written beside ``path`` and then moved there, so that a reader never sees half a picture.
+    InputError where ``path`` cannot be that of a picture, FileError where another process is writing it or, without
+    ``overwrite``, it is there already; NsdrillError if the disk refuses.
     """
     from nsdrill.plot.style import RASTER_DPI, house_style
 
     suffix, target = check_suffix(path), Path(path)
     if not target.parent.is_dir():
         raise InputError(f"{target}: found no folder {str(target.parent)!r}; allowed: a folder that exists.")
-    unfinished = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        with house_style():
-            figure.savefig(unfinished, format=suffix[1:], dpi=RASTER_DPI, metadata=FORMATS[suffix])
-        os.replace(unfinished, target)
-    except (PermissionError, IsADirectoryError, FileNotFoundError) as error:
-        raise InputError(f"{target}: found that it cannot be written ({error.strerror}); "
-                         "allowed: a file that you may write.") from error
-    except OSError as error:
-        raise NsdrillError(f"{target}: the picture could not be written: {error}.") from error
-    finally:
-        unfinished.unlink(missing_ok=True)
+    if target.is_dir():
+        raise InputError(f"{target}: cannot be written, as it is a folder; allowed: the name of a file.")
+    with replacing(target, overwrite=overwrite) as unfinished, house_style():
+        figure.savefig(unfinished, format=suffix[1:], dpi=RASTER_DPI, metadata=FORMATS[suffix])

@@ -1,8 +1,8 @@
 """The files: run log, results, trace, exports. One writer, and nothing under the asked name that is not whole."""
 
+from nsdrill.files import write_text
 from nsdrill.store.claim import check_target, claim, claim_file
 from nsdrill.store.export import flag_words, to_csv, to_netcdf
-from nsdrill.store.files import write_text
 from nsdrill.store.log import RunLog, part_path
 from nsdrill.store.memory import MemoryLog
 from nsdrill.store.read import (

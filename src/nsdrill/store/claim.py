@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from nsdrill.errors import FileError
-from nsdrill.store.files import reason
+from nsdrill.files import reason, sweep_away
 from nsdrill.store.log import RunLog, part_path
 from nsdrill.store.log_header import MAGIC
 
@@ -22,13 +22,16 @@ def claim(path: str | os.PathLike[str], overwrite: bool = False, resume: bool = 
     ``finished``: asked to resume, and the results file is there already, with no unfinished run.
 
     With ``overwrite`` the log of an unfinished run is removed here, unless a process is writing it; a finished file
-    stays until the new one replaces it, so that an overwriting run that fails costs nothing.
+    stays until the new one replaces it, so that an overwriting run that fails costs nothing. What killed processes left
+    behind under temporary names is removed.
     """
     if overwrite and resume:
         raise FileError("--overwrite and --resume exclude each other: start anew, or go on with what is there?")
     check_target(path)
     part = part_path(path)
     finished, unfinished = os.path.lexists(path), os.path.lexists(part)
+    for name in (Path(os.path.realpath(path)), part):
+        sweep_away(name)
     if resume:
         # With both there, the log is of a run that was allowed to overwrite the file, so it is the newer.
         return "resume" if unfinished else "finished" if finished else "new"

@@ -10,15 +10,16 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from nsdrill.data import Array, Results
+from nsdrill.files import replacing
 from nsdrill.store import hdf5
-from nsdrill.store.files import replacing
 from nsdrill.variables import BY_NAME, CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
 
 _ROOMS = ("run", "label", "feature", "trust")
 
 
 def to_csv(
-    results: Results, path: str | os.PathLike[str], *, peaks: bool = False, section: bool = False, states: bool = False
+    results: Results, path: str | os.PathLike[str], *, peaks: bool = False, section: bool = False, states: bool = False,
+    overwrite: bool = True,
 ) -> None:
     """One row per point: its coordinates, every variable, and the flags once more in words, ``unknown`` for labels that
     a point has not, because its run failed or was not made.
@@ -29,7 +30,7 @@ def to_csv(
     asked = {"peaks": peaks, "section": section, "states": states}
     rooms = (*_ROOMS, *(room for room, wanted in asked.items() if wanted))
     chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].room in rooms]
-    with replacing(path) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
+    with replacing(path, overwrite=overwrite) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         heads = ["start" if name == "start" else _heading(name, COORDINATES[name][0]) for name in results.grid]
         writer.writerow([*heads, *_headings(results, chosen)])
@@ -54,12 +55,12 @@ def _has(results: Results, variable: Variable, place: tuple[int, ...]) -> bool:
     return status == OK or (status == INFERRED and variable.name == "response")
 
 
-def to_netcdf(path: str | os.PathLike[str], path_nc: str | os.PathLike[str]) -> None:
+def to_netcdf(path: str | os.PathLike[str], path_nc: str | os.PathLike[str], *, overwrite: bool = True) -> None:
     """Copy the results file ``path`` to ``path_nc``. A results file is a netCDF-4 file already: HDF5 with dimension
     scales and no type that netCDF lacks; so a checked copy under the usual ending is all that it takes."""
     with hdf5.opened(path):
         pass
-    with replacing(path_nc) as temporary:
+    with replacing(path_nc, overwrite=overwrite) as temporary:
         shutil.copyfile(path, temporary)
 
 

@@ -25,8 +25,8 @@ import numpy as np
 
 from nsdrill.data import Array, json_text
 from nsdrill.errors import FileError, printable
+from nsdrill.files import reason
 from nsdrill.store.attributes import plain
-from nsdrill.store.files import reason
 from nsdrill.store.forgiving import ForgivingFile
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
@@ -63,7 +63,8 @@ with h5py.File(sys.argv[1], "r") as file:
 
 @contextmanager
 def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
-    """A new HDF5 file, or with ``edit`` the one that is there; OSError if it cannot be written in full.
+    """The empty file ``path`` as a new HDF5 file, or with ``edit`` the one that it is; OSError if it cannot be written
+    in full.
 
     The format is that of HDF5 1.10: checksums in the metadata, small headers, and names in the order of writing. There
     is no chunk cache, which would be 8 MiB per variable: every chunk is written once and whole.
@@ -71,7 +72,7 @@ def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
     import h5py
 
     options = {} if edit else {"track_order": True}
-    with ForgivingFile(path, "r+b" if edit else "x+b") as raw:
+    with ForgivingFile(path, "r+b") as raw:
         try:
             with h5py.File(raw, "r+" if edit else "w", libver=("v110", "v110"), rdcc_nbytes=0, **options) as file:
                 yield file

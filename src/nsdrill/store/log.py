@@ -10,6 +10,7 @@ The file is sparse: a point that has not run takes no space.
 from __future__ import annotations
 
 import errno
+import io
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,7 +20,7 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.errors import FileError, NsdrillError
-from nsdrill.store.files import check_room, publish, reason, sync_folder, temporary_name, write_at
+from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_folder, write_at
 from nsdrill.store.log_header import first_slot, pack_header, read_header
 from nsdrill.store.records import check_write, pending_records, raw, seal, slot_dtype, sound
 from nsdrill.store.sink import check_header
@@ -29,22 +30,28 @@ _BLOCK_BYTES = 4 << 20  # read and write in pieces of this size, so that memory 
 
 
 def part_path(path: str | os.PathLike[str]) -> Path:
-    """Name of the run log of the results file ``path``."""
-    return Path(f"{os.fspath(path)}.part")
+    """Name of the run log of the results file ``path``. Where ``path`` is a link, it is beside the file itself, so that
+    two names of one file have one log."""
+    return Path(f"{os.path.realpath(path) if os.path.islink(path) else os.fspath(path)}.part")
 
 
 class RunLog:
     """An open run log. Make one with :meth:`create` or :meth:`open`.
 
     It is locked while it is open, so that two processes never write the same results. One thread may use it at a time.
+    The lock goes with the object at the latest, so that no interrupt can leave it behind in a session of Python.
     """
 
-    def __init__(self, path: Path, fd: int, fields: dict[str, Any], offset: int, salt: int, *, writable: bool) -> None:
+    def __init__(
+        self, path: Path, file: io.FileIO, header: dict[str, Any], n_points: int, kept: Kept, offset: int, salt: int, *,
+        writable: bool,
+    ) -> None:
         self.path = path
-        self.header: dict[str, Any] = fields["header"]
-        self.n_points: int = fields["n_points"]
-        self.kept = Kept(**fields["kept"])
-        self._fd = fd
+        self.header = header
+        self.n_points = n_points
+        self.kept = kept
+        self._file = file
+        self._fd = file.fileno()
         self._offset = offset
         self._salt = salt
         self._writable = writable
@@ -66,76 +73,91 @@ class RunLog:
         whatever else a resumed run needs. FileError if the name is taken, NsdrillError if the disk has no room for
         the points that are to come.
         """
-        path = Path(path)
-        check_header(header, n_points, kept)
-        head = pack_header(header, n_points, kept)
-        size = first_slot(len(head)) + n_points * slot_dtype(kept).itemsize
-        # Under a name of its own until the header is whole; the link then fails if another process was quicker.
-        temporary = temporary_name(path)
+        path, temporary = Path(path), None
         try:
-            check_room(path, size)
-            fd = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666)
-            try:
-                _lock(fd, path)
-                write_at(fd, head, 0)
-                os.ftruncate(fd, size)
-                os.fsync(fd)
-                publish(temporary, path)
-                sync_folder(path.parent)
-            except BaseException:
-                os.close(fd)
-                raise
-            finally:
-                temporary.unlink(missing_ok=True)
+            temporary, log = cls.begin(path, header, n_points, kept)
+            temporary.publish()
+            log.path = path
+            sync_folder(path.parent)
+            return log
         except FileExistsError as error:
+            assert temporary is not None
+            temporary.remove()
+            cls.open(path).close()  # refuses, with the right words, one that a process is writing, or none of ours
             raise FileError(
                 f"{path}: an unfinished run is already there. Go on with it by --resume, or start anew by --overwrite."
             ) from error
         except OSError as error:
+            if temporary is not None:
+                temporary.remove()
             raise NsdrillError(
                 f"{path}: the run log could not be made: {reason(error)}. Nothing has run. Make room or choose "
                 "another folder with -o."
             ) from error
-        fields, offset, salt = read_header(fd, path)
-        return cls(path, fd, fields, offset, salt, writable=True)
+        except BaseException:
+            if temporary is not None:
+                temporary.remove()
+            raise
+
+    @classmethod
+    def begin(cls, path: Path, header: dict[str, Any], n_points: int, kept: Kept) -> tuple[Temporary, RunLog]:
+        """A log with no points that has a temporary name still; OSError if the disk has no room for the points."""
+        check_header(header, n_points, kept)
+        points = n_points * slot_dtype(kept).itemsize
+        check_room(path, points)  # before anything is made
+        temporary = None
+        try:
+            head, salt = pack_header(header, n_points, kept)
+            temporary, end = Temporary(path), 0
+            fd = temporary.file.fileno()
+            for piece in head:
+                write_at(fd, piece, end)
+                end += len(piece)
+            os.ftruncate(fd, first_slot(end) + points)
+            os.fsync(fd)
+            return temporary, cls(
+                temporary.path, temporary.file, header, n_points, kept, first_slot(end), salt, writable=True)
+        except BaseException:
+            if temporary is not None:
+                temporary.remove()
+            raise
 
     @classmethod
     def open(cls, path: str | os.PathLike[str], *, writable: bool = True) -> RunLog:
         """An existing log, to go on with it, or just to look (``writable=False``; then no lock is taken).
 
-        FileError if there is none, if another process is writing it, or if it is no run log of this version. Damaged
-        slots are no error: their points are pending.
+        FileError if there is none, if it is a link, if another process is writing it, or if it is no run log of this
+        version. Damaged slots are no error: their points are pending.
         """
-        path = Path(path)
+        path, file = Path(path), None
         try:
-            fd = os.open(path, (os.O_RDWR if writable else os.O_RDONLY) | os.O_CLOEXEC | os.O_NONBLOCK)
-        except (OSError, ValueError) as error:
-            raise FileError(f"{path}: the run log cannot be opened: {reason(error)}.") from error
-        try:
+            try:
+                file = open_plain(path, "r+" if writable else "r")
+            except (OSError, ValueError) as error:
+                raise FileError(f"{path}: the run log cannot be opened: {reason(error)}.") from error
             if writable:
-                _lock(fd, path)
-            fields, offset, salt = read_header(fd, path)
+                lock(file, path)
+            fields, offset, salt = read_header(file.fileno(), path)
+            kept = Kept(**fields["kept"])
+            log = cls(path, file, fields["header"], fields["n_points"], kept, offset, salt, writable=writable)
             if writable:
                 # A log cut short has lost slots, no more; as long as its header is whole they run again.
-                size = offset + fields["n_points"] * slot_dtype(Kept(**fields["kept"])).itemsize
-                os.ftruncate(fd, max(size, os.fstat(fd).st_size))
-            return cls(path, fd, fields, offset, salt, writable=writable)
-        except OSError as error:
-            os.close(fd)
-            raise FileError(f"{path}: the run log cannot be read: {reason(error)}.") from error
-        except BaseException:
-            os.close(fd)
+                size = log._offset + log.n_points * log._slot.itemsize
+                os.ftruncate(file.fileno(), max(size, os.fstat(file.fileno()).st_size))
+            return log
+        except BaseException as error:
+            if file is not None:
+                file.close()
+            if isinstance(error, OSError):
+                raise FileError(f"{path}: the run log cannot be read: {reason(error)}.") from error
             raise
 
     @staticmethod
     def remove(path: str | os.PathLike[str]) -> None:
         """Remove the log at ``path`` without reading it, damaged or not; FileError if a process is writing it."""
-        fd = os.open(path, os.O_RDWR | os.O_CLOEXEC | os.O_NONBLOCK)
-        try:
-            _lock(fd, Path(path))
+        with open_plain(path, "r+") as file:
+            lock(file, Path(path))
             os.unlink(path)
-        finally:
-            os.close(fd)
 
     def write(self, indices: Any, records: Array) -> None:
         """Put ``records`` [n] at the points ``indices`` [n]; they are safe after the next :meth:`sync`.
@@ -163,6 +185,8 @@ class RunLog:
             if self._lost:
                 raise OSError(errno.EIO, os.strerror(errno.EIO))
             os.fsync(self._fd)
+            if not self.there:
+                raise NsdrillError(f"{self.standing()} Nothing more is run.")
         except OSError as error:
             # After a failed fsync the kernel forgets what it could not write, and a second fsync may claim success.
             self._lost = True
@@ -206,15 +230,35 @@ class RunLog:
         except OSError as error:
             return error.errno != errno.ENXIO  # nothing after the hole; or a system that does not tell
 
+    @property
+    def there(self) -> bool:
+        """Whether the log is still what its name stands for: a folder can be deleted, a disk unmounted."""
+        try:
+            return os.path.samestat(os.fstat(self._fd), os.stat(self.path))
+        except (FileNotFoundError, NotADirectoryError):
+            return False
+        except OSError:
+            return True  # a network that is away for a moment
+
+    def standing(self) -> str:
+        """Where the points are, in a sentence or two."""
+        done = f"{np.count_nonzero(self._status)} of {self.n_points} points"
+        if self.there:
+            return f"{done} are safe in {self.path}. Go on with the same command and --resume."
+        if os.fstat(self._fd).st_nlink == 0:
+            return f"{self.path} was deleted while the run wrote it, and its {done} are lost."
+        return (f"{self.path} is no longer there: its folder was moved or its disk unmounted. {done} are in that file, "
+                "wherever it is now; when it is back, go on with the same command and --resume.")
+
     def close(self) -> None:
         """Let go of the file and its lock; it stays, to be resumed."""
-        fd, self._fd = self._fd, -1
-        if fd >= 0:
-            os.close(fd)
+        self._fd = -1
+        self._file.close()
 
     def discard(self) -> None:
         """Remove the log; for when the results file is in place."""
-        self.path.unlink(missing_ok=True)  # before the lock goes, so that nobody can take it up in between
+        if self._fd >= 0 and self.there:
+            self.path.unlink(missing_ok=True)  # before the lock goes, so that nobody can take it up in between
         self.close()
 
     def __enter__(self) -> Self:
@@ -233,6 +277,9 @@ class RunLog:
             self._fail(error)
 
     def _fail(self, error: OSError) -> NoReturn:
+        if not self.there:
+            text = f"{self.path}: a result could not be written: {reason(error)}. {self.standing()}"
+            raise NsdrillError(text) from error
         remedy = "Make room on that disk" if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG) else "Mend that"
         raise NsdrillError(
             f"{self.path}: a result could not be written: {reason(error)}. {self._safe} of {self.n_points} points are "
@@ -246,21 +293,3 @@ def _runs(places: Array, longest: int) -> Iterator[slice]:
     for start, stop in zip([0, *breaks], [*breaks, len(places)], strict=True):
         for begin in range(start, stop, longest):
             yield slice(begin, min(begin + longest, stop))
-
-
-def _lock(fd: int, path: Path) -> None:
-    """Lock the open log for this process, until it is closed or the process ends, however it ends."""
-    import fcntl  # not on Windows, where finished files can still be read
-
-    try:
-        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError as error:
-        raise FileError(
-            f"{path}: another process is writing these results now. Wait for it, stop it, or choose another -o."
-        ) from error
-    except OSError as error:
-        # Some cluster file systems have no locks (ENOLCK, EOPNOTSUPP, ENOSYS): better a run without one than no run.
-        if error.errno not in (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS):
-            raise
-    if os.fstat(fd).st_nlink == 0:  # its name went away between opening and locking
-        raise FileError(f"{path}: another process has just begun anew with these results. Try again.")

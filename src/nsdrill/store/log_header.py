@@ -1,7 +1,10 @@
 """The header of the run log: what the run is, and what its slots look like.
 
-Layout, little-endian: magic [16], format version u4, CRC-32 u4 of the JSON text, its length u8, the JSON text. Slots
-begin at the next multiple of 4096. The checksum of the text is also the salt of the slots.
+Layout, little-endian: magic [16], format version u4, CRC-32 u4 of the body, its length u8, the body. Slots begin at the
+next multiple of 4096. The checksum of the body is also the salt of the slots.
+
+The body is a JSON text, a line feed, and the axes as f8, of which the text has the lengths only: as text an axis of
+10^8 values takes a minute and gigabytes. Format 2 is the text alone, with the values of the axes in it; it is read.
 """
 
 from __future__ import annotations
@@ -18,20 +21,33 @@ from typing import Any
 import numpy as np
 
 from nsdrill.errors import FileError
-from nsdrill.store.records import record_dtype
+from nsdrill.store.records import raw, record_dtype
 from nsdrill.variables import Kept
 
 MAGIC = b"nsdrill run log\n"
-LOG_VERSION = 2
+LOG_VERSION = 3
+_READ = (2, LOG_VERSION)
 _PREFIX = struct.Struct("<16sIIQ")
 _PAGE = 4096
 
 
-def pack_header(header: dict[str, Any], n_points: int, kept: Kept) -> bytes:
-    """The header of a log as bytes; ``header`` is plain data and numpy values."""
-    fields = {"header": header, "n_points": n_points, "kept": asdict(kept), "fields": _fields(kept)}
+def pack_header(header: dict[str, Any], n_points: int, kept: Kept) -> tuple[list[bytes | memoryview], int]:
+    """The header of a log as pieces of bytes in order, and the salt; ``header`` is plain data and numpy values."""
+    axes = {name: np.asarray(header["coords"][name], "<f8") for name in _axes(kept)}
+    coords = {**header["coords"], **{name: len(values) for name, values in axes.items()}}
+    fields = {
+        "header": {**header, "coords": coords}, "n_points": n_points, "kept": asdict(kept), "fields": _fields(kept)}
     text = json.dumps(fields, ensure_ascii=False, default=_plain, allow_nan=False).encode()
-    return _PREFIX.pack(MAGIC, LOG_VERSION, zlib.crc32(text), len(text)) + text
+    body: list[bytes | memoryview] = [text + b"\n", *(raw(np.ascontiguousarray(values)) for values in axes.values())]
+    salt = 0
+    for piece in body:
+        salt = zlib.crc32(piece, salt)
+    return [_PREFIX.pack(MAGIC, LOG_VERSION, salt, sum(map(len, body))), *body], salt
+
+
+def _axes(kept: Kept) -> list[str]:
+    """The coordinates that are written as numbers, not as text: there may be 10^8 of them."""
+    return [name for name in kept.grid if name not in ("procedure", "start")]
 
 
 def first_slot(header_bytes: int) -> int:
@@ -50,21 +66,35 @@ def read_header(fd: int, path: Path) -> tuple[dict[str, Any], int, int]:
             f"{path}: this is no run log of nsdrill, though it has the name of one. Move it away or choose another -o."
         )
     _, version, salt, length = _PREFIX.unpack(prefix)
-    if version != LOG_VERSION:
+    if version not in _READ:
         raise FileError(
-            f"{path}: run log of format {version}; this nsdrill knows format {LOG_VERSION}. Go on with the version of "
+            f"{path}: run log of format {version}; this nsdrill knows formats 2 and 3. Go on with the version of "
             "nsdrill that began the run, or start anew by --overwrite."
         )
-    text = os.pread(fd, length, _PREFIX.size) if length <= info.st_size else b""
-    if len(text) != length or zlib.crc32(text) != salt:
+    body = _read(fd, length, _PREFIX.size) if length <= info.st_size else b""
+    if len(body) != length or zlib.crc32(body) != salt:
         raise FileError(f"{path}: the header of the run log is damaged, its points are lost. Start anew: --overwrite.")
-    fields = json.loads(text)
+    end = body.find(b"\n")
+    fields = json.loads(body[:end] if end >= 0 else body)
     if not _known(fields):
         raise FileError(
             f"{path}: the run log holds other variables than this nsdrill writes. Go on with the version of nsdrill "
             "that began the run, or start anew by --overwrite."
         )
+    coords, position = fields["header"]["coords"], end + 1
+    for name in _axes(Kept(**fields["kept"])) if end >= 0 else ():
+        coords[name] = np.frombuffer(body, "<f8", coords[name], position)
+        position += coords[name].nbytes
     return fields, first_slot(_PREFIX.size + length), salt
+
+
+def _read(fd: int, length: int, position: int) -> bytes:
+    """``length`` bytes, or fewer where the file ends; the system gives 2 GB at once at most."""
+    pieces = []
+    while length > 0 and (piece := os.pread(fd, length, position)):
+        pieces.append(piece)
+        length, position = length - len(piece), position + len(piece)
+    return b"".join(pieces)
 
 
 def _known(fields: dict[str, Any]) -> bool:

@@ -13,10 +13,10 @@ import numpy as np
 
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
+from nsdrill.files import reason, replacing
 from nsdrill.model.parameters import Operation
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import check_attributes, get_attributes
-from nsdrill.store.files import reason, replacing
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, recorded
@@ -113,8 +113,9 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
         shape = tuple(len(coords[name]) for name in kept.grid)
         datasets = {v.name: _dataset(path, file, v, kept) for v in recorded(kept)}
         header = {"coords": {name: coords[name] for name in kept.grid}, "attrs": get_attributes(path, file)}
-        log = RunLog.create(part, header, int(np.prod(shape)), kept)
+        log = None
         try:
+            log = RunLog.create(part, header, int(np.prod(shape)), kept)
             for place, start, stop in blocks(shape, block_shape(shape, points_in_block(kept))):
                 records = pending_records(stop - start, kept)
                 for name, dataset in datasets.items():
@@ -124,10 +125,11 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
                 ran = np.flatnonzero((records["status"] != PENDING) & (records["status"] != INFERRED))
                 log.write(start + ran, records[ran])
             log.sync()
+            return log
         except BaseException:
-            log.discard()
+            if log is not None:
+                log.discard()
             raise
-        return log
 
 
 def rewrite_labels(

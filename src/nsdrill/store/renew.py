@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.errors import NsdrillError
-from nsdrill.store.files import reason, sweep_away, sync_folder, temporary_name
+from nsdrill.files import reason, sync_folder
 from nsdrill.store.log import RunLog
 from nsdrill.store.results import points_in_block
 from nsdrill.variables import PENDING
@@ -22,28 +21,26 @@ def renew(
     """Replace ``log``, in one step, by one with the root attributes ``attrs`` in which the points ``again`` (bool
     [n_points]) are pending, and the records of the others what ``change`` makes of them. Gives the new one and closes
     ``log``; NsdrillError, with ``log`` as it was, if the disk refuses. A kill leaves the old log or the new one."""
-    sweep_away(log.path)
-    temporary = temporary_name(log.path)
-    new = RunLog.create(temporary, {**log.header, "attrs": dict(attrs)}, log.n_points, log.kept)
     try:
-        step = points_in_block(log.kept)
-        for start in range(0, log.n_points, step):
-            records = log.read(start, min(start + step, log.n_points))
-            kept = np.flatnonzero((records["status"] != PENDING) & ~again[start : start + step])
-            records = records[kept]
-            change(records)
-            new.write(start + kept, records)
-        new.sync()
-        os.replace(temporary, log.path)
-        sync_folder(log.path.parent)
+        temporary, new = RunLog.begin(log.path, {**log.header, "attrs": dict(attrs)}, log.n_points, log.kept)
+        try:
+            step = points_in_block(log.kept)
+            for start in range(0, log.n_points, step):
+                records = log.read(start, min(start + step, log.n_points))
+                kept = np.flatnonzero((records["status"] != PENDING) & ~again[start : start + step])
+                records = records[kept]
+                change(records)
+                new.write(start + kept, records)
+            new.sync()
+            temporary.replace()
+            new.path = log.path
+            sync_folder(log.path.parent)
+            log.close()
+            return new
+        except BaseException:
+            temporary.remove()
+            raise
     except OSError as error:
-        new.discard()
         raise NsdrillError(
             f"{log.path}: could not be made anew: {reason(error)}. Nothing was changed. Make room first."
         ) from error
-    except BaseException:
-        new.discard()
-        raise
-    new.path = log.path
-    log.close()
-    return new

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.files import replacing
 from nsdrill.store import hdf5
-from nsdrill.store.files import replacing
 from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import FORMAT_VERSION, POINT, STATE_NAMES, Kept
@@ -27,12 +27,11 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
     ``attrs`` are added to the root attributes of the log's header. ``path`` is replaced in one step at the end;
     NsdrillError if that fails, with ``path`` and ``log`` as they were.
     """
+    standing = getattr(log, "standing", lambda: "The points are still in memory.")
     shape = grid_shape(log.header, log.kept)
     block = block_shape(shape, points_in_block(log.kept))
     variables = recorded(log.kept)
-    part = getattr(log, "path", None)
-    where = f"safe in {part}: give the same command with --resume" if part else "still in memory"
-    with replacing(path, f"Make room first. The points are {where}.") as temporary:
+    with replacing(path, standing) as temporary:
         with hdf5.writing(temporary) as file:
             own = {"axes": " ".join(axis.name for axis in log.kept.axes) or None}
             hdf5.put_attributes(file, root_attributes("results", {**log.header["attrs"], **own, **(attrs or {})}))

@@ -8,23 +8,23 @@ import numpy as np
 
 from nsdrill.data import Trace
 from nsdrill.errors import FileError
+from nsdrill.files import replacing
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import get_attributes
-from nsdrill.store.files import replacing
 from nsdrill.store.results import root_attributes
 from nsdrill.variables import SCHEDULED, TRACE_VARIABLES
 
 _CHUNK = 65536  # samples: 512 KiB of one variable
 
 
-def write_trace(path: str | os.PathLike[str], trace: Trace) -> None:
-    """Write ``trace`` to ``path``, replaced in one step; NsdrillError if the disk refuses."""
+def write_trace(path: str | os.PathLike[str], trace: Trace, *, overwrite: bool = True) -> None:
+    """Write ``trace`` to ``path``, in one step; NsdrillError if the disk refuses."""
     samples = len(trace.time)
     chunk = (min(_CHUNK, samples),)
     for variable in TRACE_VARIABLES:
         if np.shape(trace.variables.get(variable.name, 0.0)) != (samples,):
             raise ValueError(f"the trace needs {variable.name}, an array of {samples} samples")
-    with replacing(path) as temporary:
+    with replacing(path, overwrite=overwrite) as temporary:
         with hdf5.writing(temporary) as file:
             hdf5.put_attributes(file, root_attributes("trace", trace.attrs))
             hdf5.add_coordinate(file, "time", np.asarray(trace.time, "<f8"))

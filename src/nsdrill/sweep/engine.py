@@ -7,7 +7,7 @@ and nothing is lost but the runs in flight. Which gang runs a point changes noth
 
 from __future__ import annotations
 
-from collections import deque
+import math
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from dataclasses import dataclass, field
@@ -15,8 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill import interrupt
 from nsdrill.errors import NsdrillError
 from nsdrill.kernel.gang import Gang
+from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, advance
 from nsdrill.variables import OK
 
@@ -24,7 +26,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 SEGMENT = 64  # points of a chain handed over at once
 SLICE = 0.25  # seconds that a gang is advanced at once in a thread
 REMOTE_SLICE = 1.0  # in another process: a gang is then a message of some megabytes
-PATIENCE = 5.0  # seconds without a slice from other processes, after which the executor is asked whether it is well
+PATIENCE = 0.5  # seconds without a slice, after which there is a look for an interrupt and for a cluster that is gone
 SHORT = 10.0  # simulated seconds up to which a run is short
 MOST_LOSSES = 10  # workers that may die under the slices of one gang
 
@@ -44,12 +46,20 @@ class Progress:
 
 
 @dataclass
-class Start:
-    """Where a chain is to begin: at which place, and, where it has got somewhere, from which state."""
+class Starts:
+    """Where chains are to begin: their numbers [n], the places [n], and ``state(chain, place)``, the state (9) that a
+    chain has got to at a place after its first, None where its last point failed."""
 
-    chain: int
-    place: int = 0
-    state: Array | None = None
+    chains: Array
+    places: Array
+    state: Callable[[int, int], Array | None] = lambda chain, place: None
+
+    def __len__(self) -> int:
+        return len(self.chains)
+
+    def runs(self, plan: Plan) -> int:
+        """How many points there are from here to the ends of the chains."""
+        return len(self) * plan.chain_length - int(np.sum(self.places))
 
 
 @dataclass
@@ -90,49 +100,51 @@ class Engine:
         self.slots = max(4 * SEGMENT, SEGMENT * self._segments)
         self.progress = Progress(total=work.plan.points)
 
-    def run(self, starts: list[Start] | None = None, pending: Array | None = None) -> Progress:
+    def run(self, starts: Starts | None = None, pending: Array | None = None) -> Progress:
         """Run everything, or only these: for carried chains ``starts``, for single points the numbers ``pending``.
 
-        An interrupt in the calling thread ends the run after the slices under way; their results are delivered and
-        then the interrupt goes on to the caller.
+        An interrupt, as a signal or as an exception in the calling thread, ends the run after the slices under way;
+        their results are delivered, and then a KeyboardInterrupt goes on to the caller.
         """
         plan = self.work.plan
         self._carried = plan.chain_length > 1
         if self._carried:
-            todo = starts if starts is not None else [Start(chain) for chain in range(plan.chains)]
-            self._starts = deque(sorted(todo, key=lambda start: start.place))
-            runs = sum(plan.chain_length - start.place for start in self._starts)
+            self._starts = Starts(np.arange(plan.chains), np.zeros(plan.chains, np.int64)) if starts is None else starts
+            self._pending = np.argsort(self._starts.places, kind="stable")
+            runs = self._starts.runs(plan)
         else:
             self._pending = self._longest_first(np.arange(plan.points) if pending is None else pending)
-            self._next = 0
             runs = len(self._pending)
+        self._next = 0  # of the pending points, or starts
         self.progress.before = plan.points - runs
 
         count = max(1, min(self.workers, self._left()))
         crews = [_Crew(self.work.new_gang(self.lanes, self.slots)) for _ in range(count)]
         self._segment = min(SEGMENT, crews[0].gang.slots // self._segments)
         futures: dict[Future[Any], _Crew] = {}
-        try:
-            for crew in crews:
-                self._submit(crew, futures)
-            while futures:
-                finished, _ = wait(futures, PATIENCE if self.remote else None, FIRST_COMPLETED)
-                if not finished and (check := getattr(self.executor, "check", None)):
-                    check()
-                for future in finished:
-                    crew = futures.pop(future)
-                    if not self._lost(crew, future):
-                        self._receive(crew, future)
+        with interrupt.heeded():
+            try:
+                for crew in crews:
                     self._submit(crew, futures)
-                self._count_lanes(crews)
-                self.watch(self.progress)
-        except BaseException:
-            # Let the slices under way end and keep what they finished.
-            ended, _ = wait(futures, timeout=None if not self.remote else 2 * self.slice_seconds)
-            for future in ended:
-                if not future.cancelled() and future.exception() is None:
-                    self._receive(futures[future], future)
-            raise
+                while futures:
+                    finished, _ = wait(futures, PATIENCE, FIRST_COMPLETED)
+                    interrupt.look()
+                    if not finished and (check := getattr(self.executor, "check", None)):
+                        check()
+                    for future in finished:
+                        crew = futures.pop(future)
+                        if not self._lost(crew, future):
+                            self._receive(crew, future)
+                        self._submit(crew, futures)
+                    self._count_lanes(crews)
+                    self.watch(self.progress)
+            except BaseException:
+                # Let the slices under way end and keep what they finished.
+                ended, _ = wait(futures, timeout=None if not self.remote else 2 * self.slice_seconds)
+                for future in ended:
+                    if not future.cancelled() and future.exception() is None:
+                        self._receive(futures[future], future)
+                raise
         return self.progress
 
     def _longest_first(self, points: Array) -> Array:
@@ -141,11 +153,14 @@ class Engine:
         the order of the file, in which they are quickest to store."""
         if self.work.simulation.transient + self.work.simulation.observe < SHORT:
             return points
-        speed = self.work.plan.values(points)["rotary_speed"]
+        plan = self.work.plan
+        axis = 1 + list(plan.axes).index("rotary_speed")
+        faster = math.prod(plan.grid[axis + 1 :])  # points that run through while the speed stands still
+        speed = (points // faster % plan.shape[axis]).astype(np.int32)  # its place on the axis
         return points[np.argsort(-speed, kind="stable")]
 
     def _left(self) -> int:
-        return len(self._starts) if self._carried else len(self._pending) - self._next
+        return len(self._pending) - self._next
 
     def _submit(self, crew: _Crew, futures: dict[Future[Any], _Crew]) -> None:
         self._feed(crew)
@@ -185,19 +200,21 @@ class Engine:
                 crew.gang.add_many(points, self.work.prepare(points))
             return
         # A segment keeps the room of its finished points: its chain goes on there.
-        while room > 0 and self._starts and (len(crew.ends) + 1) * self._segment <= crew.gang.slots:
-            start = self._starts.popleft()
-            self._add_segment(crew, start)
+        while room > 0 and self._left() and (len(crew.ends) + 1) * self._segment <= crew.gang.slots:
+            number = self._pending[self._next]
+            chain, place = int(self._starts.chains[number]), int(self._starts.places[number])
+            self._add_segment(crew, chain, place, self._starts.state(chain, place) if place else None)
+            self._next += 1
             room -= 1
 
-    def _add_segment(self, crew: _Crew, start: Start) -> None:
+    def _add_segment(self, crew: _Crew, chain: int, place: int, state: Array | None) -> None:
         plan = self.work.plan
-        end = min(start.place + self._segment, plan.chain_length)
-        points = plan.points_of(start.chain, np.arange(start.place, end))
+        end = min(place + self._segment, plan.chain_length)
+        points = plan.points_of(chain, np.arange(place, end))
         runs = self.work.prepare(points)
-        if start.state is not None:
-            self.work.begin(runs.initial[0], start.state)
-        crew.ends[int(points[-1])] = (start.chain, end) if end < plan.chain_length else None
+        if state is not None:
+            self.work.begin(runs.initial[0], state)
+        crew.ends[int(points[-1])] = (chain, end) if end < plan.chain_length else None
         crew.gang.add(points, runs)
 
     def _receive(self, crew: _Crew, future: Future[Any]) -> None:
@@ -212,7 +229,7 @@ class Engine:
         for i, point in enumerate(done.job.tolist()):
             if (following := crew.ends.pop(point, None)) is not None:
                 state = self.work.own_state(done.final[i]) if done.status[i] == OK else None
-                self._add_segment(crew, Start(*following, state))
+                self._add_segment(crew, *following, state)
         self.progress.done += n
         self.progress.failed += int(np.count_nonzero(done.status != OK))
         self.deliver(done.job, self.work.columns(done))

@@ -1,0 +1,51 @@
+"""What a sweep takes of disk and memory, told and checked before any of it is taken."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from nsdrill.errors import InputError
+from nsdrill.files import amount
+from nsdrill.store import record_dtype
+from nsdrill.sweep.plan import Plan
+from nsdrill.variables import Kept
+
+BASE = 3e8  # bytes that a run takes, however small: the interpreter, the libraries, the gangs
+PER_POINT = 40  # bytes for each point: axes, order and status; measured on sweeps of 10^8 points
+
+
+def disk(plan: Plan, kept: Kept) -> int:
+    """Bytes that the points take, at most; the results file takes up to as many again while it is written."""
+    return plan.points * record_dtype(kept).itemsize
+
+
+def memory(plan: Plan) -> float:
+    """Bytes of memory that a run into a file takes, about."""
+    return BASE + PER_POINT * plan.points
+
+
+def check_memory(plan: Plan, kept: Kept, *, in_file: bool) -> None:
+    """InputError where this machine has too little memory free for the run."""
+    need, free = memory(plan) + (0 if in_file else disk(plan, kept)), memory_free()
+    if need > free and need > 2 * BASE:  # a small sweep is worth a try anywhere
+        advice = "" if in_file else "Give the name of a results file, into which the points go, or sweep"
+        raise InputError(
+            f"found a sweep of {plan.points} points, which takes {amount(need)} of memory; allowed: up to "
+            f"{amount(free)}, which are free on this machine. {advice or 'Sweep'} fewer points at once.")
+
+
+def memory_free() -> float:
+    """Bytes of memory that a process may still have, as far as the system tells."""
+    free = math.inf
+    try:
+        for line in Path("/proc/meminfo").read_text().splitlines():
+            if line.startswith("MemAvailable:"):
+                free = 1024.0 * int(line.split()[1])
+        group = Path("/sys/fs/cgroup")  # of a container or a batch job
+        limit = (group / "memory.max").read_text().strip()
+        if limit != "max":
+            free = min(free, int(limit) - int((group / "memory.current").read_text()))
+    except (OSError, ValueError, IndexError):
+        pass
+    return free

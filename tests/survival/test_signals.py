@@ -1,0 +1,123 @@
+"""SIGINT, SIGTERM and SIGHUP at any moment: exit code 130 and one sentence, and --resume gives the undisturbed file."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from .test_kills import same
+
+# Short runs of which much is kept, so that the file takes about as long as its points.
+STUDY = """
+simulation: {transient: 1 s, observe: 1 s}
+record: {peaks: 4, poincare: 2000}
+sweep:
+  wob: {from: 10 kN, to: 100 kN, points: 10}
+  rotary_speed: {from: 2 rad/s, to: 8 rad/s, points: 40}
+"""
+
+
+def start(folder: Path, out: str, *more: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "nsdrill", "run", "study.yaml", "-o", out, "--quiet", *more]
+    return subprocess.Popen(command, cwd=folder, stderr=subprocess.PIPE, text=True, start_new_session=True)
+
+
+def named(part: str) -> Callable[[Path], bool]:
+    return lambda folder: any(part in name for name in os.listdir(folder))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("signals")
+    (folder / "study.yaml").write_text(STUDY)
+    assert start(folder, "whole.h5").wait() == 0
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("number", "moment"),
+    [
+        pytest.param(signal.SIGINT, lambda folder: True, id="SIGINT, start"),
+        pytest.param(signal.SIGHUP, named("out.h5.part"), id="SIGHUP, log"),
+        pytest.param(signal.SIGTERM, named(".out.h5.tmp-"), id="SIGTERM, file"),
+        pytest.param(signal.SIGHUP, named(".out.h5.tmp-"), id="SIGHUP, file"),
+    ],
+)
+def test_a_signal_ends_the_run_in_one_sentence(
+    folder: Path, number: signal.Signals, moment: Callable[[Path], bool]
+) -> None:
+    (folder / "out.h5").unlink(missing_ok=True)
+    process = start(folder, "out.h5")
+    time.sleep(0.2)  # Python itself is up by then, nsdrill is being imported
+    while not moment(folder):
+        assert process.poll() is None, "the run ended before the moment came"
+        time.sleep(0.002)
+    process.send_signal(number)
+    said = process.communicate()[1]
+    assert process.returncode == 130, said
+    assert said.startswith("Interrupted")
+    assert said.count("\n") == 1
+    assert set(os.listdir(folder)) <= {"study.yaml", "whole.h5", "out.h5.part"}
+    assert ("--resume" in said) == (folder / "out.h5.part").exists() or moment(folder)
+    assert start(folder, "out.h5", "--resume").wait() == 0
+    assert same(folder / "whole.h5", folder / "out.h5") == []
+    assert sorted(os.listdir(folder)) == ["out.h5", "study.yaml", "whole.h5"]
+
+
+@pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
+def test_no_word_of_dask_where_a_cluster_that_starts_is_interrupted(folder: Path) -> None:
+    """A terminal sends Ctrl-C to the workers as well."""
+    process = start(folder, "dask.h5", "--engine", "dask", "--workers", "2")
+    time.sleep(2.5)
+    os.killpg(process.pid, signal.SIGINT)
+    said = process.communicate()[1]
+    assert process.returncode == 130, said
+    assert said.startswith("Interrupted")
+    assert said.count("\n") == 1
+    (folder / "dask.h5.part").unlink(missing_ok=True)
+
+
+ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda number: os.kill(os.getpid(), number)\n"
+
+
+@pytest.mark.parametrize(
+    ("code", "ends", "said"),
+    [
+        pytest.param("interrupt.listen(); ask(signal.SIGHUP); time.sleep(20)",
+                     130, "Interrupted; nothing was written.\n", id="at once"),
+        pytest.param("import hashlib, threading; interrupt.listen()\n"
+                     "threading.Timer(0.3, lambda: ask(signal.SIGTERM)).start()\n"
+                     "hashlib.pbkdf2_hmac('sha256', b'', b'', 10**9)",
+                     130, "Interrupted; nothing was written.\n", id="inside a library"),
+        pytest.param("interrupt.listen(); interrupt.AGAIN = 0.1\nwith interrupt.heeded():\n"
+                     "  ask(signal.SIGINT); time.sleep(0.5); ask(signal.SIGINT); time.sleep(20)",
+                     130, "Interrupted; nothing was written.\n", id="by the second one"),
+        pytest.param("interrupt.listen(); interrupt.PATIENCE = interrupt.AGAIN = 0.1\nwith interrupt.heeded():\n"
+                     "  ask(signal.SIGINT); time.sleep(20)",
+                     130, "Interrupted; nothing was written.\n", id="when patience ends"),
+        pytest.param("interrupt.listen()\ntry:\n with interrupt.heeded():\n  ask(signal.SIGTERM); time.sleep(0.5)\n"
+                     "  print('saved', file=sys.stderr, flush=True); interrupt.look()\n"
+                     "except KeyboardInterrupt: interrupt.end('told')", 130, "saved\ntold\n", id="at a safe place"),
+        pytest.param("interrupt.listen()\nwith interrupt.settling(): pass\n"
+                     "ask(signal.SIGTERM); time.sleep(0.5); interrupt.look(); interrupt.decided(); sys.exit(0)",
+                     0, "", id="not once the file is there"),
+        pytest.param("interrupt.listen(); interrupt.decided()\nfor number in interrupt.SIGNALS: ask(number)\n"
+                     "sys.exit(3)", 3, "", id="not while the interpreter ends"),
+        pytest.param("signal.signal(signal.SIGHUP, signal.SIG_IGN); interrupt.listen()\n"
+                     "ask(signal.SIGHUP); time.sleep(0.5); sys.exit(0)", 0, "", id="not under nohup"),
+        pytest.param("import nsdrill; nsdrill.run, nsdrill.load_study\n"
+                     "sys.exit(signal.getsignal(signal.SIGINT) is not signal.default_int_handler)", 0, "",
+                     id="nothing from Python"),
+    ],
+)
+def test_when_a_signal_is_acted_on(code: str, ends: int, said: str) -> None:
+    done = subprocess.run([sys.executable, "-c", ASK + code], capture_output=True, text=True, timeout=15, check=False)
+    assert (done.returncode, done.stderr) == (ends, said)
