@@ -30,7 +30,7 @@ from nsdrill.plot.kinds import (
     SWEEP_KINDS,
     TRACE_KINDS,
 )  # fmt: skip
-from nsdrill.study.keys import SECTIONS, SLICE, Leaf, all_leaves, leaves
+from nsdrill.study.keys import MANY, PHYSICAL, SECTIONS, SLICE, Leaf, all_leaves, leaves
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
 from nsdrill.study.schema import ALONG, LONGEST_TITLE, POINTS, PROCEDURE, REFINE
@@ -88,6 +88,8 @@ def code(text: str) -> str:
 
 def allowed(leaf: Leaf) -> str:
     """The range or the choices of a key."""
+    if leaf.choices and len(leaf.choices) >= MANY:
+        return "the key of a swept axis, or `null`"
     if leaf.choices:
         return ", ".join(map(code, leaf.choices)) + (", or `null`" if leaf.nullable else "")
     if leaf.kind == "switch":
@@ -136,12 +138,16 @@ def study_keys() -> str:
 
 
 def sweep_keys() -> str:
-    text = f"| **`sweep`** | | | at least one axis | | *{MEANINGS['sweep']}* |\n"
+    text = f"| **`sweep`** | | | | | *{MEANINGS['sweep']}* |\n"
     every = all_leaves()
     for axis in ("depth", "wob", "rotary_speed"):
         of = every[f"operation.{axis}"]
-        form = f"`{{from, to, points}}` (points {allowed(POINTS)}), a list, or one value; each {allowed(of)}"
+        span = f"`{{from, to, points}}` (points {allowed(POINTS)}; `spacing: log` for equal ratios)"
+        form = f"{span}, a list, or one value; each {allowed(of)}"
         text += f"| `sweep.{axis}` | {of.units} | from `operation` | {form} | | {MEANINGS[f'sweep.{axis}']} |\n"
+    form = "as those above, in the unit and the range of the key"
+    sections = "`, `".join(PHYSICAL)
+    text += f"| `sweep.KEY` | | from the key | {form} | | Any other number of `{sections}` by its dotted key |\n"
     for leaf in (PROCEDURE, ALONG, REFINE):
         default = "null" if leaf.default is None else leaf.default
         text += f"| `{leaf.key}` | {unit(leaf)} | {default} | {allowed(leaf)} | | {leaf.meaning} |\n"

@@ -96,7 +96,7 @@ def test_failed_points_are_exit_code_3_and_listed(call: Call, small: Path) -> No
         (["small.yaml", "-o", "out.h5", "--set", "operation.wob=3 kg"], "operation.wob: found '3 kg'"),
         (["small.yaml", "-o", "out.h5", "--set", "nonsense"], "--set key=value"),
         (["small.yaml", "-o", "out.h5", "--scheduler", "tcp://localhost:1"], "allowed: with --engine dask"),
-        (["/dev/null", "-o", "out.h5"], "at least one axis to sweep"),
+        (["/dev/null", "-o", "out.h5"], "found an empty document; allowed: a study"),
     ],
 )
 def test_wrong_input_writes_nothing(call: Call, small: Path, words: list[str], said: str) -> None:

@@ -73,7 +73,7 @@ def test_broken_documents(text: str, line: int, says: str) -> None:
 
 @pytest.mark.parametrize("text", ["", "\n", "# nothing\n", "---\n", "null", "{}"])
 def test_an_empty_file_lacks_its_sweep(text: str) -> None:
-    with pytest.raises(StudyError, match="sweep: found nothing; allowed: at least one axis"):
+    with pytest.raises(StudyError, match="found an empty document; allowed: a study"):
         parse_study(text)
 
 

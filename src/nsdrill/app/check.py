@@ -44,7 +44,7 @@ LARGE = 2e9  # bytes of results
 class Report:
     """What ``check`` finds at the study's ``operation``: coefficients, figures, and warnings in plain sentences. Of a
     refined sweep ``points`` are those of the finest grid, ``coarse_points`` those that are run in any case. A run takes
-    ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0 where nothing is swept."""
+    ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0 where a ramp stands in place of a sweep."""
 
     operation: Operation
     coefficients: Coefficients
@@ -84,13 +84,14 @@ class Report:
 
 def check(study: Study) -> Report:
     """Coefficients and figures at the operating point of ``study``, for a ramp that at its start, and warnings over its
-    whole sweep and its ramps. ``points`` and ``chains`` are 0 where nothing is swept."""
+    whole sweep and its ramps. ``points`` and ``chains`` are 0 where a ramp stands
+    in place of a sweep."""
     plan = plan_of(study)
     operation = study.operation
     if "depth" in study.swept and not operation.depth > study.parameters.drillstring.collar.length:
         operation = replace(operation, depth=float(study.axes["depth"][0]))
     k = derive(study.parameters, operation.depth, operation.wob, operation.rotary_speed)
-    points, chains = (plan.points, plan.chains) if study.swept else (0, 0)
+    points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.chains)
     coarse = points
     for axis in study.refined:
         coarse = coarse // len(study.axes[axis]) * coarse_length(study, axis)
@@ -106,7 +107,7 @@ def coarse_length(study: Study, axis: str) -> int:
 
 def _warnings(study: Study) -> list[str]:
     looks = [_buckled, _slow, _eccentric]
-    if study.swept:  # else there is no observed window
+    if study.swept or not study.ramped:  # else there is no observed window
         looks += [_few_turns, _few_periods, _verified, _large]
     return [warning for look in looks if (warning := look(study)) is not None]
 

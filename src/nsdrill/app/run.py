@@ -182,7 +182,7 @@ def work_of(study: Study) -> Work:
 def check_sweep(study: Study) -> None:
     """InputError where the study is not one of a sweep, whose points each have one constant operating point."""
     source = study.source or "the study"
-    if not study.swept:
+    if study.ramped and not study.swept:
         raise InputError(
             f"{source}: found no sweep, only a ramp in {_listed(study.ramped)}; allowed: at least one axis to sweep. A "
             "ramp is one run: nsdrill simulate.")

@@ -10,8 +10,6 @@ from nsdrill.study.schema import study_model
 def json_schema() -> dict[str, Any]:
     """JSON Schema (draft 2020-12) of the study file, as plain data for ``json.dumps``."""
     schema = _tidy(study_model().model_json_schema(by_alias=True))
-    del schema["required"]  # the sweep, which a ramp in the operation may stand for
-    schema["anyOf"] = [{"required": ["sweep"]}, {"required": ["operation"]}]
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "nsdrill study",

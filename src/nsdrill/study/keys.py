@@ -30,6 +30,8 @@ SECTIONS: dict[str, type] = {
 STIFFNESS = {"linear": "N/m", "hertz": "N/m^1.5"}
 """Units of the wall's stiffness by its contact law."""
 
+MANY = 12  # choices that no message lists
+
 PHYSICAL = ("drillstring", "mud", "well", "bit", "operation", "initial")
 """The sections whose numbers a sweep may vary."""
 
@@ -78,7 +80,8 @@ class Leaf:
     def allowed(self) -> str:
         """What may stand here, in words."""
         if self.kind == "choice":
-            return _either(self.choices)
+            return _either(self.choices) if len(self.choices) < MANY else (
+                f"{', '.join(self.choices[:3])} or another of {len(self.choices)} keys")
         if self.kind == "switch":
             return "true or false"
         what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]

@@ -15,7 +15,7 @@ from nsdrill.study import overrides as setting
 from nsdrill.study.document import Document, KeyPath, dotted, parse, read_text
 from nsdrill.study.keys import PHYSICAL, SECTIONS, SLICE, all_leaves, axis_leaves, did_you_mean, shown
 from nsdrill.study.meanings import MEANINGS
-from nsdrill.study.ramps import EXAMPLE, has_ramp, take_ramps
+from nsdrill.study.ramps import EXAMPLE, take_ramps
 from nsdrill.study.relations import Checker
 from nsdrill.study.resolved import build, study_from_resolved
 from nsdrill.study.study import Study
@@ -39,8 +39,9 @@ def load_study(source: str | Path, overrides: Sequence[str] = ()) -> Study:
 def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ()) -> Study:
     """The study in YAML ``text``; ``name`` stands for the file in messages."""
     document = parse(text, name)
-    if document.data is None:
-        document.data = {}
+    if document.data is None and not overrides:
+        raise StudyError(name, [Fault("", "an empty document", "a study, as nsdrill new writes one", 1, 1)])
+    document.data = {} if document.data is None else document.data
     if not isinstance(document.data, dict):
         found = f"{shown(document.data)} as the whole document"
         raise StudyError(name, [Fault("", found, f"a mapping with the keys {_listed('')}", 1, 1)])
@@ -74,7 +75,7 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
         found, hint = "a change on a finished file", "It enters the run itself, and needs a new one."
         faults.append(Fault("classify.stuck_below", found, "the other keys of classify", suggestion=hint))
     partial = Document({"classify": classify}, document.values, document.keys)
-    given, more, faulty = _validate(partial, stand_in=True)
+    given, more, faulty = _validate(partial)
     resolved = {"classify": _merged(asdict(thresholds), given.get("classify", {}))}
     more += Checker(document, resolved, all_leaves(), faulty).order("classify")
     if faults + more:
@@ -83,15 +84,11 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
     return made
 
 
-def _validate(document: Document, stand_in: bool = False) -> tuple[dict[str, Any], list[Fault], set[str]]:
+def _validate(document: Document) -> tuple[dict[str, Any], list[Fault], set[str]]:
     """The values given, in SI; the faults; and the keys at fault, which are left out of the values."""
     from pydantic import ValidationError
 
     data = document.data
-    if stand_in:
-        data = {**data, "sweep": {"depth": "1 m"}}
-    elif has_ramp(data):
-        data = {"sweep": {}, **data}  # may be left out
     try:
         return _validated(data), [], set()
     except ValidationError as error:
@@ -101,7 +98,7 @@ def _validate(document: Document, stand_in: bool = False) -> tuple[dict[str, Any
     while True:  # more than once where taking one value out shows another in a new light, a law and its stiffness
         paths = [_whole(_path(detail["loc"])) for detail in details]
         faulty |= {dotted(path) for path in paths}
-        data = {"sweep": {}, **_without(data, paths)}
+        data = _without(data, paths)
         try:
             given = _validated(data)
         except ValidationError as error:
@@ -164,9 +161,7 @@ def _fault(document: Document, path: KeyPath, detail: Any) -> Fault:
     elif kind == "missing":
         found = "nothing"
         allowed = "all of from, to and points"
-        if key == "sweep":
-            allowed = "at least one axis to sweep: " + ", ".join(AXES)
-        elif path[0] == "operation":
+        if path[0] == "operation":
             allowed = EXAMPLE
     elif kind in ("model_type", "model_attributes_type", "dict_type"):
         found, allowed = shown(detail["input"]), f"a mapping with the keys {_listed(key)}"

@@ -11,7 +11,6 @@ from nsdrill.model.parameters import LARGEST_FORCE, WIDEST_BORE, deepest
 from nsdrill.ranges import bound_text
 from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import SLICE, Leaf, shown
-from nsdrill.study.ramps import has_ramp
 from nsdrill.study.resolved import refined_axes
 from nsdrill.units import USUAL, format_quantity
 from nsdrill.variables import AXES, STATE_NAMES
@@ -197,11 +196,10 @@ class Checker:
         swept = [axis for axis in sweep if axis not in ("procedure", "along", "refine")]
         if any(key == "sweep" or key.startswith("sweep.") for key in self.faulty):
             return
-        if not swept:
-            if sweep["procedure"] == "same" and has_ramp(self.document.data):
-                return
+        if not swept and sweep["procedure"] != "same":
             allowed = f"at least one axis to sweep: {', '.join(AXES)} or another number by its key"
-            yield self.fault("sweep", "no axis", allowed)
+            yield self.fault("sweep", f"no axis along which the state is carried {sweep['procedure']}", allowed)
+        if not swept and not sweep["refine"] and sweep["along"] is None:
             return
         for axis in swept:
             if axis.startswith("initial.") and self._starts_of_a_point() > 1:

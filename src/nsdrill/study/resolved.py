@@ -37,8 +37,6 @@ def study_from_resolved(
         if unknown := set(swept) - set(leaves):
             raise ValueError(f"sweep: found {', '.join(sorted(unknown))}, which are no axes")
         ramps = {name: Ramp(tuple(times), tuple(values)) for name, (times, values) in resolved.get("ramps", {}).items()}
-        if not swept and not ramps:
-            raise ValueError("sweep: found no axis")
         if unknown := set(ramps) - set(AXES):
             raise ValueError(f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(AXES)}")
         refined = refined_axes(sweep)

@@ -52,8 +52,9 @@ def study_model() -> type[BaseModel]:
                                           Field(default="", description=MEANINGS["title"]))}
     for name, cls in SECTIONS.items():
         if name == "simulation":  # the sweep stands before it in the file
-            sections["sweep"] = (Annotated[_sweep_model(), BeforeValidator(_empty)],
-                                 Field(description=MEANINGS["sweep"]))
+            made = _sweep_model()
+            sections["sweep"] = (Annotated[made, BeforeValidator(_empty)],
+                                 Field(default_factory=made, description=MEANINGS["sweep"]))
         sections[name] = _section(name, cls)
     return create_model("Study", __config__=_STRICT, **sections)
 

@@ -14,17 +14,18 @@ _HEAD = """\
 # A study: a drill string, an operating point, and what to sweep.
 #
 # Every physical quantity is a number with its unit: 15 in, 22.24 kN, 5 klbf, 60 rpm, 3 rad/s, 25 MN/m.
-# All keys but `sweep` may be left out; the values below are the defaults. Run it with
+# All keys may be left out; the values below are the defaults, but for the title and the sweep. Run it with
 #     nsdrill check STUDY.yaml
 #     nsdrill run STUDY.yaml -o OUT.h5
 """
 
 _SWEEP = """\
-sweep:                                      # {sweep}; at least one axis
+sweep:                                      # {sweep}; without it one operating point is run
   # Each axis is {{from, to, points}}, a list of values, or one value. Axes left out come from `operation`.
   depth: {{from: 500 m, to: 9000 m, points: 86}}
   # wob: [22.24 kN, 66.72 kN]
   # rotary_speed: {{from: 10 rpm, to: 120 rpm, points: 111}}
+  # bit.rock_stiffness: {{from: 10 MN/m, to: 100 MN/m, points: 20, spacing: log}}   # any other number by its key
   procedure: same                           # same | up | down | up-down: the last three carry the state
   # along: depth                            # {along}
   refine: 0                                 # {refine}

@@ -1,0 +1,109 @@
+"""Axes over any number of the study: how they are asked for, and what is said of those that cannot be."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from nsdrill.app.run import run
+from nsdrill.errors import StudyError
+from nsdrill.model.leaves import further_axes
+from nsdrill.store import open_results, read_results
+from nsdrill.study import parse_study, study_from_resolved
+from nsdrill.study.keys import axis_leaves
+from nsdrill.study.written import study_text
+
+ROCK = """\
+sweep:
+  bit.rock_stiffness: {from: 10 MN/m, to: 90 MN/m, points: 3, spacing: log}
+  rotary_speed: [3 rad/s, 5 rad/s]
+simulation: {transient: 0.2 s, observe: 0.2 s}
+record: {peaks: 0}
+"""
+
+
+def test_every_number_of_the_string_is_an_axis() -> None:
+    """By the same keys in the study and in the model, but for those of the operation."""
+    further = {key for key, _ in further_axes().values()}
+    assert further | {"depth", "wob", "rotary_speed"} == set(axis_leaves())
+    assert all(axis_leaves()[key].units == units.split(" or ")[0] for key, units in further_axes().values())
+
+
+def test_spacing_is_linear_or_logarithmic() -> None:
+    axes = parse_study(ROCK).axes
+    np.testing.assert_allclose(axes["bit.rock_stiffness"], [10e6, 30e6, 90e6], rtol=1e-15)
+    assert axes["bit.rock_stiffness"][[0, -1]].tolist() == [10e6, 90e6]
+    fine = parse_study(ROCK, overrides=["sweep.refine=2"]).axes["bit.rock_stiffness"]
+    assert fine[::4].tobytes() == axes["bit.rock_stiffness"].tobytes(), "a refined axis keeps its values"
+    flat = parse_study(ROCK, overrides=["sweep.bit.rock_stiffness.spacing=linear"]).axes["bit.rock_stiffness"]
+    assert flat.tolist() == [10e6, 50e6, 90e6]
+
+
+def test_a_study_with_axes_is_built_and_written_again() -> None:
+    study = parse_study(ROCK)
+    again = study_from_resolved(json.loads(json.dumps(study.resolved)))
+    assert again.sha256 == study.sha256
+    assert parse_study(study_text(study.resolved)).sha256 == study.sha256
+    replaced = parse_study(ROCK, overrides=["bit.rock_stiffness=70 MN/m"])
+    assert replaced.sha256 == study.sha256, "the axis takes its place"
+
+
+def test_an_override_may_name_an_axis() -> None:
+    study = parse_study("sweep: {depth: 3000 m}", overrides=["sweep.well.friction.static=[0.3, 0.4]"])
+    assert study.axes["well.friction.static"].tolist() == [0.3, 0.4]
+
+
+def test_the_wall_stiffness_of_an_axis_has_the_units_of_its_law() -> None:
+    text = "well: {{law: {}}}\nsweep: {{well.stiffness: [10 {}, 20 {}]}}\n"
+    assert parse_study(text.format("linear", "MN/m", "MN/m")).more[0].units == "N/m"
+    assert parse_study(text.format("hertz", "MN/m^1.5", "MN/m^1.5")).more[0].units == "N/m^1.5"
+    with pytest.raises(StudyError, match=r"in N/m\^1.5.*law: hertz takes"):
+        parse_study(text.format("linear", "MN/m^1.5", "MN/m^1.5"))
+
+
+@pytest.mark.parametrize(("sweep", "words"), [
+    ("bit.rock_stifness: [1 MN/m]", ["line 1: sweep.bit.rock_stifness", "unknown key", "Did you mean bit.rock_stiff"]),
+    ("rock_stiffness: [1 MN/m]", ["an unknown key", "Did you mean bit.rock_stiffness?"]),
+    ("bit.lobes: [1, 3]", ["fixed when the model is compiled", "Run one study for each value: --set bit.lobes=3"]),
+    ("well.law: [linear]", ["a key that is no number"]),
+    ("simulation.rtol: [1.0e-6]", ["not of the string or its operation"]),
+    ("operation.wob: [20 kN]", ["Write wob."]),
+    ("bit.rock_stiffness: [20]", ["without a unit", "MN/m"]),
+    ("bit.rock_stiffness: [1 N/m, 1e30 N/m]", ["sweep.bit.rock_stiffness[1]", "at most"]),
+    ("well.diameter: {from: 0.2 m, to: 0.4 m, points: 3}", [
+        "sweep.well.diameter: found 200 mm at the least", "above drillstring.collar.outer_diameter"]),
+    ("drillstring.collar.length: [100 m, 6000 m]", ["sweep.drillstring.collar.length", "below operation.depth"]),
+    ("initial.x: [0 mm, 3 m]", ["initial.x", "off the axis"]),
+    ("mud.density: {from: 0 kg/m^3, to: 1 kg/m^3, points: 3, spacing: log}", ["log spacing from 0"]),
+    ("mud.density: {from: 0 kg/m^3, to: 1 kg/m^3, points: 3, spacing: cubic}", ["linear or log"]),
+    ("mud.density: [900 kg/m^3], procedure: up, along: mud.drag", ["mud.drag, which is not swept"]),
+])  # fmt: skip
+def test_what_cannot_be_an_axis_is_said(sweep: str, words: list[str]) -> None:
+    with pytest.raises(StudyError) as error:
+        parse_study(f"sweep: {{{sweep}}}", "s.yaml")
+    for word in words:
+        assert word in str(error.value)
+
+
+def test_an_axis_is_a_dimension_of_the_file(tmp_path) -> None:  # type: ignore[no-untyped-def]
+    study = parse_study(ROCK)
+    run(study, tmp_path / "rock.h5", workers=1)
+    data = open_results(tmp_path / "rock.h5")
+    rock = data.bit_rock_stiffness
+    assert data.status.dims == ("procedure", "depth", "wob", "rotary_speed", "bit_rock_stiffness")
+    assert rock.attrs["key"] == "bit.rock_stiffness"
+    assert rock.attrs["units"] == "N m-1"
+    assert "rock" in rock.attrs["long_name"]
+    results = read_results(tmp_path / "rock.h5")
+    assert results.swept == ["rotary_speed", "bit_rock_stiffness"]
+    assert results["status"].shape == (1, 1, 1, 2, 3)
+    assert (results["status"] == 1).all()
+
+
+def test_a_study_without_a_sweep_is_one_operating_point() -> None:
+    study = parse_study("operation: {depth: 3000 m}\nsimulation: {transient: 0.1 s, observe: 0.1 s}")
+    results = run(study)
+    assert results["status"].shape == (1, 1, 1, 1)
+    assert results.coords["depth"].tolist() == [3000.0]
