@@ -59,8 +59,9 @@ def test_kind_that_does_not_fit_says_what_would(plane: Results, kind: str) -> No
 def test_a_cut_of_a_map_is_a_bifurcation_diagram(plane: Results) -> None:
     figure = plot.draw(plane, "bifurcation", at={"depth": 500.0})
     assert "500 m" in figure.get_suptitle()
-    with pytest.raises(InputError, match="The nearest is 500"):
-        plot.draw(plane, "bifurcation", at={"depth": 510.0})
+    assert "500 m" in plot.draw(plane, "bifurcation", at={"depth": 510.0}).get_suptitle(), "the nearest one"
+    with pytest.raises(InputError, match="as the sweep, of which the nearest value is drawn"):
+        plot.draw(plane, "bifurcation", at={"depth": 20e3})
     with pytest.raises(InputError, match="allowed: depth, wob, rotary_speed"):
         plot.draw(plane, at={"mud": 1.0})
 

@@ -72,7 +72,7 @@ def test_broken_documents(text: str, line: int, says: str) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "\n", "# nothing\n", "---\n", "null", "{}"])
-def test_an_empty_file_lacks_its_sweep(text: str) -> None:
+def test_an_empty_file_is_no_study(text: str) -> None:
     with pytest.raises(StudyError, match="found an empty document; allowed: a study"):
         parse_study(text)
 

@@ -87,11 +87,9 @@ def test_every_depth_of_a_ramp_lies_below_the_collars() -> None:
     assert "length of the collars" in fault.allowed
 
 
-def test_a_study_without_sweep_and_ramp_is_none() -> None:
-    ramp = "{ramp: [[0 s, 1 N], [1 s, 2 N]]}"
-    for text in ("operation: {wob: 3 kN}", f"sweep: {{procedure: up}}\noperation: {{wob: {ramp}}}"):
-        (fault,) = faults(text)
-        assert fault.key == "sweep"
+def test_a_ramp_is_not_carried() -> None:
+    (fault,) = faults("sweep: {procedure: up}\noperation: {wob: {ramp: [[0 s, 1 N], [1 s, 2 N]]}}")
+    assert fault.key == "sweep"
 
 
 def test_the_resolved_study_holds_the_ramps() -> None:
@@ -113,7 +111,7 @@ def test_digests_know_only_the_ramps_that_count() -> None:
 
 def test_damaged_ramps_are_a_file_error() -> None:
     resolved = parse_study(f"operation: {{rotary_speed: {{ramp: {KNOTS}}}}}").resolved
-    for ramps in ({}, {"mud": [[0.0, 1.0], [1.0, 2.0]]}, {"wob": [[0.0], [1.0]]}, {"wob": 3}):
+    for ramps in ({"mud": [[0.0, 1.0], [1.0, 2.0]]}, {"wob": [[0.0], [1.0]]}, {"wob": 3}):
         with pytest.raises(FileError, match=r"out\.h5"):
             study_from_resolved({**resolved, "ramps": ramps}, source="out.h5")
 
@@ -124,6 +122,6 @@ def test_the_schema_for_editors_takes_both_forms() -> None:
     good = ({"operation": {"wob": "3 kN"}}, {"operation": {"wob": {"ramp": [["0 s", "3 kN"], ["1 s", "4 kN"]]}}})
     for data in good:
         jsonschema.validate(data, schema)
-    for data in ({"operation": {"wob": {"ramp": [["0 s", "3 kN", "1 N"]]}}}, {"operation": {"wob": {}}}, {"mud": {}}):
+    for data in ({"operation": {"wob": {"ramp": [["0 s", "3 kN", "1 N"]]}}}, {"operation": {"wob": {}}}):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(data, schema)

@@ -86,7 +86,7 @@ def test_a_study_of_an_older_version_has_defaults_for_what_that_did_not_know() -
     assert all((again.axes[axis] == study.axes[axis]).all() for axis in study.axes)
 
 
-@pytest.mark.parametrize("path", [("mud",), ("mud", "drag"), ("sweep",), ("sweep", "depth"), ("sweep", "along")])
+@pytest.mark.parametrize("path", [("mud",), ("mud", "drag"), ("sweep",), ("sweep", "along")])
 def test_a_damaged_resolved_study_is_a_file_error(path: tuple[str, ...]) -> None:
     resolved = copy.deepcopy(parse_study(SWEEP).resolved)
     inside = resolved

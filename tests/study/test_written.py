@@ -35,7 +35,7 @@ def test_it_reads_back_the_same(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "title", ["", "a: b # c", "- a", "null", "\"q\" \\ '", "x\ny\t\x7f\x85\u2028", "é 漢 \U0001f600"])
+    "title", ["", "a: b # c", "- a", "null", "\"q\" \\ '", "x\ny\t\u2028", "é 漢 \U0001f600"])
 def test_any_title(title: str) -> None:
     resolved = {**parse_study("sweep: {depth: 2 km}").resolved, "title": title}
     assert parse_study(study_text(resolved)).title == title

@@ -66,8 +66,9 @@ def classes(results: Results, severity: int | None = None) -> Classes:
     """
     swept = [axis for axis in (*ACROSS, *results.axes[len(ACROSS):]) if axis in results.swept]
     if not 1 <= len(swept) <= 3:
-        found = f"{len(swept)} swept axes" if swept else "a single operating point"
-        raise InputError(f"window: found {found}; allowed: a sweep of one to three axes.")
+        if not swept:
+            raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
+        raise InputError(f"window: found the axes {', '.join(swept)}; allowed: a sweep of at most three.")
     # Not trusted: a point whose checks gave another response. (That its numbers differ is the rule where the motion is
     # chaotic.) An inferred point was not run, so it was not checked either; the runs around it were.
     verdicts = verdict(results) if "trusted" in results.variables else np.full(results.shape, UNCHECKED)

@@ -39,7 +39,7 @@ def load_study(source: str | Path, overrides: Sequence[str] = ()) -> Study:
 def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ()) -> Study:
     """The study in YAML ``text``; ``name`` stands for the file in messages."""
     document = parse(text, name)
-    if document.data is None and not overrides:
+    if (document.data is None or document.data == {}) and not overrides and not document.faults:
         raise StudyError(name, [Fault("", "an empty document", "a study, as nsdrill new writes one", 1, 1)])
     document.data = {} if document.data is None else document.data
     if not isinstance(document.data, dict):
@@ -235,7 +235,9 @@ def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any],
     sweep = given.get("sweep", {})
     made: dict[str, Any] = {}
     axes = axis_leaves()
-    for axis in (*AXES, *(name for name in document.data.get("sweep") or () if name in axes and name not in AXES)):
+    written = document.data.get("sweep")
+    further = [name for name in (written if isinstance(written, dict) else ()) if name in axes and name not in AXES]
+    for axis in (*AXES, *further):
         if axis in sweep:
             value, fault = _ascending(document, ("sweep", axis), sweep[axis])
             if fault is None:

@@ -82,7 +82,7 @@ MEANINGS: dict[str, str] = {
     "simulation.rtol": "Relative tolerance of a step",
     "simulation.max_steps": "Steps after which a run is given up",
     "simulation.verify": "Check every point with a smaller tolerance and a longer run; takes some 4 times as long",
-    "simulation.pair": "The embedded Runge-Kutta pair: of Tsitouras, or of Dormand and Prince, the RK45 of SciPy",
+    "simulation.pair": "Runge-Kutta pair; that of Dormand and Prince is the RK45 of SciPy",
     "classify": "From where a response counts as critical",
     "classify.bit_bounce": "Bit-bounce; the bounds of its severity must ascend",
     "classify.bit_bounce.lift_off_fraction": "Fraction of time off the rock above which it is bit-bounce",

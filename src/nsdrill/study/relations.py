@@ -63,25 +63,33 @@ class Checker:
         for lower, upper, equal, blamed in _ORDER:
             if not lower.startswith(section) or not self._sound(lower, upper):
                 continue
-            if upper == "operation.depth" and "depth" in self.resolved["sweep"] and not self._given(upper):
-                continue  # a default that a swept axis replaces
             if upper == "operation.depth" and self._ramp_of_depth():
                 continue  # every knot of it is looked at
-            factor = WIDEST_BORE if lower.endswith("inner_diameter") else 1.0
-            small, big = self._ends(lower)[1], factor * self._ends(upper)[0]
-            if small < big or (equal and small == big):
-                continue
-            first, second = (lower, upper) if blamed == "lower" else (upper, lower)
-            if not self._set(first) and self._set(second):
-                first, second = second, first
-            words = ("at most" if equal else "below") if first == lower else ("at least" if equal else "above")
-            if factor != 1.0:
-                words += f" {factor if first == lower else 1 / factor:.4g} times"
-            found = self._text(first, 1 if first == lower else 0)
-            allowed = f"{words} {second}, which is {self._text(second, 1 if second == lower else 0)}"
-            axis = self._axis(first)
-            yield self.fault(f"sweep.{axis}", found, allowed, ("sweep", axis)) if axis else (
-                self.fault(first, found, allowed))
+            # The values of their own sections, but for a default that an axis replaces; then the axes' ends.
+            if not any(self._axis(key) and not self._given(key) for key in (lower, upper)):
+                yield from self._in_order(lower, upper, equal, blamed, swept=False)
+            if (self._axis(lower) or self._axis(upper)) and self._axis(upper) != "depth":
+                yield from self._in_order(lower, upper, equal, blamed, swept=True)
+
+    def _in_order(self, lower: str, upper: str, equal: bool, blamed: str, swept: bool) -> Iterator[Fault]:
+        """Whether ``lower`` is less than ``upper``; with ``swept`` at all values of their axes."""
+        factor = WIDEST_BORE if lower.endswith("inner_diameter") else 1.0
+        small = self._ends(lower)[1] if swept else self._value(lower)
+        big = factor * (self._ends(upper)[0] if swept else self._value(upper))
+        if small < big or (equal and small == big):
+            return
+        first, second = (lower, upper) if blamed == "lower" else (upper, lower)
+        mine = self._axis if swept else self._given
+        if not mine(first) and mine(second):
+            first, second = second, first
+        words = ("at most" if equal else "below") if first == lower else ("at least" if equal else "above")
+        if factor != 1.0:
+            words += f" {factor if first == lower else 1 / factor:.4g} times"
+        ends = {lower: 1, upper: 0} if swept else {lower: None, upper: None}
+        found, allowed = self._text(first, ends[first]), f"{words} {second}, which is {self._text(second, ends[second])}"
+        axis = self._axis(first) if swept else None
+        yield self.fault(f"sweep.{axis}", found, allowed, ("sweep", axis)) if axis else (
+            self.fault(first, found, allowed))
 
     def _axis(self, key: str) -> str | None:
         """The axis of the sweep that varies ``key``, if one does."""
@@ -95,10 +103,6 @@ class Checker:
             return self._value(key), self._value(key)
         values = self.resolved["sweep"][axis]
         return (values["from"], values["to"]) if isinstance(values, dict) else (values[0], values[-1])
-
-    def _set(self, key: str) -> bool:
-        """Whether the user gave ``key`` a value or an axis."""
-        return self._axis(key) is not None or self._given(key)
 
     def _depths(self) -> Iterator[Fault]:
         """Swept depths reach below the collars."""
@@ -256,9 +260,9 @@ class Checker:
             value = value[part]
         return value
 
-    def _text(self, key: str, end: int = 0) -> str:
-        """The value of ``key`` in words; of a swept one the least (``end`` 0) or the greatest (1)."""
-        if axis := self._axis(key):
+    def _text(self, key: str, end: int | None = None) -> str:
+        """The value of ``key`` in words; of a swept one, if ``end`` is 0 or 1, the least or the greatest."""
+        if end is not None and (axis := self._axis(key)):
             leaf = self.leaves[key]
             text = leaf.text(self._ends(key)[end]) if leaf.units in USUAL else f"{self._ends(key)[end]:g}"
             return f"{text} at {'the greatest' if end else 'the least'} of sweep.{axis}"

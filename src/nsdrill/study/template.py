@@ -25,7 +25,7 @@ sweep:                                      # {sweep}; without it one operating 
   depth: {{from: 500 m, to: 9000 m, points: 86}}
   # wob: [22.24 kN, 66.72 kN]
   # rotary_speed: {{from: 10 rpm, to: 120 rpm, points: 111}}
-  # bit.rock_stiffness: {{from: 10 MN/m, to: 100 MN/m, points: 20, spacing: log}}   # any other number by its key
+  # bit.rock_stiffness: {{from: 10 MN/m, to: 100 MN/m, points: 20, spacing: log}}  # or any number by its key
   procedure: same                           # same | up | down | up-down: the last three carry the state
   # along: depth                            # {along}
   refine: 0                                 # {refine}
