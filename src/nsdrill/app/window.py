@@ -25,6 +25,6 @@ def read_for_window(path: str | os.PathLike[str], severity: int | None = None) -
     results = read_results(path, [*needed(severity), *TRUST])
     if lacking := [name for name in needed(severity) if name not in results.variables]:
         raise FileError(
-            f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: the "
-            "window without a severity. Or run the study again.")
+            f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "
+            "the window without a severity. Or run the study again.")
     return results
