@@ -200,3 +200,14 @@ def test_a_study_that_is_not_that_of_the_points(
     for ask in (lambda: reclassify(path, []), lambda: nsdrill.replay(path, rotary_speed=3.0, procedure="up")):
         with pytest.raises(nsdrill.FileError, match=words):
             ask()
+
+
+def test_the_window_by_severity_of_a_file_without_severities(shared: Path, tmp_path: Path) -> None:
+    """The first files have the severity of stick-slip only."""
+    path = tmp_path / "out.h5"
+    path.write_bytes((shared / "map.h5").read_bytes())
+    with h5py.File(path, "r+") as file:
+        del file["bounce_severity"], file["whirl_severity"]
+    assert nsdrill.window(path)["maps"]
+    with pytest.raises(nsdrill.FileError, match="found no bounce_severity and no whirl_severity"):
+        nsdrill.window(path, severity=1)

@@ -199,7 +199,8 @@ def _dataset(file: Any, chance: random.Random) -> str:
 
 
 def _numbers(file: Any, chance: random.Random) -> str:
-    name = chance.choice([name for name in file if isinstance(file.get(name), h5py.Dataset)])
+    sound = [name for name in file if isinstance(file.get(name), h5py.Dataset) and file[name].nbytes < 10**7]
+    name = chance.choice(sound)
     values = np.atleast_1d(file[name][()])
     if values.dtype.kind not in "iuf":
         file[name][...] = chance.choice(("same", "up", "", "\x1b", "x" * 100, *STATE_NAMES))
@@ -217,6 +218,8 @@ def _numbers(file: Any, chance: random.Random) -> str:
 def _coordinate(file: Any, chance: random.Random) -> str:
     names = ("depth", "wob", "rotary_speed", "procedure", "state", "start", "time", "peak")
     name = chance.choice([name for name in names if name in file])
+    if file[name].nbytes > 10**7:
+        return f"{name} is giant"
     values = file[name][()]
     kind = chance.choice(("back", "same", "shorter", "longer", "scaled"))
     if kind == "back":

@@ -278,6 +278,7 @@ def test_the_child_process_reads_no_other_file(path):
         ("gap", "wide", "gap should be a finite number"),
         ("gap", np.inf, "gap should be a finite number"),
         ("refine", 1.5, "refine should be a whole number"),
+        ("refine", 1, "points_run of a refined sweep is missing"),
         ("study_resolved", "[1, 2]", "study_resolved should be a study as JSON"),
         ("study_resolved", '{"sweep": 5}', "study_resolved should be a study as JSON"),
         ("study_resolved", '{"classify": {"whirl": {"direction": NaN}}}', "study_resolved should be a study as JSON"),

@@ -117,6 +117,13 @@ def test_long_texts_fit(path, size):
         assert data.attrs["study"] == text
 
 
+def test_text_that_hdf5_does_not_take_costs_no_points(path):
+    records = make_results(path, (1, 1, 1, 1), 0, title="a\0b", study_source="\udcff.yaml")
+    assert read_attributes(path)["title"] == "a\\x00b"
+    assert read_attributes(path)["study_source"] == "\\xff.yaml"
+    assert read_results(path)["steps"].ravel() == records["steps"]
+
+
 def test_the_file_is_hardly_larger_than_its_numbers(path):
     """The limits are the design's: 1.2 times the numbers, and no megabytes for a handful of points."""
     records = make_results(path, (1, 300, 1, 1), 32)

@@ -8,7 +8,7 @@ from typing import Any
 from nsdrill.analysis.window import find_window, needed
 from nsdrill.app.overrides import with_overrides
 from nsdrill.data import Results
-from nsdrill.errors import InputError
+from nsdrill.errors import FileError, InputError
 from nsdrill.store import read_results
 from nsdrill.variables import TRUST
 
@@ -23,4 +23,9 @@ def read_for_window(path: str | os.PathLike[str], severity: int | None = None) -
     """What the window of the results file ``path`` is made from, and no more."""
     if severity is not None and severity not in range(5):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4.")
-    return with_overrides(read_results(path, [name for name in (*needed(severity), *TRUST)]))
+    results = read_results(path, [*needed(severity), *TRUST])
+    if lacking := [name for name in needed(severity) if name not in results.variables]:
+        raise FileError(
+            f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "
+            "the window without a severity. Or run the study again.")
+    return with_overrides(results)

@@ -27,6 +27,7 @@ _TEXT = (
     "procedure", "status", "replay_of",
 )  # fmt: skip
 _NUMBERS = ("gap", *AXES, "transient", "observe", "rtol")
+_REFINED = ("refine", "points_run", "points_inferred", "border_spacing")  # all of them or none
 _COUNTS = ("format_version", "refine", "points_run", "points_inferred", "start", "steps", "rejected")
 
 
@@ -42,6 +43,8 @@ def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> 
         if (fault := _fault(name, value)) is not None:
             raise FileError(f"{path}: the attribute {name} should be {fault}. Make the file again.")
     known = {name: value for name, value in attrs.items() if value is not None}
+    if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
+        raise FileError(f"{path}: the attribute {lacking[0]} of a refined sweep is missing. Make the file again.")
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
 
 

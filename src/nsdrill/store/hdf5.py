@@ -145,7 +145,12 @@ def put_attributes(file: Any, attrs: Mapping[str, Any]) -> None:
             isinstance(value, np.ndarray) and value.dtype.kind not in "iuf"
         ):
             value = json_text(value)
-        file.attrs[name] = value
+        try:
+            file.attrs[name] = value
+        except ValueError:
+            if not isinstance(value, str):
+                raise
+            file.attrs[name] = printable(value)  # what HDF5 does not take, a zero say, must not cost the points
 
 
 def seal(path: Path) -> None:
