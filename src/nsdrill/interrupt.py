@@ -36,7 +36,7 @@ class _State:
 
     def __init__(self) -> None:
         self.pipe: int | None = None  # its end for writing, while signals are heard
-        self.asked = self.heeded = self.settled = False
+        self.asked = self.heeded = self.settled = self.ending = False
         self.told: Callable[[], str] = lambda: NOTHING
 
 
@@ -103,8 +103,15 @@ def listen() -> None:
             signal.siginterrupt(number, False)  # libraries go on as if nothing was, until the thread has its turn
 
 
+def give_way() -> None:
+    """Return, but not while the process is being ended: what fails then, for want of a file say, is not to be told."""
+    while _state.ending:
+        time.sleep(1.0)
+
+
 def decided() -> None:
     """The exit code is settled: signals are ignored until the interpreter is gone, which takes a moment."""
+    give_way()
     if _state.pipe is None or threading.current_thread() is not threading.main_thread():
         return
     for number in SIGNALS:
@@ -121,6 +128,7 @@ def end(message: str) -> NoReturn:
 
 
 def _end(message: str) -> NoReturn:
+    _state.ending = True
     for name in list(doomed):
         with suppress(OSError):
             os.unlink(name)

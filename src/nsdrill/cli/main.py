@@ -149,6 +149,7 @@ def _drop_output() -> None:
 def _leave(message: str, code: int) -> NoReturn:
     if code == interrupt.EXIT_CODE and interrupt.asked():
         interrupt.end(message)
+    interrupt.give_way()
     try:
         if message:
             click.echo(message, err=True)
