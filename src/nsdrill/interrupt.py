@@ -11,6 +11,7 @@ everywhere.
 
 from __future__ import annotations
 
+import fcntl
 import os
 import select
 import signal
@@ -36,7 +37,7 @@ class _State:
 
     def __init__(self) -> None:
         self.pipe: int | None = None  # its end for writing, while signals are heard
-        self.asked = self.heeded = self.settled = False
+        self.asked = self.heeded = self.settled = self.ending = False
         self.told: Callable[[], str] = lambda: NOTHING
 
 
@@ -90,7 +91,7 @@ def listen() -> None:
     background jobs deaf to it, and a `kill -INT` is meant all the same. Does nothing outside of the main thread."""
     if _state.pipe is not None or threading.current_thread() is not threading.main_thread():
         return
-    reader, writer = os.pipe()
+    reader, writer = map(_above_the_standard_streams, os.pipe())
     os.set_blocking(reader, False)
     os.set_blocking(writer, False)
     _state.pipe = writer
@@ -103,8 +104,24 @@ def listen() -> None:
             signal.siginterrupt(number, False)  # libraries go on as if nothing was, until the thread has its turn
 
 
+def give_way() -> None:
+    """Return, but not while the process is being ended: what fails then, for want of a file say, is not to be told."""
+    while _state.ending:
+        time.sleep(1.0)
+
+
+def _above_the_standard_streams(end: int) -> int:
+    """An end of a pipe under a number that is no standard stream's, which may have been free."""
+    if end > 2:
+        return end
+    moved = fcntl.fcntl(end, fcntl.F_DUPFD_CLOEXEC, 3)
+    os.close(end)
+    return moved
+
+
 def decided() -> None:
     """The exit code is settled: signals are ignored until the interpreter is gone, which takes a moment."""
+    give_way()
     if _state.pipe is None or threading.current_thread() is not threading.main_thread():
         return
     for number in SIGNALS:
@@ -121,6 +138,7 @@ def end(message: str) -> NoReturn:
 
 
 def _end(message: str) -> NoReturn:
+    _state.ending = True
     for name in list(doomed):
         with suppress(OSError):
             os.unlink(name)

@@ -106,6 +106,10 @@ ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda
         pytest.param("interrupt.listen()\ntry:\n with interrupt.heeded():\n  ask(signal.SIGTERM); time.sleep(0.5)\n"
                      "  print('saved', file=sys.stderr, flush=True); interrupt.look()\n"
                      "except KeyboardInterrupt: interrupt.end('told')", 130, "saved\ntold\n", id="at a safe place"),
+        pytest.param("from nsdrill.cli.main import _leave; interrupt.listen(); leave = os._exit\n"
+                     "os._exit = lambda code: (time.sleep(0.5), leave(code)); ask(signal.SIGTERM); time.sleep(0.2)\n"
+                     "_leave('Error: the unfinished file is gone.', 1)",
+                     130, "Interrupted; nothing was written.\n", id="without errors that come of it"),
         pytest.param("interrupt.listen()\nwith interrupt.settling(): pass\n"
                      "ask(signal.SIGTERM); time.sleep(0.5); interrupt.look(); interrupt.decided(); sys.exit(0)",
                      0, "", id="not once the file is there"),

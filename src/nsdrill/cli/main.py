@@ -137,6 +137,7 @@ def _run_command() -> NoReturn:
 def _leave(message: str, code: int) -> NoReturn:
     if code == interrupt.EXIT_CODE and interrupt.asked():
         interrupt.end(message)
+    interrupt.give_way()
     if message:
         click.echo(message, err=True)
     sys.exit(code)
