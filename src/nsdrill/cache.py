@@ -21,9 +21,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from numba.core import serialize
 from numba.core.caching import FunctionCache, NullCache
 from numba.core.compiler import CompileResult
-from numba.core.serialize import dumps
 
 from nsdrill.errors import CacheWarning
 
@@ -88,7 +88,7 @@ class CodeCache(FunctionCache):
         if data.library.has_dynamic_globals:  # addresses of this process
             return
         path = self._path(sig, data.codegen)
-        code = dumps(data._reduce())
+        code = serialize.dumps(data._reduce())
         try:
             _write(path, hashlib.sha256(code).digest() + code)
         except OSError as error:

@@ -6,6 +6,7 @@ import csv
 import json
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -124,9 +125,13 @@ def test_plot_lists_its_kinds_and_draws_them(call: Call, shared: Path) -> None:
 
 def test_plot_cut_of_a_map(call: Call, shared: Path) -> None:
     assert call("plot", shared / "map.h5", "--wob", "40 kN", "--kind", "bifurcation", "-o", "cut.svg").code == 0
-    missed = call("plot", shared / "map.h5", "--wob", "41 kN", "-o", "missed.svg")
+    near = call("plot", shared / "map.h5", "--wob", "41 kN", "--kind", "bifurcation", "-o", "near.svg")
+    assert near.code == 0
+    assert "At 40 kN, the nearest of the sweep." in near.err
+    assert Path("near.svg").stat().st_size == Path("cut.svg").stat().st_size, "the nearest value is drawn"
+    missed = call("plot", shared / "map.h5", "--wob", "200 kN", "-o", "missed.svg")
     assert missed.code == 2
-    assert "nearest is 40000" in missed.err
+    assert "allowed: 20 kN to 100 kN, as the sweep, of which the nearest value is drawn" in missed.err
     assert not Path("missed.svg").exists()
 
 
@@ -225,7 +230,7 @@ def test_replay_bit_for_bit(call: Call, shared: Path, procedure: str, speed: str
 
 def test_replay_with_other_bits_says_why(call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A stored end that is not that of the run, in a file made with another Python."""
-    from nsdrill.app.trajectory import read_attributes, read_point
+    from nsdrill.app.trajectory import read_point, read_results
 
     def changed(*where: Any) -> dict[str, Any]:
         point = read_point(*where)
@@ -237,8 +242,9 @@ def test_replay_with_other_bits_says_why(call: Call, shared: Path, monkeypatch: 
     assert answer.code == 0
     assert "bit for bit" not in answer.err
     assert "What differs: nothing that the file records" in answer.err
-    older = {**read_attributes(shared / "small.h5"), "python": "3.9.1"}
-    monkeypatch.setattr("nsdrill.app.trajectory.read_attributes", lambda path: older)
+    there = read_results(shared / "small.h5", ())
+    older = replace(there, attrs={**there.attrs, "python": "3.9.1"})
+    monkeypatch.setattr("nsdrill.app.trajectory.read_results", lambda path, names: older)
     assert "What differs: Python 3.9 there, 3." in call(*words, "two.h5").err
 
 

@@ -8,7 +8,7 @@ import os
 from collections.abc import Mapping
 from typing import Any, TypeVar
 
-from nsdrill.data import OVERRIDES, Results, Trace, overrides
+from nsdrill.data import OVERRIDES, Results, Trace, json_text, overrides
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.study.resolved import study_from_resolved
 
@@ -38,7 +38,7 @@ def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
 
 def with_overrides(data: Data) -> Data:
     """``data``, whose root attributes now say the overrides."""
-    data.attrs[OVERRIDES] = json.dumps(overrides_of(data.attrs))
+    data.attrs[OVERRIDES] = json_text(overrides_of(data.attrs))
     return data
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from typing import Any
 
@@ -37,7 +36,9 @@ def command(a: str, b: str, as_json: bool, exit_code: bool) -> int:
 
     found = diff(a, b)
     if as_json:
-        click.echo(json.dumps(found, indent=2))
+        from nsdrill.data import json_text
+
+        click.echo(json_text(found, indent=2))
     else:
         for line in _lines(found):
             click.echo(line)

@@ -77,10 +77,29 @@ def command(
         data = read(file, needed(data, kind, chosen, start))
     behind = None if over is None else _sweep(over, output)
     pair = None if states is None else [name.strip() for name in states.split(",")]
+    if chosen and not isinstance(data, Trace):
+        _say_nearest(data, chosen)
     figure = draw(data, kind, units=units, at=chosen or None, over=behind, start=start, states=pair)
     save(figure, output, overwrite=overwrite)
     click.echo(f"{output}: drawn.", err=True)
     return 0
+
+
+def _say_nearest(data: Results, chosen: dict[str, float]) -> None:
+    """Where a value was asked for that is not one of the sweep, which one is drawn."""
+    import numpy as np
+
+    from nsdrill.cli.show import point_text
+
+    drawn = {}
+    for key, value in chosen.items():
+        name = key.replace(".", "_")
+        values = np.asarray(data.coords.get(name, [value]), dtype=float)
+        nearest = float(values[np.argmin(np.abs(values - value))])
+        if abs(nearest - value) > 1e-3 * abs(value):
+            drawn[name] = nearest
+    if drawn:
+        click.echo(f"At {point_text(drawn)}, the nearest of the sweep.", err=True)
 
 
 def _sweep(file: str, output: str) -> Results:

@@ -86,7 +86,8 @@ class Checker:
         if factor != 1.0:
             words += f" {factor if first == lower else 1 / factor:.4g} times"
         ends = {lower: 1, upper: 0} if swept else {lower: None, upper: None}
-        found, allowed = self._text(first, ends[first]), f"{words} {second}, which is {self._text(second, ends[second])}"
+        found = self._text(first, ends[first])
+        allowed = f"{words} {second}, which is {self._text(second, ends[second])}"
         axis = self._axis(first) if swept else None
         yield self.fault(f"sweep.{axis}", found, allowed, ("sweep", axis)) if axis else (
             self.fault(first, found, allowed))

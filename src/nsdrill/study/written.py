@@ -65,7 +65,7 @@ def value_text(resolved: dict[str, Any], key: str) -> str | None:
         return f"[{', '.join(map(leaf.text, value))}]"
     if key in all_leaves():
         return _leaf(resolved, key).text(value)
-    return value if isinstance(value, str) else json.dumps(value)
+    return value if isinstance(value, str) else json.dumps(value, allow_nan=False)
 
 
 def _key_of(entry: str) -> str:
@@ -106,7 +106,7 @@ def _needed(resolved: dict[str, Any], leaf: Leaf) -> str | None:
 
 def _title(resolved: dict[str, Any]) -> str:
     """The title in quotes that YAML reads back as it was."""
-    text = json.dumps(resolved.get("title", ""), ensure_ascii=False)
+    text = json.dumps(resolved.get("title", ""), ensure_ascii=False, allow_nan=False)
     return "".join(sign if sign.isprintable() else f"\\U{ord(sign):08x}" for sign in text)
 
 
