@@ -18,7 +18,7 @@ from nsdrill.analysis.attractors import Attractor
 from nsdrill.data import Array, Results
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import Quantity, fixed_values, heading, operating_point, quantity
-from nsdrill.plot.slices import edges, robust_limits
+from nsdrill.plot.slices import edges, robust_limits, spaced
 from nsdrill.plot.starts import along, matched
 from nsdrill.plot.style import FULL_WIDTH, REFERENCE, RESPONSES, new_figure
 
@@ -51,6 +51,7 @@ def draw(results: Results, units: str = "si") -> Figure:
         axes.set_ylabel(Quantity(word, y.unit, y.scale).label)
         axes.tick_params(labelbottom=row == len(PANELS) - 1)
         panels.append(axes)
+    spaced(panels[0], centres)
     panels[0].set_xlim(*edges(centres)[[0, -1]])
     panels[-1].set_xlabel(x.label)
     figure.align_ylabels(panels)

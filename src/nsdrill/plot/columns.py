@@ -19,7 +19,7 @@ from nsdrill.analysis.outcome import FAILED_POINT
 from nsdrill.data import Results
 from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.slices import Line, edges, line
+from nsdrill.plot.slices import Line, edges, line, spaced
 from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, SHADE, new_figure
 
 ROW_OF_STRIP = 0.13  # inches for each procedure
@@ -54,6 +54,7 @@ def frame(results: Results, units: str, panels: int, height: float) -> tuple[Fig
         columns.append(column)
         x = quantity(one.axis, units)
         column[-1].set_xlabel(x.label)
+        spaced(column[-1], one.x)
         column[-1].set_xlim(*(edges(one.x)[[0, -1]] / x.scale))
         draw_strip(column[0], one, x.scale, name_rows=number == 0)
         column[0].set_title(column_title(one, units), pad=3)

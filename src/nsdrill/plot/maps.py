@@ -27,7 +27,7 @@ from nsdrill.plot.columns import legend_below
 from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.kinds import MAX_PANELS, value_name
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.slices import edges, robust_limits
+from nsdrill.plot.slices import edges, robust_limits, spaced
 from nsdrill.plot.style import (
     FULL_WIDTH,
     GREY,
@@ -164,6 +164,7 @@ def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[lis
         axes.set_title(_panel_title(planes, *divmod(number, columns), units))
         panels.append(axes)
     across, down = _cells(planes, units)
+    spaced(panels[0], planes.results.coords[planes.x], planes.results.coords[planes.y])
     panels[0].set_xlim(across[0], across[-1])
     panels[0].set_ylim((down[-1], down[0]) if planes.y == "depth" else (down[0], down[-1]))
     figure.suptitle(heading(planes.results.attrs, operating_point(fixed_values(planes.results), units)),

@@ -23,7 +23,7 @@ from nsdrill.analysis.attractors import Attractor, wilson
 from nsdrill.data import Array, Results
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.slices import edges
+from nsdrill.plot.slices import edges, spaced
 from nsdrill.plot.starts import along, matched
 from nsdrill.plot.style import FULL_WIDTH, RESPONSES, new_figure
 
@@ -50,6 +50,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     sampled = not results.slice
     if sampled:
         draw_intervals(axes, found, present, centres)
+    spaced(axes, centres)
     axes.set_xlim(borders[0], borders[-1])
     axes.set_ylim(0, 100)
     axes.set_xlabel(x.label)

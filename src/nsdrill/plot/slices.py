@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -89,9 +90,32 @@ def line(results: Results, axis: str, **held: int) -> Line:
     return Line(results, axis, (slice(None), *(slice(None) if a == axis else held.get(a, 0) for a in results.axes)))
 
 
+def is_logarithmic(values: Array) -> bool:
+    """Whether the values of an axis have equal ratios, three of them at least."""
+    values = np.asarray(values, dtype=float)
+    if len(values) < 3 or values[0] <= 0.0 or not np.all(np.diff(values) > 0.0):
+        return False
+    return bool(np.ptp(np.diff(np.log(values))) < 1e-6 * np.log(values[-1] / values[0]))
+
+
+def spaced(axes: Any, x: Array | None = None, y: Array | None = None) -> None:
+    """Give the axes logarithmic scales where the values along them have equal ratios."""
+    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+
+    for values, scale, axis in ((x, axes.set_xscale, axes.xaxis), (y, axes.set_yscale, axes.yaxis)):
+        if values is not None and is_logarithmic(values):
+            scale("log")
+            axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+            axis.set_minor_formatter(NullFormatter())
+
+
 def edges(centres: Array) -> Array:
-    """Cell edges half way between neighbours, mirrored at both ends; so a non-uniform axis is drawn to scale."""
+    """Cell edges half way between neighbours, mirrored at both ends; so a non-uniform axis is drawn to scale. Of values
+    with equal ratios, half way on a logarithmic scale."""
     centres = np.asarray(centres, dtype=float)
+    if is_logarithmic(centres):
+        return np.asarray(np.exp(edges(np.log(centres) - np.log(centres[0]))) * centres[0])
     if len(centres) == 1:
         half = 0.05 * abs(centres[0]) or 0.5
         return np.array([centres[0] - half, centres[0] + half])

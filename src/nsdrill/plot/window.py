@@ -22,7 +22,7 @@ from nsdrill.plot.columns import legend_below
 from nsdrill.plot.kinds import MAX_PANELS
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.maps import WRAP, hatch
-from nsdrill.plot.slices import edges
+from nsdrill.plot.slices import edges, spaced
 from nsdrill.plot.style import BLACK, FULL_WIDTH, SEAMLESS, new_figure
 
 SAFE_COLOUR, RIM_COLOUR, CRITICAL_COLOUR, UNKNOWN_COLOUR = "#D3ECFA", "#E69F00", "#6E6E6E", "#FFFFFF"
@@ -75,6 +75,7 @@ def _frame(found: Classes, shown: list[int], units: str) -> tuple[Figure, list[A
         if found.third:
             axes.set_title(quantity(found.third, units).value(float(found.values(found.third)[number])))
         panels.append(axes)
+    spaced(panels[0], found.values(found.x), found.values(found.y) if found.y else None)
     panels[0].set_xlim(across[0], across[-1])
     panels[0].set_ylim((up[-1], up[0]) if found.y == "depth" else (up[0], up[-1]))
     figure.suptitle(heading(found.results.attrs, operating_point(fixed_values(found.results), units), width=80),
