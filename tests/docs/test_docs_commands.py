@@ -123,7 +123,7 @@ def test_examples_fit_their_studies(page: Path, root: Path, monkeypatch: pytest.
             values = {name: at.get(name, float(study.axes[name][0])) for name in AXES}
             assert all(name in at or len(study.axes[name]) == 1 for name in AXES), words
             procedure = given["procedure"] or plan_of(study).procedures[0]
-            plan_of(study).find(**values, procedure=procedure, start=given["start"] or 0)
+            plan_of(study).find(values, procedure, given["start"] or 0)
         elif words[0] == "classify":
             change_thresholds(study.thresholds, given["overrides"])
 

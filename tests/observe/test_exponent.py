@@ -73,8 +73,9 @@ def run_one(case: Case, start: np.ndarray, simulation: Simulation, record: Recor
 
 
 # Two neighbouring runs, 2e-5 natural sizes apart, miss by 2e-5 themselves. Before steps were made anew from contact to
-# contact, the deviation missed by 2e-2 and 5e-2 at the first tolerance, 4e-3 and 3e-2 at the second.
-@pytest.mark.parametrize(("rtol", "within"), [(1e-6, 4e-3), (1e-8, 2e-4)])
+# contact, the deviation missed by 2e-2 and 5e-2 at 1e-6, by 4e-3 and 3e-2 at 1e-8. (At 1e-6 the run is another one than
+# that at 1e-12 by so much that its derivative is by 1e-2, where it meets the wall again and again.)
+@pytest.mark.parametrize(("rtol", "within"), [(1e-7, 4e-3), (1e-8, 2e-4)])
 @pytest.mark.parametrize("case", [BOUNCING, RUBBING], ids=["bouncing", "rubbing"])
 def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(case: Case, rtol: float, within: float) -> None:
     """Against two neighbouring runs, over lift-offs or impacts on the wall."""

@@ -45,6 +45,7 @@ SHOWN = ("stick_slip_index", "stuck_fraction", "lift_off_fraction", "axial_min",
 UNSETTLED_SHARE = 1 / 4
 WILSON = 1.959963984540054  # standard deviations that hold 95 % of a normal distribution
 _PAIRS = 1 << 20  # compared at once
+_FAR = 1e6  # in place of a number that is missing
 _NEAREST = 16  # neighbours that are looked up first
 
 
@@ -77,7 +78,8 @@ def label(variables: Mapping[str, Array], speed: Array, gap: Array, tolerance: f
     found = np.zeros(variables["status"].shape, np.int32)
     vectors = scaled(variables, speed[:, None], gap[:, None])
     for i in range(len(found)):
-        ok = np.flatnonzero(variables["status"][i] == OK)
+        # A file that was changed by hand may lack features of a run that ended well.
+        ok = np.flatnonzero((variables["status"][i] == OK) & np.all(np.isfinite(vectors[i]), axis=-1))
         labels = {name: variables[name][i, ok] for name in _LABELS if name in variables}
         found[i, ok] = 1 + _groups(vectors[i, ok], variables["half_difference"][i, ok], labels, tolerance)
     return found
@@ -88,6 +90,7 @@ def places(variables: Mapping[str, Array], groups: Array, speed: Array, gap: Arr
     size of the bit position at the operating points."""
     speed, gap, axial = speed[:, None], gap[:, None], axial[:, None]
     vectors = np.concatenate([scaled(variables, speed, gap) * WEIGHTS, extent(variables, speed, gap, axial)], axis=-1)
+    vectors = np.nan_to_num(vectors, posinf=_FAR, neginf=-_FAR, nan=_FAR)
     kinds = _kinds(variables)
     found: list[tuple[Any, ...]] = []
     for i, group in enumerate(groups):

@@ -22,7 +22,8 @@ def stored_study(path: str | os.PathLike[str], attrs: Mapping[str, Any], coords:
     not that of the file's ``coords``."""
     if "study_resolved" not in attrs:
         raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
-    most = max(len(values) for values in coords.values())
+    own = ("start", "peak", "crossing", "state")
+    most = max(len(values) for name, values in coords.items() if name not in own)
     study = study_from_resolved(
         json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), overrides_of(attrs), most=most)
     plan = plan_of(study)

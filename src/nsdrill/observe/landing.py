@@ -58,7 +58,8 @@ def make_landing(
     now = before + of_contacts
     stage, start, slope, slope_start, drift = (
         rows.stage, rows.start, rows.acceleration, rows.start_acceleration, rows.drift)
-    parameter, stage_time, time, step, moves = rows.parameter, rows.stage_time, rows.time, rows.step, rows.moves
+    parameter, phase, stage_time = rows.parameter, rows.phase, rows.stage_time
+    time, step, moves = rows.time, rows.step, rows.moves
     size = scratch_size(rows, contacts)
     nodes, stages = np.array(pair.nodes), len(pair.matrix)
     rates, positions = np.zeros((stages, stages)), np.zeros((stages, stages))
@@ -110,6 +111,7 @@ def make_landing(
                     found += 2
         if found == 0 and h > 0.0:
             return
+        s[phase] = b[phase * W + i]
         for j in range(P):
             s[parameter + j] = b[(parameter + j) * W + i]
         for j in range(N):
