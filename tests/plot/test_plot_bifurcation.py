@@ -189,6 +189,7 @@ def test_severity_bands_are_those_in_force_in_the_file(speeds: Results) -> None:
 def test_edges() -> None:
     np.testing.assert_allclose(edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
     np.testing.assert_allclose(edges(np.array([3.0])), [2.85, 3.15])
+    np.testing.assert_allclose(edges(np.array([1.0, 4.0, 16.0, 64.0])), [0.5, 2.0, 8.0, 32.0, 128.0])
 
 
 def test_robust_limits_keep_all_but_the_wild() -> None:

@@ -37,9 +37,16 @@ def test_cells_have_the_colour_of_their_response(plane: Results) -> None:
 
 
 def test_cells_reach_half_way_to_unequal_neighbours(plane: Results) -> None:
-    corners = cells(panels(plot.draw(plane))[0]).get_coordinates()
+    """Depths of equal ratios are drawn on a logarithmic scale, and half way is meant on it; other depths to scale."""
+    axes = panels(plot.draw(plane))[0]
     depth = plane.coords["depth"]
-    np.testing.assert_allclose(corners[1:-1, 0, 1], 0.5 * (depth[1:] + depth[:-1]))
+    assert axes.get_yscale() == "log" and axes.get_xscale() == "linear"
+    np.testing.assert_allclose(cells(axes).get_coordinates()[1:-1, 0, 1], np.sqrt(depth[1:] * depth[:-1]))
+
+    depth[0] *= 0.9
+    axes = panels(plot.draw(plane))[0]
+    assert axes.get_yscale() == "linear"
+    np.testing.assert_allclose(cells(axes).get_coordinates()[1:-1, 0, 1], 0.5 * (depth[1:] + depth[:-1]))
 
 
 def test_depth_goes_down(plane: Results) -> None:

@@ -55,6 +55,12 @@ def start(study: Path, out: Path, *more: str) -> subprocess.Popen[bytes]:
     return subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True)
 
 
+def await_log(process: subprocess.Popen[bytes], out: Path) -> None:
+    """Wait until the run has begun to write, however long the machine takes to start it."""
+    while process.poll() is None and not part_path(out).exists():
+        time.sleep(0.02)
+
+
 def kill_all(process: subprocess.Popen[bytes]) -> None:
     """Kill the process and everything it started (a cluster's workers)."""
     os.killpg(process.pid, signal.SIGKILL)
@@ -89,6 +95,8 @@ def test_a_killed_sweep_ends_with_the_same_bits(
     kills, gained, before = 0, 0, 0
     while kills < (KILLS if not more else max(1, KILLS // 3)):
         process = start(study, out, "--resume", *more)
+        if kills % 3:  # a third of the kills may come before there is a log
+            await_log(process, out)
         time.sleep(rng.uniform(*moments))
         if process.poll() is not None:
             assert process.returncode == 0, process.stderr.read().decode() if process.stderr else ""

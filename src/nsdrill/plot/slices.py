@@ -91,9 +91,9 @@ def line(results: Results, axis: str, **held: int) -> Line:
 
 
 def is_logarithmic(values: Array) -> bool:
-    """Whether the values of an axis have equal ratios, three of them at least."""
+    """Whether the values of an axis have equal ratios, three ratios at least."""
     values = np.asarray(values, dtype=float)
-    if len(values) < 3 or values[0] <= 0.0 or not np.all(np.diff(values) > 0.0):
+    if len(values) < 4 or values[0] <= 0.0 or not np.all(np.diff(values) > 0.0):
         return False
     return bool(np.ptp(np.diff(np.log(values))) < 1e-6 * np.log(values[-1] / values[0]))
 
