@@ -44,8 +44,9 @@ def shrink(drawn: Path, picture: Path) -> None:
     image = Image.open(drawn).convert("RGB")
     height = round(image.height * WIDTH / image.width)
     small = image.resize((WIDTH, height), Image.Resampling.LANCZOS)
-    # Maximum coverage keeps the colours of responses that few points show.
-    small.quantize(96, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(picture, optimize=True)
+    # Maximum coverage keeps the colours of responses that few points show; k-means brings the colours of large areas
+    # back to what they are.
+    small.quantize(96, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(picture, optimize=True)
 
 
 def words(counts: dict[str, int]) -> str:
