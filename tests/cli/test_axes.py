@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 import nsdrill
+from nsdrill.plot import draw
 from nsdrill.plot.traces import title_of
-from nsdrill.store import read_trace
+from nsdrill.store import read_results, read_trace
 
 from .helpers import Call
 
@@ -64,3 +65,19 @@ def test_a_second_value_of_an_axis_is_refused(call: Call, rock: Path, words: lis
 def test_a_study_without_a_sweep_is_told_in_full(call: Call) -> None:
     Path("one.yaml").write_text("operation: {depth: 3000 m}\n")
     assert "\n1 point: every point from the same initial state.\n" in call("check", "one.yaml").out
+
+
+def test_pictures_name_what_is_held(tmp_path: Path) -> None:
+    head = (
+        "operation: {depth: 2000 m, wob: 20 kN, rotary_speed: 5 rad/s}\n"
+        "simulation: {transient: 0 s, observe: 0.1 s}\n")
+    axes = "{bit.rock_stiffness: [10 MN/m, 20 MN/m], initial.x: [1 mm, 2 mm], mud.drag: [0.5, 1, 2]}"
+    for name, study in {"one": head, "three": f"{head}sweep: {axes}\n"}.items():
+        nsdrill.run(nsdrill.parse_study(study), tmp_path / f"{name}.h5", workers=1)
+    one = draw(read_results(tmp_path / "one.h5"))
+    assert one.get_suptitle() == "2000 m, 20 kN, 5 rad/s"
+    three = read_results(tmp_path / "three.h5")
+    for kind in ("map", "window"):
+        titles = {axes.get_title() for axes in draw(three, kind=kind).axes}
+        named = ("bit rock stiffness 10 MN/m", "initial x 1 mm", "mud drag 0.5")
+        assert any(title.startswith(named) for title in titles)
