@@ -261,8 +261,6 @@ def option_text(option: object) -> str:
     parts = [option.help.rstrip(".") + "." if option.help else ""]
     if option.required:
         parts.append("Required.")
-    if option.multiple:
-        parts.append("May be given more than once.")
     if isinstance(option.default, str):
         parts.append(f"Default: `{option.default}`.")
     return " ".join(part for part in parts if part)

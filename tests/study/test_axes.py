@@ -7,13 +7,16 @@ import json
 import numpy as np
 import pytest
 
+from nsdrill.app.refinement import summary
 from nsdrill.app.run import run
 from nsdrill.errors import StudyError
 from nsdrill.model.leaves import further_axes
+from nsdrill.plot.labels import quantity
 from nsdrill.store import open_results, read_results
 from nsdrill.study import parse_study, study_from_resolved
 from nsdrill.study.keys import axis_leaves
 from nsdrill.study.written import study_text
+from nsdrill.units import CF, readable
 
 ROCK = """\
 sweep:
@@ -28,7 +31,7 @@ def test_every_number_of_the_string_is_an_axis() -> None:
     """By the same keys in the study and in the model, but for those of the operation."""
     further = {key for key, _ in further_axes().values()}
     assert further | {"depth", "wob", "rotary_speed"} == set(axis_leaves())
-    assert all(axis_leaves()[key].units == units.split(" or ")[0] for key, units in further_axes().values())
+    assert all(axis_leaves()[key].units == units for key, units in further_axes().values())
 
 
 def test_spacing_is_linear_or_logarithmic() -> None:
@@ -107,3 +110,36 @@ def test_a_study_without_a_sweep_is_one_operating_point() -> None:
     results = run(study)
     assert results["status"].shape == (1, 1, 1, 1)
     assert results.coords["depth"].tolist() == [3000.0]
+
+
+def test_every_further_axis_has_units_for_files_texts_and_pictures() -> None:
+    for name, (_, units) in further_axes().items():
+        assert units in CF
+        assert readable(2.0, units).startswith("2")
+        for system in ("si", "field"):
+            assert quantity(name, system).scale > 0.0
+
+
+def test_a_fault_of_an_axis_over_the_start_names_the_value_of_the_axis() -> None:
+    for axis, said in {
+        "initial.x: [0 mm, 3 m]": "initial.x: found 3 m at the greatest of sweep.initial.x",
+        "initial.y: [-3 m, 1 m]": "initial.y: found -3 m at the least of sweep.initial.y",
+    }.items():
+        with pytest.raises(StudyError, match=f"line 1: {said}"):
+            parse_study(f"sweep: {{{axis}}}")
+
+
+def test_borders_along_equal_ratios_are_known_to_the_widest_step() -> None:
+    study = parse_study("sweep: {bit.rock_stiffness: {from: 1 MN/m, to: 16 MN/m, points: 3, spacing: log}, refine: 1}")
+    assert summary(study, 3, 5)["border_spacing"]["bit.rock_stiffness"] == pytest.approx(8e6, rel=1e-12)
+    study = parse_study("sweep: {bit.rock_stiffness: {from: 1 MN/m, to: 9 MN/m, points: 3}, refine: 1}")
+    assert summary(study, 3, 5)["border_spacing"]["bit.rock_stiffness"] == 2e6
+
+
+def test_the_order_of_the_axes_is_no_part_of_a_study() -> None:
+    """Points have numbers, by which an interrupted run goes on: the same study has the same numbers."""
+    axes = ["initial.x: {from: 1 mm, to: 2 mm, points: 2}", "bit.rock_stiffness: {from: 1 MN/m, to: 2 MN/m, points: 2}"]
+    one, other = (parse_study(f"sweep: {{{', '.join(order)}, refine: 1}}") for order in (axes, axes[::-1]))
+    assert one.sha256 == other.sha256
+    assert list(one.axes) == list(other.axes)
+    assert (one.swept, one.refined, one.more) == (other.swept, other.refined, other.more)

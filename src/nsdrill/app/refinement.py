@@ -157,6 +157,10 @@ def outcomes_in(log: Sink) -> Array:
 
 
 def summary(study: Study, run: int, points: int) -> dict[str, Any]:
-    """Root attributes: how much was run, and to what spacing [SI] the borders between responses are known."""
-    spacing = {name: float(study.axes[name][1] - study.axes[name][0]) for name in study.refined}
+    """Root attributes: how much was run, and to what spacing [SI] the borders between responses are known: of an axis
+    with equal ratios the widest."""
+    spacing = {}
+    for name in study.refined:
+        steps = np.diff(study.axes[name])
+        spacing[name] = float(steps[-1 if "spacing" in study.resolved["sweep"][name] else 0])
     return {"refine": study.refine, "points_run": run, "points_inferred": points - run, "border_spacing": spacing}

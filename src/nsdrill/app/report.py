@@ -182,6 +182,7 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
     return {
         "kind": "trace",
         **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
+        **({"at": json.loads(trace.attrs["at"])} if "at" in trace.attrs else {}),
         "overrides": overrides(trace.attrs),
         **({"ramps": {n: {"time": times, "value": values} for n, (times, values) in ramps.items()}} if ramps else {}),
         "samples": len(trace.time),

@@ -106,7 +106,7 @@ def _sweep(study: Study, chains: int) -> str:
         way = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
         along = label_of(study.along.replace(".", "_"))
         how = f"the state carried {way} along the {along}, in {most}{_count(chains, 'chain')}"
-    return f"{', '.join(axes)}; {how}"
+    return "; ".join(filter(None, (", ".join(axes), how)))
 
 
 def _count(number: int, noun: str) -> str:

@@ -80,7 +80,7 @@ def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
     from nsdrill.units import QuantityError, to_si
 
     leaves = axis_leaves()
-    found: dict[str, float] = {}
+    found: dict[str, float] = {name: value for name, value in apart.items() if value is not None}
     for text in at:
         key, equals, value = (part.strip() for part in text.partition("="))
         if not equals or not value:
@@ -89,6 +89,8 @@ def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
         if key not in leaves:
             hint = did_you_mean(key, leaves)
             raise InputError(f"--at: found the key {key}; allowed: the key of an axis.{f' {hint}' if hint else ''}")
+        if key in found:
+            raise InputError(f"--at {key}: found a second value of {key}; allowed: each key once.")
         try:
             if key == "well.stiffness" and "^" in value:
                 found[key] = to_si(value, STIFFNESS["hertz"])
@@ -97,7 +99,7 @@ def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
         except (QuantityError, ValueError) as error:
             said = error if isinstance(error, QuantityError) else f"found {value!r}; allowed: {leaves[key].allowed()}."
             raise InputError(f"--at {key}: {said}") from error
-    return {**found, **{name: value for name, value in apart.items() if value is not None}}
+    return found
 
 
 start = click.option(

@@ -237,6 +237,9 @@ def _show_trace(file: str, s: dict[str, Any]) -> None:
             click.echo(f"  {label:14s} ramp: {knots_text(ramp['time'], ramp['value'], AXES[name][1])}")
         elif name in s:
             click.echo(f"  {label:14s} {value_text(name, s[name], field=True)}")
+    for key, value in s.get("at", {}).items():
+        name = key.replace(".", "_")
+        click.echo(f"  {label_of(name):14s} {value_text(name, value)}")
     if "procedure" in s:
         click.echo(f"  procedure      {s['procedure']}")
     click.echo(

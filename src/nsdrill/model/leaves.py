@@ -26,12 +26,12 @@ class Values:
 @lru_cache(maxsize=1)
 def further_axes() -> dict[str, tuple[str, str]]:
     """The numbers beside those of the operation that a sweep may vary: by the name of the dimension the dotted key and
-    the SI units."""
+    the SI units, those of the linear law where they depend on the law of the wall."""
     found: dict[str, tuple[str, str]] = {}
 
     def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
         if isinstance(value, float) or (value is None and "units" in meta):
-            found[key.replace(".", "_")] = (key, meta.get("units", ""))
+            found[key.replace(".", "_")] = (key, meta.get("units", "").split(" or ")[0])
 
     describe(Parameters(), visit)
     describe(Initial(), visit, "initial.")

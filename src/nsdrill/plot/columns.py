@@ -58,7 +58,7 @@ def frame(results: Results, units: str, panels: int, height: float) -> tuple[Fig
         column[-1].set_xlim(*(edges(one.x)[[0, -1]] / x.scale))
         draw_strip(column[0], one, x.scale, name_rows=number == 0)
         column[0].set_title(column_title(one, units), pad=3)
-    figure.suptitle(heading(results.attrs, operating_point(fixed_values(results) if results.swept else {}, units)),
+    figure.suptitle(heading(results.attrs, operating_point(fixed_values(results), units)),
                     parse_math=False)
     figure.align_ylabels(columns[0][1:])
     return figure, lines, columns

@@ -175,7 +175,7 @@ def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[lis
 def _panel_title(planes: Planes, row: int, column: int, units: str) -> str:
     words = []
     if len(planes.panel_values) > 1:
-        words.append(quantity(planes.panel, units).value(float(planes.panel_values[row])))
+        words.append(operating_point({planes.panel: planes.panel_values[row]}, units))
     if column >= len(planes.procedures):
         words.append("up and down compared")
     elif planes.procedures != ("same",):

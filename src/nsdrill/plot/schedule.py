@@ -21,7 +21,8 @@ def moving(trace: Trace) -> list[str]:
 
 
 def point_words(trace: Trace, units: str) -> str:
-    """The operating values in the order in which a driller says them: ``5000 m, 22.24 kN, 3 to 8 to 3 rad/s``."""
+    """The operating values in the order in which a driller says them: ``5000 m, 22.24 kN, 3 to 8 to 3 rad/s``; then
+    those of further axes."""
     names = moving(trace)
     parts = []
     for name in AXES:
@@ -35,6 +36,8 @@ def point_words(trace: Trace, units: str) -> str:
         q = quantity(name, units)
         words = [q.value(float(value)) for value in values]
         parts.append(" to ".join([*(word.removesuffix(f" {q.unit}") for word in words[:-1]), words[-1]]))
+    further = json.loads(str(trace.attrs.get("at") or "{}"))
+    parts.append(operating_point({key.replace(".", "_"): value for key, value in further.items()}, units))
     return ", ".join(part for part in parts if part)
 
 

@@ -73,7 +73,7 @@ def _frame(found: Classes, shown: list[int], units: str) -> tuple[Figure, list[A
         else:
             axes.set_yticks([])
         if found.third:
-            axes.set_title(quantity(found.third, units).value(float(found.values(found.third)[number])))
+            axes.set_title(operating_point({found.third: found.values(found.third)[number]}, units))
         panels.append(axes)
     spaced(panels[0], found.values(found.x), found.values(found.y) if found.y else None)
     panels[0].set_xlim(across[0], across[-1])

@@ -23,7 +23,7 @@ _LONGEST_LIST = 1000  # numbers in an array
 _LONGEST_TITLE = 500  # characters; the first versions had no limit
 _TEXT = (
     "title", "study", "study_source", "study_overrides", "study_resolved", "study_sha256", "classification",
-    "classification_resolved", "border_spacing", "ramps", "nsdrill_version", "model_digest", "created", "history",
+    "classification_resolved", "border_spacing", "ramps", "at", "nsdrill_version", "model_digest", "created", "history",
     "procedure", "status", "replay_of",
 )  # fmt: skip
 _NUMBERS = ("gap", *AXES, "transient", "observe", "rtol")
@@ -132,8 +132,8 @@ def _ramps(found: Any) -> bool:
     return True
 
 
-def _spacing(found: Any) -> bool:
-    return all(_is_axis(name) and _number(step) for name, step in found.items())
+def _numbers_of_axes(found: Any) -> bool:
+    return all(_is_axis(name) and _number(value) for name, value in found.items())
 
 
 def _is_axis(key: Any) -> bool:
@@ -146,5 +146,6 @@ _JSON: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "study_resolved": ("a study as JSON", _study),
     "classification_resolved": ("thresholds as JSON", _classify),
     "ramps": ("ramps as JSON", _ramps),
-    "border_spacing": ("a JSON object of numbers", _spacing),
+    "border_spacing": ("a JSON object of numbers", _numbers_of_axes),
+    "at": ("a JSON object of numbers", _numbers_of_axes),
 }

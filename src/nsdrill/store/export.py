@@ -12,6 +12,7 @@ import numpy as np
 from nsdrill.data import Array, Results
 from nsdrill.files import replacing
 from nsdrill.store import hdf5
+from nsdrill.units import CF
 from nsdrill.variables import BY_NAME, CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
 
 _ROOMS = ("run", "label", "feature", "trust")
@@ -32,7 +33,9 @@ def to_csv(
     chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].room in rooms]
     with replacing(path, overwrite=overwrite) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        heads = ["start" if name == "start" else _heading(name, COORDINATES[name][0]) for name in results.grid]
+        units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"start": ""}
+        units |= {axis.name: CF[axis.units] for axis in results.more}
+        heads = [_heading(name, units[name]) for name in results.grid]
         writer.writerow([*heads, *_headings(results, chosen)])
         words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
         for place in np.ndindex(*results.shape):

@@ -166,8 +166,10 @@ class Checker:
         else:
             key = next((key for key in keys if self._given(key)), keys[0])
             key = next((key for key in keys if self._axis(key)), key)
-            found = f"{self._text(key)}, with which the collar starts {format_quantity(radius, 'mm')} off the axis"
-            yield self.fault(key, found, allowed)
+            low, high = self._ends(key) if self._axis(key) else (0.0, 0.0)
+            text = self._text(key, int(key != "well.diameter" and (key not in keys[:2] or abs(high) >= abs(low))))
+            found = f"{text}, with which the collar starts {format_quantity(radius, 'mm')} off the axis"
+            yield self.fault(key, found, allowed, ("sweep", key) if self._axis(key) else None)
 
     def _starts(self) -> Iterator[Fault]:
         """An ensemble or a slice, not both, without carried state, and nothing given that it would not use."""

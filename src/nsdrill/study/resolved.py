@@ -33,9 +33,11 @@ def study_from_resolved(
         operation = build(Operation, resolved["operation"])
         sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
         leaves = axis_leaves()
-        swept = tuple(axis for axis in sweep if axis not in ("procedure", "along", "refine"))
-        if unknown := set(swept) - set(leaves):
+        if unknown := set(sweep) - {"procedure", "along", "refine", *leaves}:
             raise ValueError(f"sweep: found {', '.join(sorted(unknown))}, which are no axes")
+        # The order in which a file names its axes is no part of a study: points are numbered alike in every order.
+        swept = tuple(axis for axis in leaves if axis in sweep)
+        sweep = {axis: sweep[axis] for axis in swept} | sweep
         ramps = {name: Ramp(tuple(times), tuple(values)) for name, (times, values) in resolved.get("ramps", {}).items()}
         if unknown := set(ramps) - set(AXES):
             raise ValueError(f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(AXES)}")
