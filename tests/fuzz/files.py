@@ -47,6 +47,8 @@ STUDIES = {
     "map": f"sweep: {{{SPEEDS}, wob: [10 kN, 20 kN, 30 kN]}}\nrecord: {{peaks: 0}}",
     "refined": f"sweep: {{{SPEEDS}, wob: {{from: 10 kN, to: 50 kN, points: 3}}, refine: 1}}\nrecord: {{peaks: 0}}",
     "depths": f"sweep: {{{SPEEDS}, depth: [1 km, 2 km], wob: [10 kN, 20 kN]}}\nsimulation: {{verify: true}}",
+    "further": f"sweep: {{{SPEEDS}, well.friction.dynamic: [0.1, 0.2], bit.rock_stiffness: {{from: 10 MN/m, "
+               "to: 80 MN/m, points: 4, spacing: log}}",
     "ensemble": "sweep: {rotary_speed: [3 rad/s, 4 rad/s]}\ninitial: {ensemble: 6}\nrecord: {poincare: 4}",
     "slice": "sweep: {rotary_speed: [3 rad/s]}\ninitial: {slice: {x: {from: 0 mm, to: 9 mm, points: 3}, "
              "vx: {from: 0 m/s, to: 1 m/s, points: 4}}}",
@@ -159,7 +161,7 @@ def _json(file: Any, chance: random.Random) -> str:
 def _dataset(file: Any, chance: random.Random) -> str:
     name = chance.choice(list(file))
     old = file[name]
-    shape, kind = old.shape, old.dtype
+    shape, kind = old.shape if math.prod(old.shape or ()) < 10**6 else (3,), old.dtype  # it may be a giant by now
     change = chance.choice(("delete", "shape", "type", "group", "soft", "external", "virtual", "raw", "giant", "hard",
                             "empty", "new", "chunk"))
     if change != "new":

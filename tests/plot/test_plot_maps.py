@@ -40,7 +40,7 @@ def test_cells_reach_half_way_to_unequal_neighbours(plane: Results) -> None:
     """Depths of equal ratios are drawn on a logarithmic scale, and half way is meant on it; other depths to scale."""
     axes = panels(plot.draw(plane))[0]
     depth = plane.coords["depth"]
-    assert axes.get_yscale() == "log" and axes.get_xscale() == "linear"
+    assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "log")
     np.testing.assert_allclose(cells(axes).get_coordinates()[1:-1, 0, 1], np.sqrt(depth[1:] * depth[:-1]))
 
     depth[0] *= 0.9

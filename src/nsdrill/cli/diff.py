@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from nsdrill.cli import options
-from nsdrill.cli.show import in_words, value_text
+from nsdrill.cli.show import in_words, point_text
 
 MOST_CHANGES = 12
 
@@ -118,7 +118,7 @@ def _responses(responses: dict[str, Any], points: int, swept: list[str]) -> Iter
 
 
 def _where(point: dict[str, Any], swept: list[str]) -> str:
-    words = [value_text(name, point[name]) for name in swept if name not in ("procedure", "start")]
+    words = [point_text({name: point[name]}) for name in swept if name not in ("procedure", "start")]
     words += [f"start {point['start']}"] if "start" in swept else []
     words += [point["procedure"]] if "procedure" in swept else []
     return ", ".join(words) or "the point"

@@ -76,8 +76,8 @@ at = click.option(
 
 def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
     """The values of ``--at``, and those of the options for the operation where they were given, in SI by their keys."""
-    from nsdrill.study.keys import STIFFNESS, axis_leaves, did_you_mean
-    from nsdrill.units import QuantityError, to_si
+    from nsdrill.study.keys import axis_leaves, did_you_mean
+    from nsdrill.units import QuantityError
 
     leaves = axis_leaves()
     found: dict[str, float] = {name: value for name, value in apart.items() if value is not None}
@@ -92,10 +92,7 @@ def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
         if key in found:
             raise InputError(f"--at {key}: found a second value of {key}; allowed: each key once.")
         try:
-            if key == "well.stiffness" and "^" in value:
-                found[key] = to_si(value, STIFFNESS["hertz"])
-            else:
-                found[key] = float(leaves[key].read(value if leaves[key].kind == "quantity" else float(value)))
+            found[key] = float(leaves[key].read(value if leaves[key].kind == "quantity" else float(value)))
         except (QuantityError, ValueError) as error:
             said = error if isinstance(error, QuantityError) else f"found {value!r}; allowed: {leaves[key].allowed()}."
             raise InputError(f"--at {key}: {said}") from error

@@ -201,7 +201,7 @@ def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str]) -> None:
     click.echo(f"\nWhere up and down differ, along the {label_of(axis)}:")
     before = None
     for row in rows[:MOST_INTERVALS]:
-        here = ", ".join(f"start {row[name]}" if name == "start" else value_text(name, row[name]) for name in held)
+        here = ", ".join(f"start {row[name]}" if name == "start" else point_text({name: row[name]}) for name in held)
         if here and here != before:
             click.echo(f"  at {here}")
         before = here

@@ -82,7 +82,11 @@ def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None)
 
     at = {key.replace(".", "_"): value for key, value in (at or {}).items()}
     if unknown := set(at) - set(data.axes):
-        raise InputError(f"at: found {', '.join(sorted(unknown))}; allowed: {', '.join(data.axes)}.")
+        from nsdrill.model.leaves import further_axes
+
+        keys = {name: key for name, (key, _) in further_axes().items()}
+        found, allowed = (", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes))
+        raise InputError(f"--at: found {found}; allowed: {allowed}.")
     return ordered(data if start is None else one_start(data, start), at)
 
 

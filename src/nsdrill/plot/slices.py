@@ -11,8 +11,10 @@ import numpy as np
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.model.leaves import further_axes
 from nsdrill.observe.trust import verdict
 from nsdrill.plot.labels import quantity
+from nsdrill.variables import AXES
 
 
 def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
@@ -50,8 +52,9 @@ def _index_of(axis: str, values: Array, wanted: float) -> int:
     below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(ascending[0]),)
     if not ascending[0] - below <= wanted <= ascending[-1] + above:
         shown = quantity(axis)
+        option = axis if axis in AXES else f"--at {further_axes()[axis][0]}"
         raise InputError(
-            f"{axis}: found {shown.value(wanted)}; allowed: {shown.value(ascending[0])} to "
+            f"{option}: found {shown.value(wanted)}; allowed: {shown.value(ascending[0])} to "
             f"{shown.value(ascending[-1])}, as the sweep, of which the nearest value is drawn.")
     return int(np.argmin(np.abs(values - wanted)))
 

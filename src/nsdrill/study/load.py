@@ -244,6 +244,11 @@ def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any],
                 made[axis] = value
             else:
                 faults.append(fault)
+    if "well.stiffness" in made and resolved["well"]["law"] == "hertz":
+        # Its unit is another one, which a name of an axis does not tell.
+        place = document.place(("sweep", "well.stiffness"), of_key=True)
+        allowed = "it with law: linear; of Hertz's law run a study for each stiffness, with --set well.stiffness=..."
+        faults.append(Fault("sweep.well.stiffness", "an axis with law: hertz", allowed, place.line, place.column))
     ranges = given.get("initial", {}).get("slice", {})
     plane: dict[str, Any] = {}
     resolved["initial"]["slice"] = plane
@@ -280,7 +285,7 @@ def _ascending(document: Document, path: KeyPath, value: Any) -> tuple[Any, Faul
             return {"from": low, "to": high, "points": value["points"]}, None
         if low <= 0.0:
             place = document.place((*path, "spacing"))
-            found = f"log spacing from {low:g}"
+            found = f"log spacing from {low:g} in SI units" if low else "log spacing from 0"
             allowed = "linear, or values above 0"
             return None, Fault(f"{key}.spacing", found, allowed, place.line, place.column)
         return {"from": low, "to": high, "points": value["points"], "spacing": "log"}, None
