@@ -81,3 +81,16 @@ def test_pictures_name_what_is_held(tmp_path: Path) -> None:
         titles = {axes.get_title() for axes in draw(three, kind=kind).axes}
         named = ("bit rock stiffness 10 MN/m", "initial x 1 mm", "mud drag 0.5")
         assert any(title.startswith(named) for title in titles)
+
+
+def test_the_window_over_three_axes_has_rows_in_field_units(call: Call, tmp_path: Path) -> None:
+    text = """
+sweep: {rotary_speed: [5 rad/s, 6 rad/s], well.friction.dynamic: [0.1, 0.2], bit.rock_stiffness: [10 MN/m, 80 MN/m]}
+simulation: {transient: 0.1 s, observe: 0.1 s}
+"""
+    nsdrill.run(nsdrill.parse_study(text), tmp_path / "three.h5", workers=1)
+    rows = call("window", tmp_path / "three.h5", "--units", "field").out.splitlines()
+    [row] = [row for row in rows if row.startswith("57101 lbf/in")]
+    assert "100.0 %" in row
+    assert "57.3 rpm" in row or "47.75 rpm" in row
+    assert "well friction dynamic 0." in row

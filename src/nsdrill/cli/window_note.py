@@ -7,6 +7,7 @@ from typing import Any
 
 from nsdrill.analysis.window import unknown_words
 from nsdrill.model.leaves import further_axes, words_of
+from nsdrill.variables import AXES
 
 NAMES = {"depth": "depth", "wob": "weight on bit", "rotary_speed": "speed"}
 UNITS = {"si": {"depth": "m", "wob": "kN", "rotary_speed": "rad/s"},
@@ -175,7 +176,9 @@ def _brief(note: dict[str, Any], one: dict[str, Any], w: Writer) -> str:
     parts = []
     for axis in sorted(note["axes"], key=_order):
         down, up = (w.number(axis, best["margins"][axis][side]["margin"]) for side in SIDES)
-        parts.append(f"{w.number(axis, best[axis])} {w.units[axis]} (-{down} +{up})")
+        name = f"{name_of(axis)} " if axis not in AXES else ""
+        value = f"{name}{w.number(axis, best[axis])} {w.unit(axis)}".rstrip()
+        parts.append(f"{value} (-{down} +{up})")
     return ", ".join(parts)
 
 

@@ -215,7 +215,7 @@ def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], Kept]:
     for name in ("start", "peak", "crossing"):
         if name in file:
             coords[name] = hdf5.read_coordinate(path, file, name)
-            if not np.array_equal(coords[name], np.arange(len(coords[name]))):
+            if not len(coords[name]) or not np.array_equal(coords[name], np.arange(len(coords[name]))):
                 raise FileError(f"{path}: the coordinate {name} does not count from 0. {hdf5.EDITED}")
     coords |= {axis.name: hdf5.read_coordinate(path, file, axis.name) for axis in axes}
     order = (*POINT, *(axis.name for axis in axes), "start", "peak", "crossing", "state")
