@@ -15,7 +15,7 @@ from nsdrill.abi import BUFFER, Rows, compiled, inlined
 from nsdrill.kernel.gang import Compiled, Finished, Gang
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.exponent import GROWTH, REPORT, growth_header, make_growth, seed_deviation
-from nsdrill.observe.interpolant import bends_of_cubic, crossing, quintic, value
+from nsdrill.observe.interpolant import crossing, quintic, value
 
 # Three parameters after the two that every model has, the drive phase and speed.
 ROWS = Rows(12, 0, 5, len(GROWTH), 6)
@@ -24,8 +24,8 @@ UNSEEN = 1e100  # the size of a position: none of its errors counts
 
 @inlined
 def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
-    c0, c1 = bends_of_cubic(g0, d0, g1, d1)
-    return quintic(g0, d0, c0, g1, d1, c1)
+    rise = g1 - g0
+    return quintic(g0, d0, 6.0 * rise - 4.0 * d0 - 2.0 * d1, g1, d1, 2.0 * d0 + 4.0 * d1 - 6.0 * rise)
 
 
 @lru_cache

@@ -151,7 +151,7 @@ def compiled_parts(lanes: int, hertz: bool, lobes: int = 3, exponent: bool = Fal
 @lru_cache
 def make_watch(lanes: int, lobes: int) -> tuple[Any, Any]:
     """The compiled (observer, marker) that do both: features of the motion, growth of its deviation."""
-    observer, marker = make_observer(lanes, lobes, COMPANIONS)
+    observer, marker = make_observer(lanes, lobes, COMPANIONS, len(GROWTH))
     growth, growth_marker = make_growth(lanes, rows_for(True), len(OBSERVED), GROWTH_HEADER)
     columns = len(GROWTH_REPORT)
 
