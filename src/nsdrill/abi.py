@@ -232,23 +232,23 @@ class Rows:
     def observer(self) -> int:
         return self.time + 4
 
-    # The stepper's private rows, then the kernel's own; of these an observer may read `size`.
-    @property
-    def stepper(self) -> int:
-        return self.observer + self.observed
-
+    # The kernel's own rows, of which an observer may read `size` and the tolerance, then the stepper's private ones.
     @property
     def size(self) -> int:
         """The natural sizes of the states."""
-        return self.stepper + self.private
+        return self.observer + self.observed
 
     @property
     def control(self) -> int:
         return self.size + self.states
 
     @property
-    def total(self) -> int:
+    def stepper(self) -> int:
         return self.control + len(CONTROL)
+
+    @property
+    def total(self) -> int:
+        return self.stepper + self.private
 
 
 # The kernel's bookkeeping of a lane, one row each.

@@ -14,7 +14,7 @@ from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.observe.exponent import GROWTH, REPORT, growth_header, make_growth, seed_deviation
-from nsdrill.observe.interpolant import bends_of_cubic, crossing, quintic, value
+from nsdrill.observe.interpolant import crossing, quintic, value
 from nsdrill.scalar import in_lanes
 
 # Three states of first order and as many companions; three parameters.
@@ -23,8 +23,8 @@ ROWS = STEPPERS["tsitouras"].rows(Rows(6, 0, 3, len(GROWTH), 3, singles=3))
 
 @inlined
 def cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
-    c0, c1 = bends_of_cubic(g0, d0, g1, d1)
-    return quintic(g0, d0, c0, g1, d1, c1)
+    rise = g1 - g0
+    return quintic(g0, d0, 6.0 * rise - 4.0 * d0 - 2.0 * d1, g1, d1, 2.0 * d0 + 4.0 * d1 - 6.0 * rise)
 
 
 def lorenz(t, y, p):  # type: ignore[no-untyped-def]

@@ -28,9 +28,8 @@ class Sampled:
         angle = np.unwrap(np.arctan2(py, x))
         mean_speed = c.speed + (twist[-1] - twist[0]) / length
         whirl = (angle[-1] - angle[0]) / length
-        wall = f["radius"] > c.gap
-        on_wall_turn = integral(t, np.where(wall, omega, 0.0))
-        on_wall_slide = integral(t, np.where(wall, (x * vy - py * vx) / f["radius"], 0.0))
+        on_wall_turn = integral_above(t, f["radius"] - c.gap, omega)
+        on_wall_slide = integral_above(t, f["radius"] - c.gap, (x * vy - py * vx) / f["radius"])
         torque = -c.k_t * twist
         return {
             "bit_speed_min": lowest(omega), "bit_speed_max": -lowest(-omega), "bit_speed_mean": mean_speed,
@@ -75,6 +74,16 @@ def above(t: np.ndarray, v: np.ndarray) -> float:
         part = np.where((a > 0) & (b > 0), 1.0, np.where(
             (a <= 0) & (b <= 0), 0.0, np.maximum(a, b) / np.abs(a - b)))
     return float(np.sum(part * np.diff(t)))
+
+
+def integral_above(t: np.ndarray, level: np.ndarray, v: np.ndarray) -> float:
+    """Integral of v over the time with level > 0, both taken as linear between samples."""
+    a, b = level[:-1], level[1:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        cross = np.where((a > 0) != (b > 0), a / (a - b), 0.0)
+    begin, end = np.where(a > 0, 0.0, np.where(b > 0, cross, 1.0)), np.where(b > 0, 1.0, np.where(a > 0, cross, 1.0))
+    middle = 0.5 * (begin + end)
+    return float(np.sum(np.diff(t) * (end - begin) * (v[:-1] + middle * np.diff(v))))
 
 
 def vertex(v: np.ndarray, i: np.ndarray) -> np.ndarray:

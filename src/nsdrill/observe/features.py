@@ -16,28 +16,36 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from nsdrill.abi import BUFFER, CLOSES, OPENS, Rows, compiled, inlined
+from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, Rows, compiled, inlined
 from nsdrill.elementary import fma, lowest_bit
 from nsdrill.model.friction import coefficient
 from nsdrill.model.lobes import multiple_cosine, multiple_sine
 from nsdrill.model.rhs import AUX, PARAMETERS, STATES
-from nsdrill.observe.events import make_events
+from nsdrill.observe.events import keep, least_of, make_events, slide
 from nsdrill.observe.layout import (
     ANCHORS,
+    CLIMBED,
     ENDS,
     EXTREMES,
     HALF,
     HALF_REPORT,
     OBSERVED,
     PARTS,
+    PEAK,
+    PEAKING,
     PEAKS,
+    PROMINENCE,
     RETURNS,
     RINGS,
     RINGS_OF_PEAKS,
+    SLIDES,
     SPACING,
+    SPEED_TURNED,
     SUMS,
 )
 from nsdrill.observe.section import ENTRY, bit_angle_crossing, position_and_velocity
+
+SECOND = 32  # the bit of lane 0 in the second set of a number: there are no more lanes than that
 
 
 @inlined
@@ -54,16 +62,17 @@ def turns(before, now):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def least_of(g0, g1, d0, d1, h):  # type: ignore[no-untyped-def]
-    """An estimate, on the safe side, of the least value inside a step of a quantity with one turn there. (A least value
-    that is above the level matters to nobody and need not be located.)"""
-    return min(g0, g1) - h * max(abs(d0), abs(d1))
+def both_sets(bits):  # type: ignore[no-untyped-def]
+    """The two sets of lanes that share a number."""
+    lanes = (1 << SECOND) - 1
+    return bits & lanes, (bits >> SECOND) & lanes
 
 
 @lru_cache
-def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any, Any]:
-    """The compiled (observer, marker) for a number of lanes, of lobes and of companions of the states."""
-    rows = Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), len(OBSERVED), companions)
+def make_observer(lanes: int, lobes: int = 3, companions: int = 0, others: int = 0) -> tuple[Any, Any]:
+    """The compiled (observer, marker) for a number of lanes, of lobes, of companions of the states and of rows of other
+    observers."""
+    rows = Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), len(OBSERVED) + others, companions)
     W = lanes
     x0_, vx0_, y0_, vy0_, z0_, vz0_, twist0_, speed0_ = (W * (rows.start + i) for i in range(8))
     ax0_, ay0_, az0_, alpha0_ = (W * (rows.start_acceleration + i) for i in range(4))
@@ -79,10 +88,15 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
     eps_, tau_, rise_, mu_ = (parameter[n] for n in ("bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"))
     before_, now_, level_ = own["u_before"], own["u_now"], own["level"]
     rock_crossings_, stuck_crossings_, wall_crossings_, rock_grazes_, wall_grazes_ = (own[name] for name in PARTS)
-    parts_, parts_count = own[PARTS[0]], len(PARTS)
+    rolled_crossings_, turned_crossings_, rolled_grazes_, turned_grazes_ = (own[name] for name in SLIDES)
+    parts_, parts_count = own[PARTS[0]], len(PARTS) + len(SLIDES)
+    low_, growth_, floor_ = own["low_z"], own["margin_growth"], own["torque_floor"]
+    per_rtol_ = W * (rows.control + CONTROL.index("per_rtol"))
+    peak_width, to_high, to_margin = W * len(PEAK), W * PEAK.index("high"), W * PEAK.index("margin")
+    z_size_, speed_size_ = (W * (rows.size + STATES.index(name)) for name in ("z", "bit_speed"))
     time_, phase_ = W * rows.time, W * rows.phase
-    u0_, du0_, _, _, dT0_, r0_, dr0_ = (before_ + W * i for i in range(len(ENDS)))
-    u1_, du1_, ddu1_, T1_, dT1_, r1_, dr1_ = (now_ + W * i for i in range(len(ENDS)))
+    u0_, du0_, _, _, dT0_, r0_, dr0_, per_r0_ = (before_ + W * i for i in range(len(ENDS)))
+    u1_, du1_, ddu1_, T1_, dT1_, r1_, dr1_, per_r1_ = (now_ + W * i for i in range(len(ENDS)))
     z_min_, z_max_, speed_min_, speed_max_, twist_min_, twist_max_, u_max_, torque_max_, rho_max_ = (
         own[name] for name in EXTREMES)
     on_rock_, unstuck_, on_wall_, radius_, twist_sum_, lateral_, axial_, turns_, rolled_, turned_ = (
@@ -92,16 +106,16 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
     half_, half_count, ends_count = own[HALF[0]], len(HALF), len(ENDS)
     half_report = len(HALF_REPORT)
 
-    @compiled(types.void(BUFFER, BUFFER), W, lobes, companions)
+    @compiled(types.void(BUFFER, BUFFER), W, lobes, companions, others)
     def observer(b, store):  # type: ignore[no-untyped-def]
-        # One bit a lane: which quantities turn inside the step, which levels are crossed, whether the collar is on the
-        # wall or passes from one half plane to the other.
-        z_turns = speed_turns = twist_turns = u_turns = torque_tops = rho_turns = 0
-        rock = stuck = wall = touching = passing = returning = 0
+        # One bit a lane: which quantities turn inside the step, which levels are crossed, whether the collar stays on
+        # the wall or passes from one half plane to the other. Two such sets share a number, as each is one more sum
+        # that the registers must hold: the second has its bits above those of all lanes.
+        z_speed = twist_u = torque_rho = rock_stuck = wall_along = passing = returning = 0
 
-        # The quantities at the end of the step, and whether some lane is observed at all. With one division for two
-        # quotients, torsional and lateral.
-        seen = 0
+        # The quantities at the end of the step, the lanes that are observed, and those where the bit gets faster. With
+        # one division for two quotients, torsional and lateral.
+        seen_climbs = 0
         for i in range(W):
             omega, alpha = b[speed1_ + i], b[alpha1_ + i]
             c, s = b[cosine_ + i], b[sine_ + i]
@@ -127,9 +141,13 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             b[ddu1_ + i] = ddu
             b[T1_ + i] = force * arm
             b[dT1_ + i] = fma(dforce, arm, force * darm * alpha)
+            per_r = flat * inverse
             b[r1_ + i] = r
-            b[dr1_ + i] = fma(b[x1_ + i], b[vx1_ + i], b[y1_ + i] * b[vy1_ + i]) * (flat * inverse)
-            seen |= 1 if b[moves_ + i] * b[window_ + i] != 0.0 else 0
+            b[dr1_ + i] = fma(b[x1_ + i], b[vx1_ + i], b[y1_ + i] * b[vy1_ + i]) * per_r
+            b[per_r1_ + i] = per_r
+            seen_climbs |= (1 << i) if b[moves_ + i] * b[window_ + i] != 0.0 else 0
+            seen_climbs |= (1 << i + SECOND) if omega > b[speed0_ + i] else 0
+        seen, climbs = both_sets(seen_climbs)
 
         for i in range(W if seen != 0 else 0):
             h = b[h_ + i]
@@ -143,22 +161,22 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
 
             # What happens inside the step. The bit is no bit where the lane is not observed.
             bit = (1 << i) if b[moves_ + i] * b[window_ + i] != 0.0 else 0
-            z_turns |= bit if turns(b[vz0_ + i], b[vz1_ + i]) else 0
-            speed_turns |= bit if turns(b[alpha0_ + i], alpha) else 0
-            twist_turns |= bit if turns(b[speed0_ + i] - drive, omega - drive) else 0
-            low = u0 > 0.0 and least_of(u0, u, du0, du, h) < 0.0
-            u_turns |= bit if turns(du0, du) and (du0 > 0.0 or low) else 0
-            torque_tops |= bit if b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0 else 0
+            far = bit << SECOND
+            z_speed |= bit if turns(b[vz0_ + i], b[vz1_ + i]) else 0
+            z_speed |= far if turns(b[alpha0_ + i], alpha) else 0
+            twist_u |= bit if turns(b[speed0_ + i] - drive, omega - drive) else 0
+            twist_u |= far if turns(du0, du) else 0
+            torque_rho |= bit if b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0 else 0
             passing |= bit if (y0 < 0.0) != (y1 < 0.0) else 0
             level = b[gap_ + i] * b[gap_ + i]
             low = rho0 > level and least_of(rho0, rho1, 2.0 * outward0, 2.0 * outward1, h) < level
-            rho_turns |= bit if turns(outward0, outward1) and (outward0 > 0.0 or low) else 0
+            torque_rho |= far if turns(outward0, outward1) and (outward0 > 0.0 or low) else 0
             rock0, rock1 = u0 > 0.0, u > 0.0
             free0, free1 = b[speed0_ + i] > b[stuck_ + i], omega > b[stuck_ + i]
-            rock |= bit if rock0 != rock1 else 0
-            stuck |= bit if free0 != free1 else 0
-            wall |= bit if (rho0 > level) != (rho1 > level) else 0
-            touching |= bit if (rho0 > level) or (rho1 > level) else 0
+            rock_stuck |= bit if rock0 != rock1 else 0
+            rock_stuck |= far if free0 != free1 else 0
+            wall_along |= bit if (rho0 > level) != (rho1 > level) else 0
+            wall_along |= far if (rho0 > level) and (rho1 > level) else 0
 
             # Time on each side of a level: whole steps here, steps with a crossing below.
             shown = h if bit != 0 else 0.0
@@ -182,6 +200,12 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
                 4.0, fma(axm, axm, aym * aym), fma(ax0, ax0, fma(ay0, ay0, fma(ax1, ax1, ay1 * ay1))))
             b[axial_ + i] += sixth * fma(4.0 * azm, azm, fma(az0, az0, az1 * az1))
 
+        z_turns, speed_turns = both_sets(z_speed)
+        twist_turns, u_turns = both_sets(twist_u)
+        torque_tops, rho_turns = both_sets(torque_rho)
+        rock, stuck = both_sets(rock_stuck)
+        wall, along = both_sets(wall_along)
+
         if seen != 0 and store[RETURNS] > 0.0:
             for i in range(W):
                 angle = b[twist1_ + i] + fma(b[drive_ + i], b[time_ + i] + b[h_ + i], b[phase_ + i])
@@ -195,24 +219,34 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             cross = fma(b[x0_ + i], b[y1_ + i], -(b[y0_ + i] * b[x1_ + i]))
             b[turns_ + i] += 1.0 if cross > 0.0 else -1.0
 
-        if touching != 0:
+        if along != 0:
             for i in range(W):
-                shown = b[h_ + i] if (touching >> i) & 1 else 0.0
-                level = b[gap_ + i] * b[gap_ + i]
-                x0, y0, x1, y1 = b[x0_ + i], b[y0_ + i], b[x1_ + i], b[y1_ + i]
-                wall0, wall1 = fma(x0, x0, y0 * y0) > level, fma(x1, x1, y1 * y1) > level
-                weight0 = 0.5 * shown if wall0 else 0.0
-                weight1 = 0.5 * shown if wall1 else 0.0
-                r0, r1 = max(b[r0_ + i], 1e-30), max(b[r1_ + i], 1e-30)
-                both = 1.0 / (r0 * r1)
-                whirl0 = fma(x0, b[vy0_ + i], -(y0 * b[vx0_ + i])) * (r1 * both)
-                whirl1 = fma(x1, b[vy1_ + i], -(y1 * b[vx1_ + i])) * (r0 * both)
-                b[on_wall_ + i] += shown if (wall0 and wall1) else 0.0
-                b[rolled_ + i] += fma(weight0, whirl0, weight1 * whirl1)
-                b[turned_ + i] += fma(weight0, b[speed0_ + i], weight1 * b[speed1_ + i])
+                counts = (along >> i) & 1 != 0
+                h = b[h_ + i]
+                shown = h if counts else 0.0
+                whirl0, dwhirl0 = slide(
+                    b[x0_ + i], b[vx0_ + i], b[ax0_ + i], b[y0_ + i], b[vy0_ + i], b[ay0_ + i],
+                    b[per_r0_ + i], b[dr0_ + i])
+                whirl1, dwhirl1 = slide(
+                    b[x1_ + i], b[vx1_ + i], b[ax1_ + i], b[y1_ + i], b[vy1_ + i], b[ay1_ + i],
+                    b[per_r1_ + i], b[dr1_ + i])
+                turned = fma(b[drive_ + i], h, b[twist1_ + i] - b[twist0_ + i])
+                b[on_wall_ + i] += shown
+                b[rolled_ + i] += shown * fma(h * (1.0 / 12.0), dwhirl0 - dwhirl1, 0.5 * (whirl0 + whirl1))
+                b[turned_ + i] += turned if counts else 0.0
 
-        if (z_turns | speed_turns | twist_turns | u_turns | torque_tops | rho_turns | rock | stuck | wall) != 0:
-            attend(b, store, z_turns, speed_turns, twist_turns, u_turns, torque_tops, rho_turns, rock, stuck, wall)
+        # While the bit creeps, the steps are so long for its steep friction that the acceleration at their ends is more
+        # error than motion. So a peak of the bit speed may also show in the speeds at the ends alone.
+        climbed, turned = int(store[CLIMBED]), int(store[SPEED_TURNED])
+        changed = (climbs ^ climbed) & seen
+        store[CLIMBED], store[SPEED_TURNED] = climbed ^ changed, (turned & ~seen) | speed_turns
+        changed &= ~(turned | speed_turns)
+        highs, lows = changed & climbed, changed & ~climbed
+
+        happens = z_turns | speed_turns | changed | twist_turns | u_turns | torque_tops | rho_turns
+        if (happens | rock | stuck | wall) != 0:
+            attend(b, store, z_turns, speed_turns, highs, lows, twist_turns, u_turns, torque_tops, rho_turns,
+                   rock, stuck, wall)
 
         # Returns to the section: a lobe or a revolution, hence once in many steps.
         while returning != 0:
@@ -255,15 +289,16 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
                 b[before_ + k + i] = now if moves else before
 
     @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-              W, lobes, companions)
+              W, lobes, companions, others)
     def marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         settle(b, store)
         # The lane stands at the mark: its state is in the stage rows, and the quantities at the end of the step are
         # its.
         angle = half_plane_angle(b[x1_ + i], b[y1_ + i])
         rho = fma(b[x1_ + i], b[x1_ + i], b[y1_ + i] * b[y1_ + i])
-        returns = int(store[RETURNS])
-        width, width_of_section = RINGS_OF_PEAKS * (int(store[PEAKS]) + 1), 1 + ENTRY * returns if returns > 0 else 0
+        heights, sizes = (b[z1_ + i], b[speed1_ + i], 0.0), (b[z_size_ + i], b[speed_size_ + i], np.inf)
+        peaks, returns = int(store[PEAKS]), int(store[RETURNS])
+        width, width_of_section = RINGS_OF_PEAKS * (peaks + 1), 1 + ENTRY * returns if returns > 0 else 0
         rings = RINGS + i * width
         section = RINGS + W * width + i * width_of_section
         if mark == OPENS:
@@ -273,6 +308,13 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
                 store[section + k] = 0.0
             turned = b[twist1_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i])
             b[level_ + i] = (np.floor(turned / store[SPACING]) + 1.0) * store[SPACING]
+            store[SPEED_TURNED] = int(store[SPEED_TURNED]) | (1 << i)  # there is no step before the first
+            tolerances = PROMINENCE / b[per_rtol_ + i]
+            b[growth_ + i] = tolerances
+            for k in range(len(PEAKING)):
+                b[low_ + k * peak_width + i] = heights[k]
+                b[low_ + k * peak_width + to_high + i] = -np.inf
+                b[low_ + k * peak_width + to_margin + i] = tolerances * sizes[k]
         else:
             b[z_min_ + i] = min(b[z_min_ + i], b[z1_ + i])
             b[z_max_ + i] = max(b[z_max_ + i], b[z1_ + i])
@@ -286,15 +328,22 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
             b[on_rock_ + i] += b[rock_crossings_ + i] + b[rock_grazes_ + i]
             b[unstuck_ + i] += b[stuck_crossings_ + i]
             b[on_wall_ + i] += b[wall_crossings_ + i] + b[wall_grazes_ + i]
+            b[rolled_ + i] += b[rolled_crossings_ + i] + b[rolled_grazes_ + i]
+            b[turned_ + i] += b[turned_crossings_ + i] + b[turned_grazes_ + i]
             first = column if mark != CLOSES else column + half_report
             for k in range(half_count):
                 report[first + k] = b[half_ + k * W + i]
             report[first + half_count] = b[twist1_ + i]
             report[first + half_count + 1] = angle
             if mark == CLOSES:
+                # What may become a peak is one if the quantity has fallen from it far enough by now.
+                for k in range(len(PEAKING) - 1 if peaks > 0 else 0):
+                    row = low_ + k * peak_width + i
+                    if b[row + to_high] - heights[k] > fma(b[growth_ + i], abs(heights[k]), b[row + to_margin]):
+                        keep(store, rings + k * (peaks + 1), peaks, b[row + to_high])
                 for k in range(width):
                     report[column + 2 * half_report + k] = store[rings + k]
-                for k in range(width - int(store[PEAKS]), width):  # of the radius the ring has squares
+                for k in range(width - peaks, width):  # of the radius the ring has squares
                     report[column + 2 * half_report + k] = np.sqrt(max(store[rings + k], 0.0))
                 for k in range(width_of_section):
                     report[column + 2 * half_report + width + k] = store[section + k]
@@ -310,6 +359,7 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0) -> tuple[Any,
         b[twist_max_ + i] = b[twist1_ + i]
         b[u_max_ + i] = b[u1_ + i]
         b[torque_max_ + i] = b[T1_ + i]
+        b[floor_ + i] = b[T1_ + i]
         b[rho_max_ + i] = rho
         b[twist_start_ + i] = b[twist1_ + i]
         b[angle_start_ + i] = angle

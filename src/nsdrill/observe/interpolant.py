@@ -25,14 +25,6 @@ def quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def bends_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
-    """Second derivatives times step squared, at both ends, of the cubic with these values and slopes: with them the
-    quintic is that cubic."""
-    rise = g1 - g0
-    return 6.0 * rise - 4.0 * d0 - 2.0 * d1, 2.0 * d0 + 4.0 * d1 - 6.0 * rise
-
-
-@inlined
 def derivative(p1, p2, p3, p4, p5):  # type: ignore[no-untyped-def]
     """Coefficients of the derivative by theta of p0 + p1 theta + ..., the last zero."""
     return p1, 2.0 * p2, 3.0 * p3, 4.0 * p4, 5.0 * p5, 0.0
@@ -114,8 +106,9 @@ def zero_of_parabola(near, steep, far):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def share_above(p0, p1, p2, p3, p4, p5, end_slope, level):  # type: ignore[no-untyped-def]
-    """Fraction of the step that the polynomial spends above ``level``, with at most one extreme inside the step.
+def divide(p0, p1, p2, p3, p4, p5, end_slope, level):  # type: ignore[no-untyped-def]
+    """Where the polynomial crosses ``level``, with at most one extreme inside the step: two places (0 to 1), and
+    whether it is above the level up to the first of them, from there to the second, and from there on.
 
     The extreme, or else the end, divides the step into two parts with at most one crossing each. The guess is the zero
     of the parabola about the extreme or, without one, about the flatter end: from a line, Newton's method would be long
@@ -133,7 +126,32 @@ def share_above(p0, p1, p2, p3, p4, p5, end_slope, level):  # type: ignore[no-un
     second = root(p0, p1, p2, p3, p4, p5, fma(1.0 - turn, zero_of_parabola(top, 0.0, end), turn), turn, 1.0)
     first = first if above_start != above_top else turn
     second = second if above_top != above_end else 1.0
-    # Up to the first crossing it is on the side where it starts, from there to the second on that of the extreme.
-    total = first if above_start else 0.0
-    total += second - first if above_top else 0.0
-    return total + (1.0 - second if above_end else 0.0)
+    return first, second, above_start, above_top, above_end
+
+
+@inlined
+def above(at_first, at_second, at_end, above_start, above_top, above_end):  # type: ignore[no-untyped-def]
+    """What gathers above the level in a step that :func:`divide` has divided, from what gathers in all up to the first
+    place, up to the second and up to the end. Of theta itself it is the fraction of the step."""
+    total = at_first if above_start else 0.0
+    total += at_second - at_first if above_top else 0.0
+    return total + (at_end - at_second if above_end else 0.0)
+
+
+@inlined
+def integral_of_cubic(g0, d0, g1, d1, theta):  # type: ignore[no-untyped-def]
+    """From 0 to theta, of the cubic with these values and slopes by theta at 0 and 1."""
+    rise = g1 - g0
+    p2 = fma(3.0, rise, -fma(2.0, d0, d1))
+    p3 = fma(-2.0, rise, d0 + d1)
+    return theta * fma(theta, fma(theta, fma(theta, 0.25 * p3, p2 * (1.0 / 3.0)), 0.5 * d0), g0)
+
+
+@inlined
+def top_of_cubic(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
+    """Where the cubic with these values and slopes is greatest that rises at 0 and falls at 1; else in the middle."""
+    rise = g1 - g0
+    p2 = fma(3.0, rise, -fma(2.0, d0, d1))
+    p3 = fma(-2.0, rise, d0 + d1)
+    theta = d0 / (np.sqrt(max(fma(p2, p2, -3.0 * p3 * d0), 0.0)) - p2)
+    return theta if theta > 0.0 and theta < 1.0 else 0.5

@@ -47,6 +47,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 OUTBOX_FLOATS = 1 << 23  # 64 MB: with many returns to the section fewer runs wait in a gang
 FEWEST_SLOTS = 256
 LANDING = len(OBSERVED) + len(GROWTH)  # the place of its rows among the observer's
+OTHERS = len(GROWTH) + landing_rows(len(CONTACTS))  # rows of what follows the deviation
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ class Work:
 
 def rows_for(exponent: bool, pair: str) -> Rows:
     """The lane buffer of a sweep, with the companions and the rows for the Lyapunov exponent or without."""
-    companions, more = (COMPANIONS, len(GROWTH) + landing_rows(len(CONTACTS))) if exponent else (0, 0)
+    companions, more = (COMPANIONS, OTHERS) if exponent else (0, 0)
     rows = Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), len(OBSERVED) + more, companions)
     return STEPPERS[pair].rows(rows)
 
@@ -172,7 +173,7 @@ def make_watch(lanes: int, hertz: bool, lobes: int, pair: str) -> tuple[Any, Any
     and growth of its deviation."""
     rows, stepper = rows_for(True, pair), STEPPERS[pair]
     variant = (hertz, lobes, list(STEPPERS).index(pair))
-    observer, marker = make_observer(lanes, lobes, COMPANIONS)
+    observer, marker = make_observer(lanes, lobes, COMPANIONS, OTHERS)
     contacts = make_contacts(lanes, lobes, LANDING + RATES * len(CONTACTS))
     tangent = make_tangent(1, hertz, lobes, LANDING)
     landing = make_landing(lanes, rows, stepper.tableau, LANDING, contacts, tangent, len(CONTACTS), variant)
