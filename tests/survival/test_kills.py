@@ -17,7 +17,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nsdrill.store import part_path, read_results
+from nsdrill.errors import FileError
+from nsdrill.store import RunLog, part_path, read_results
 
 KILLS = int(os.environ.get("NSDRILL_KILLS", "6"))
 SEED = int(os.environ.get("NSDRILL_SEED", "1"))
@@ -55,10 +56,19 @@ def start(study: Path, out: Path, *more: str) -> subprocess.Popen[bytes]:
     return subprocess.Popen(command, stderr=subprocess.PIPE, start_new_session=True)
 
 
-def await_log(process: subprocess.Popen[bytes], out: Path) -> None:
-    """Wait until the run has begun to write, however long the machine takes to start it."""
-    while process.poll() is None and not part_path(out).exists():
-        time.sleep(0.02)
+def points_in(log_path: Path) -> int:
+    """How many points the log of a run, dead or alive, holds."""
+    try:
+        with RunLog.open(log_path, writable=False) as log:
+            return int(log.done().sum())
+    except FileError:  # not there yet
+        return 0
+
+
+def await_points(process: subprocess.Popen[bytes], out: Path, before: int) -> None:
+    """Wait until the run has more points than ``before``, however long the machine takes to start it."""
+    while process.poll() is None and points_in(part_path(out)) <= before:
+        time.sleep(0.1)
 
 
 def kill_all(process: subprocess.Popen[bytes]) -> None:
@@ -95,8 +105,8 @@ def test_a_killed_sweep_ends_with_the_same_bits(
     kills, gained, before = 0, 0, 0
     while kills < (KILLS if not more else max(1, KILLS // 3)):
         process = start(study, out, "--resume", *more)
-        if kills % 3:  # a third of the kills may come before there is a log
-            await_log(process, out)
+        if kills % 3:  # a third of the kills may come before there is a point
+            await_points(process, out, before)
         time.sleep(rng.uniform(*moments))
         if process.poll() is not None:
             assert process.returncode == 0, process.stderr.read().decode() if process.stderr else ""
@@ -105,12 +115,8 @@ def test_a_killed_sweep_ends_with_the_same_bits(
             continue
         kill_all(process)
         kills += 1
-        part = part_path(out)
-        if part.exists():
-            from nsdrill.store import RunLog
-
-            with RunLog.open(part) as log:
-                done = int(log.done().sum())
+        if part_path(out).exists():
+            done = points_in(part_path(out))
             assert done >= before, "points that were safe are gone"
             gained += done - before
             before = done
