@@ -29,6 +29,11 @@ NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR = range(5)
 UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(6)
 
 
+def dimension_of(key: str) -> str:
+    """The name of the dimension of an axis by its dotted key."""
+    return key.replace(".", "_")
+
+
 @dataclass(frozen=True)
 class Axis:
     """A number of the study that a sweep varies: its dotted ``key`` as the study has it, the SI ``units`` of its values
@@ -41,7 +46,7 @@ class Axis:
     @property
     def name(self) -> str:
         """Its name as a dimension."""
-        return self.key.replace(".", "_")
+        return dimension_of(self.key)
 
 
 @dataclass(frozen=True)

@@ -93,8 +93,7 @@ def make_bases(folder: Path) -> None:
             elif about.flag_masks or about.flag_values:
                 records[variable] = chance.integers(0, 1 + max(about.flag_masks or about.flag_values or (1,)), shape)
         records["status"] = np.where(chance.random(plan.points) < 0.1, chance.integers(1, 5, plan.points), 1)
-        axes = {key.replace(".", "_"): values for key, values in plan.axes.items()}
-        coords: dict[str, Any] = {"procedure": list(plan.procedures), **axes}
+        coords: dict[str, Any] = {"procedure": list(plan.procedures), **plan.dimensions}
         if study.initial.starts:
             coords["start"] = list(range(study.initial.starts))
             records["attractor"] = chance.integers(0, 3, plan.points)

@@ -14,7 +14,7 @@ import numpy as np
 
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
-from nsdrill.variables import BY_NAME
+from nsdrill.variables import BY_NAME, dimension_of
 
 
 @dataclass(frozen=True)
@@ -76,8 +76,8 @@ def carried_axis(results: Results) -> str | None:
         along = json.loads(results.attrs["study_resolved"])["sweep"]["along"]
     except (KeyError, TypeError, ValueError):
         along = None
-    if isinstance(along, str) and along.replace(".", "_") in results.axes:
-        return along.replace(".", "_")
+    if isinstance(along, str) and dimension_of(along) in results.axes:
+        return dimension_of(along)
     return results.swept[0] if len(results.swept) == 1 else None
 
 

@@ -84,8 +84,7 @@ class Report:
 
 def check(study: Study) -> Report:
     """Coefficients and figures at the operating point of ``study``, for a ramp that at its start, and warnings over its
-    whole sweep and its ramps. ``points`` and ``chains`` are 0 where a ramp stands
-    in place of a sweep."""
+    whole sweep and its ramps. ``points`` and ``chains`` are 0 where a ramp stands in place of a sweep."""
     plan = plan_of(study)
     operation = study.operation
     if "depth" in study.swept and not operation.depth > study.parameters.drillstring.collar.length:

@@ -203,8 +203,8 @@ def processors() -> int:
 
 
 def _header(study: Study) -> dict[str, Any]:
-    axes = {key.replace(".", "_"): values for key, values in study.axes.items()}
-    coords = {"procedure": list(plan_of(study).procedures), **axes}
+    plan = plan_of(study)
+    coords: dict[str, Any] = {"procedure": list(plan.procedures), **plan.dimensions}
     if study.initial.starts:
         coords["start"] = list(range(study.initial.starts))
     return {"coords": coords, "attrs": provenance(study, "run")}

@@ -28,7 +28,6 @@ def stored_study(path: str | os.PathLike[str], attrs: Mapping[str, Any], coords:
         json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), overrides_of(attrs), most=most)
     plan = plan_of(study)
     same = tuple(coords["procedure"]) == plan.procedures and plan.starts == len(coords.get("start", ()))
-    axes = {key.replace(".", "_"): values for key, values in plan.axes.items()}
-    if not same or not all(np.array_equal(values, coords.get(name, ())) for name, values in axes.items()):
+    if not same or not all(np.array_equal(values, coords.get(name, ())) for name, values in plan.dimensions.items()):
         raise FileError(f"{path}: the study in the file is not that of its points. Make the file again.")
     return study

@@ -85,11 +85,12 @@ def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
 def _sweep(study: Study, chains: int) -> str:
     """The sweep in words."""
     from nsdrill.app.check import coarse_length
+    from nsdrill.variables import dimension_of
 
     axes = []
     for name in study.swept:
-        label = label_of(name.replace(".", "_"))
-        first, last = (value_text(name.replace(".", "_"), float(study.axes[name][i])) for i in (0, -1))
+        label = label_of(dimension_of(name))
+        first, last = (value_text(dimension_of(name), float(study.axes[name][i])) for i in (0, -1))
         count = len(study.axes[name])
         values = f"{count} values"
         if name in study.refined:
@@ -104,7 +105,7 @@ def _sweep(study: Study, chains: int) -> str:
         how = "every point from the same initial state"
     else:
         way = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
-        along = label_of(study.along.replace(".", "_"))
+        along = label_of(dimension_of(study.along))
         how = f"the state carried {way} along the {along}, in {most}{_count(chains, 'chain')}"
     return "; ".join(filter(None, (", ".join(axes), how)))
 

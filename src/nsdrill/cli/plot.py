@@ -90,10 +90,11 @@ def _say_nearest(data: Results, chosen: dict[str, float]) -> None:
     import numpy as np
 
     from nsdrill.cli.show import point_text
+    from nsdrill.variables import dimension_of
 
     drawn = {}
     for key, value in chosen.items():
-        name = key.replace(".", "_")
+        name = dimension_of(key)
         values = np.asarray(data.coords.get(name, [value]), dtype=float)
         nearest = float(values[np.argmin(np.abs(values - value))])
         if abs(nearest - value) > 1e-3 * abs(value):

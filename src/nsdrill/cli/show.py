@@ -228,6 +228,8 @@ def _show_ranges(ranges: dict[str, Any]) -> None:
 
 
 def _show_trace(file: str, s: dict[str, Any]) -> None:
+    from nsdrill.variables import dimension_of
+
     click.echo(printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip()))
     click.echo(f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}")
     _show_overrides(s["overrides"])
@@ -238,7 +240,7 @@ def _show_trace(file: str, s: dict[str, Any]) -> None:
         elif name in s:
             click.echo(f"  {label:14s} {value_text(name, s[name], field=True)}")
     for key, value in s.get("at", {}).items():
-        name = key.replace(".", "_")
+        name = dimension_of(key)
         click.echo(f"  {label_of(name):14s} {value_text(name, value)}")
     if "procedure" in s:
         click.echo(f"  procedure      {s['procedure']}")

@@ -9,6 +9,7 @@ from functools import lru_cache
 from typing import Any
 
 from nsdrill.model.parameters import Initial, Parameters, describe
+from nsdrill.variables import dimension_of
 
 OPERATION = ("depth", "wob", "rotary_speed")  # axes by their short keys
 
@@ -31,7 +32,7 @@ def further_axes() -> dict[str, tuple[str, str]]:
 
     def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
         if isinstance(value, float) or (value is None and "units" in meta):
-            found[key.replace(".", "_")] = (key, meta.get("units", "").split(" or ")[0])
+            found[dimension_of(key)] = (key, meta.get("units", "").split(" or ")[0])
 
     describe(Parameters(), visit)
     describe(Initial(), visit, "initial.")

@@ -79,8 +79,9 @@ def needed(
 def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None) -> Results:
     """A sweep with every axis ascending, cut at the values ``at`` of some (SI), and at one of its starts."""
     from nsdrill.plot.slices import one_start, ordered
+    from nsdrill.variables import dimension_of
 
-    at = {key.replace(".", "_"): value for key, value in (at or {}).items()}
+    at = {dimension_of(key): value for key, value in (at or {}).items()}
     if unknown := set(at) - set(data.axes):
         from nsdrill.model.leaves import further_axes
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from nsdrill.data import Trace
 from nsdrill.plot.labels import operating_point, quantity
-from nsdrill.variables import AXES, SCHEDULED
+from nsdrill.variables import AXES, SCHEDULED, dimension_of
 
 ORDER = ("rotary_speed", "wob", "depth")  # what a driller moves first
 MOST_VALUES = 4  # of a ramp told one by one
@@ -37,7 +37,7 @@ def point_words(trace: Trace, units: str) -> str:
         words = [q.value(float(value)) for value in values]
         parts.append(" to ".join([*(word.removesuffix(f" {q.unit}") for word in words[:-1]), words[-1]]))
     further = json.loads(str(trace.attrs.get("at") or "{}"))
-    parts.append(operating_point({key.replace(".", "_"): value for key, value in further.items()}, units))
+    parts.append(operating_point({dimension_of(key): value for key, value in further.items()}, units))
     return ", ".join(part for part in parts if part)
 
 

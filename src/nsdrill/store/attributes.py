@@ -16,7 +16,7 @@ from nsdrill.model.leaves import further_axes
 from nsdrill.model.parameters import Operation
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.variables import AXES, STATE_NAMES
+from nsdrill.variables import AXES, STATE_NAMES, dimension_of
 
 _CONTROL = dict.fromkeys([*range(9), 11, 12, *range(14, 32), *range(127, 160)])  # all but tab and the ends of lines
 _LONGEST_LIST = 1000  # numbers in an array
@@ -137,7 +137,7 @@ def _numbers_of_axes(found: Any) -> bool:
 
 
 def _is_axis(key: Any) -> bool:
-    return isinstance(key, str) and (key in AXES or further_axes().get(key.replace(".", "_"), ("",))[0] == key)
+    return isinstance(key, str) and (key in AXES or further_axes().get(dimension_of(key), ("",))[0] == key)
 
 
 _JSON: dict[str, tuple[str, Callable[[Any], bool]]] = {

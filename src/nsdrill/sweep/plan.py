@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.variables import dimension_of
+
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
@@ -37,6 +39,11 @@ class Plan:
     @property
     def procedures(self) -> tuple[str, ...]:
         return ("up", "down") if self.procedure == "up-down" else (self.procedure,)
+
+    @property
+    def dimensions(self) -> dict[str, Array]:
+        """The values of each axis by the name of its dimension."""
+        return {dimension_of(key): values for key, values in self.axes.items()}
 
     @property
     def shape(self) -> tuple[int, ...]:
