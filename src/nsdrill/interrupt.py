@@ -87,8 +87,9 @@ def settling() -> Iterator[None]:
 
 
 def listen() -> None:
-    """Hear signals from now on. A SIGHUP that is ignored (nohup) stays ignored; a SIGINT does not: a shell starts
-    background jobs deaf to it, and a `kill -INT` is meant all the same. Does nothing outside of the main thread."""
+    """Hear signals from now on. A SIGHUP that is ignored (nohup) stays ignored. The others do not: a shell starts
+    background jobs deaf to SIGINT, and a supervisor deaf to SIGTERM makes its children so, but a signal that is sent
+    to this process is meant. Does nothing outside of the main thread."""
     if _state.pipe is not None or threading.current_thread() is not threading.main_thread():
         return
     reader, writer = map(_above_the_standard_streams, os.pipe())
@@ -99,7 +100,7 @@ def listen() -> None:
     signal.set_wakeup_fd(writer, warn_on_full_buffer=False)
     threading.Thread(target=_wait, args=(reader,), daemon=True).start()
     for number in SIGNALS:
-        if number == signal.SIGINT or signal.getsignal(number) is not signal.SIG_IGN:
+        if number != getattr(signal, "SIGHUP", None) or signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, lambda number, frame: None)
             signal.siginterrupt(number, False)  # libraries go on as if nothing was, until the thread has its turn
 

@@ -34,6 +34,18 @@ def named(part: str) -> Callable[[Path], bool]:
     return lambda folder: any(part in name for name in os.listdir(folder))
 
 
+def await_heard(process: subprocess.Popen[str]) -> None:
+    """Wait until the process has its own answer to SIGTERM; nsdrill is being imported by then."""
+    if not Path("/proc/self/status").exists():
+        time.sleep(1.0)
+        return
+    while process.poll() is None:
+        caught = next(line for line in Path(f"/proc/{process.pid}/status").read_text().splitlines() if "SigCgt" in line)
+        if int(caught.split()[1], 16) >> (signal.SIGTERM - 1) & 1:
+            return
+        time.sleep(0.002)
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("signals")
@@ -56,7 +68,7 @@ def test_a_signal_ends_the_run_in_one_sentence(
 ) -> None:
     (folder / "out.h5").unlink(missing_ok=True)
     process = start(folder, "out.h5")
-    time.sleep(0.2)  # Python itself is up by then, nsdrill is being imported
+    await_heard(process)
     while not moment(folder):
         assert process.poll() is None, "the run ended before the moment came"
         time.sleep(0.002)
@@ -75,8 +87,9 @@ def test_a_signal_ends_the_run_in_one_sentence(
 @pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")
 def test_no_word_of_dask_where_a_cluster_that_starts_is_interrupted(folder: Path) -> None:
     """A terminal sends Ctrl-C to the workers as well."""
-    process = start(folder, "dask.h5", "--engine", "dask", "--workers", "2")
-    time.sleep(2.5)
+    process = start(folder, "dask.h5", "--engine", "dask", "--workers", "2", "--set", "simulation.transient=500s")
+    await_heard(process)
+    time.sleep(1.5)
     os.killpg(process.pid, signal.SIGINT)
     said = process.communicate()[1]
     assert process.returncode == 130, said
@@ -117,6 +130,9 @@ ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda
                      "sys.exit(3)", 3, "", id="not while the interpreter ends"),
         pytest.param("signal.signal(signal.SIGHUP, signal.SIG_IGN); interrupt.listen()\n"
                      "ask(signal.SIGHUP); time.sleep(0.5); sys.exit(0)", 0, "", id="not under nohup"),
+        pytest.param("signal.signal(signal.SIGTERM, signal.SIG_IGN); interrupt.listen()\n"
+                     "ask(signal.SIGTERM); time.sleep(20)", 130, "Interrupted; nothing was written.\n",
+                     id="also as the child of one that is deaf to it"),
         pytest.param("import nsdrill; nsdrill.run, nsdrill.load_study\n"
                      "sys.exit(signal.getsignal(signal.SIGINT) is not signal.default_int_handler)", 0, "",
                      id="nothing from Python"),
