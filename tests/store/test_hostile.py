@@ -276,6 +276,7 @@ def test_the_child_process_reads_no_other_file(path):
         ("title", 5, "title should be text"),
         ("history", np.zeros(3), "history should be text"),
         ("h5py_version", h5py.Empty("f8"), "h5py_version should be text"),
+        ("axes", True, "axes should be text"),
         ("gap", "wide", "gap should be a finite number"),
         ("gap", np.inf, "gap should be a finite number"),
         ("refine", 1.5, "refine should be a whole number"),

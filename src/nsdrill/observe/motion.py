@@ -21,6 +21,7 @@ from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC
 Array = np.ndarray[Any, np.dtype[Any]]
 REPEATS = 3  # so often must a period be seen
 STANDS_OUT = 0.2  # scatter of what is the same, in parts of that of all returns, below which a longer period is one
+LASTS = 0.9  # spread of the returns in the last third to that in the first, or the other way round, of a longer period
 LEAST_RETURNS = 1000  # for the 0-1 test: 200 tell neither a rattling collar nor a slow decay
 FREQUENCIES = 64  # of the 0-1 test
 
@@ -43,8 +44,8 @@ def period(returns: Array, sizes: Array, t: Motion) -> Array:
 
     ``returns`` has shape (points, returns, 8), oldest first and NaN where there are none, ``sizes`` (points, 8) is the
     natural size of each state. Two returns are the same where every state differs by less than ``absolute`` times its
-    size plus ``relative`` times its range over all returns. A period of two or more must stand out besides: a
-    motion that spirals towards its goal comes near some of its returns again and again.
+    size plus ``relative`` times its range over all returns. A period of two or more must stand out and last besides: a
+    motion that spirals towards its goal comes near some of its returns again and again, but its returns draw together.
     """
     found = np.zeros(len(returns), dtype=np.int16)
     # Contiguous and writable, as it was compiled for.
@@ -55,6 +56,13 @@ def period(returns: Array, sizes: Array, t: Motion) -> Array:
 
 @lru_cache
 def _make_period() -> Any:
+    @compiled(types.float64(types.float64[:, ::1], types.int64, types.int64, types.int64))
+    def spread(states, j, begin, end):  # type: ignore[no-untyped-def]
+        low, high = np.inf, -np.inf
+        for k in range(begin, end):
+            low, high = min(low, states[k, j]), max(high, states[k, j])
+        return high - low
+
     @compiled(types.void(types.float64[:, :, ::1], types.float64[:, ::1], types.float64, types.float64, types.int64,
                          types.int16[::1], types.float64[:, ::1]))
     def least_periods(returns, sizes, absolute, relative, longest, found, limits):  # type: ignore[no-untyped-def]
@@ -63,16 +71,19 @@ def _make_period() -> Any:
             seen = 0
             while seen < len(states) and math.isfinite(states[seen, 0]):
                 seen += 1
-            widest = 0.0
+            widest, lasts = 0.0, True
             for j in range(8):
                 low, high = np.inf, -np.inf
                 for k in range(seen):
                     low, high = min(low, states[k, j]), max(high, states[k, j])
-                widest = max(widest, (high - low) / sizes[point, j]) if seen > 0 else 0.0
                 limits[0, j] = absolute * sizes[point, j] + relative * (high - low)
+                if seen > 0 and (high - low) / sizes[point, j] > widest:
+                    widest = (high - low) / sizes[point, j]
+                    first, last = spread(states, j, 0, seen // 3), spread(states, j, seen - seen // 3, seen)
+                    lasts = min(first, last) >= LASTS * max(first, last)
             for j in range(8):
                 limits[1, j] = min(limits[0, j], STANDS_OUT * widest * sizes[point, j])
-            for n in range(1, min(longest, seen // REPEATS) + 1):
+            for n in range(1, (min(longest, seen // REPEATS) if lasts else 1) + 1):
                 repeats = True
                 for j in range(8):
                     allowed = limits[0 if n == 1 else 1, j]

@@ -22,7 +22,7 @@ _CONTROL = dict.fromkeys([*range(9), 11, 12, *range(14, 32), *range(127, 160)]) 
 _LONGEST_LIST = 1000  # numbers in an array
 _LONGEST_TITLE = 500  # characters; the first versions had no limit
 _TEXT = (
-    "title", "study", "study_source", "study_overrides", "study_resolved", "study_sha256", "classification",
+    "axes", "title", "study", "study_source", "study_overrides", "study_resolved", "study_sha256", "classification",
     "classification_resolved", "border_spacing", "ramps", "at", "nsdrill_version", "model_digest", "created", "history",
     "procedure", "status", "replay_of",
 )  # fmt: skip
@@ -46,6 +46,14 @@ def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> 
     if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
         raise FileError(f"{path}: the attribute {lacking[0]} of a refined sweep is missing. Make the file again.")
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
+
+
+def text_of(path: str | os.PathLike[str], item: Any, name: str) -> str:
+    """The attribute ``name`` of a file or a dataset of it, empty where there is none; FileError where it is no text."""
+    value = plain(item.attrs, name) if name in item.attrs else ""
+    if not isinstance(value, str):
+        raise FileError(f"{path}: the attribute {name} should be text. Was the file edited? Make it again.")
+    return value
 
 
 def plain(attrs: Any, name: str) -> Any:

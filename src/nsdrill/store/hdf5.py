@@ -26,7 +26,7 @@ import numpy as np
 from nsdrill.data import Array, json_text
 from nsdrill.errors import FileError, printable
 from nsdrill.files import reason
-from nsdrill.store.attributes import plain
+from nsdrill.store.attributes import plain, text_of
 from nsdrill.store.forgiving import ForgivingFile
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
@@ -316,12 +316,11 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
 
 def read_axes(path: str | os.PathLike[str], file: Any) -> tuple[Axis, ...]:
     """The swept axes beside those of the operation, in the order of the dimensions: coordinates that name their key."""
-    names = [str(name) for name in file.attrs.get("axes", "").split()] if "axes" in file.attrs else []
     axes = []
-    for name in names:
+    for name in text_of(path, file, "axes").split():
         scale = file.get(name)
-        told = {} if scale is None else {item: scale.attrs.get(item) for item in ("key", "units", "long_name")}
-        if not told or not all(isinstance(value, str) for value in told.values()):
+        told = {} if scale is None else {item: text_of(path, scale, item) for item in ("key", "units", "long_name")}
+        if not told or not told["key"]:
             raise FileError(f"{path}: the axis {name} is missing or does not say what it is. {EDITED}")
         axes.append(Axis(told["key"], plain_units(told["units"]), told["long_name"]))
     return tuple(axes)
