@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from nsdrill.interrupt import SIGNALS
 
 # Two seconds settle nothing; they are enough to follow a point through all rooms.
 SMALL = """\
@@ -25,6 +29,17 @@ sweep:
 simulation: {transient: 2 s, observe: 2 s}
 record: {peaks: 4}
 """
+
+
+@pytest.fixture(scope="session", autouse=True)
+def signals_as_in_a_terminal() -> Iterator[None]:
+    """Processes that tests start heed all signals, even where the tests themselves run under nohup or a supervisor."""
+    ignored = [number for number in SIGNALS if signal.getsignal(number) is signal.SIG_IGN]
+    for number in ignored:
+        signal.signal(number, lambda number, frame: None)
+    yield
+    for number in ignored:
+        signal.signal(number, signal.SIG_IGN)
 
 
 @pytest.fixture(scope="session")

@@ -77,7 +77,8 @@ def test_a_slow_spiral_has_no_long_period() -> None:
     n = np.arange(120)
     spiral = np.exp(-n / 100)[:, None] * np.stack([np.cos(2 * np.pi * n / 8), np.sin(2 * np.pi * n / 8)], axis=1)
     assert period(padded(spiral), ONES, Motion(absolute=1.0))[0] == 0
-    resonant = 3.0 * np.exp(-n / 400)[:, None] * np.stack([np.cos(2 * np.pi * n / 11), np.sin(2 * np.pi * n / 11)], axis=1)
+    angle = 2 * np.pi * n / 11
+    resonant = 3.0 * np.exp(-n / 400)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
     assert period(padded(resonant), ONES, Motion(absolute=2.0))[0] == 0
     steady = padded(np.stack([np.cos(2 * np.pi * n / 8), np.sin(2 * np.pi * n / 8)], axis=1))
     assert period(steady, ONES, T)[0] == 8

@@ -48,6 +48,14 @@ def test_xarray_sees_the_trace_with_time_in_seconds(path):
         assert data.time.attrs["units"] == "s"
 
 
+def test_numbers_beyond_all_measure_are_refused(path):
+    made = trace(100)
+    made.variables["y"][7] = 1e308
+    write_trace(path, made)
+    with pytest.raises(FileError, match="y has values that are no finite numbers"):
+        read_trace(path)
+
+
 def test_a_trace_of_an_earlier_version_has_its_operating_point(path, monkeypatch):
     """It held no operating values over time, as they were constant: they are its attributes."""
     wanted = trace(20)

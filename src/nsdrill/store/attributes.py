@@ -19,6 +19,7 @@ from nsdrill.observe.thresholds import Thresholds
 from nsdrill.variables import AXES, STATE_NAMES, dimension_of
 
 _CONTROL = dict.fromkeys([*range(9), 11, 12, *range(14, 32), *range(127, 160)])  # all but tab and the ends of lines
+LARGEST = 1e100  # of any number: what is larger overflows in sums and units, and measures nothing
 _LONGEST_LIST = 1000  # numbers in an array
 _LONGEST_TITLE = 500  # characters; the first versions had no limit
 _TEXT = (
@@ -84,7 +85,7 @@ def _fault(name: str, value: Any) -> str | None:
     elif name in _COUNTS:
         return None if isinstance(value, int) and value >= 0 else "a whole number"
     elif name in _NUMBERS:
-        return None if isinstance(value, int | float) and math.isfinite(value) else "a finite number"
+        return None if _number(value) else "a finite number"
     if name not in _JSON:
         return None
     what, sound = _JSON[name]
@@ -100,7 +101,7 @@ def _refuse(word: str) -> float:
 
 
 def _number(found: Any) -> bool:
-    return isinstance(found, int | float) and not isinstance(found, bool) and math.isfinite(found)
+    return isinstance(found, int | float) and not isinstance(found, bool) and abs(found) <= LARGEST
 
 
 def _words(found: Any) -> bool:

@@ -26,7 +26,7 @@ import numpy as np
 from nsdrill.data import Array, json_text
 from nsdrill.errors import FileError, printable
 from nsdrill.files import reason
-from nsdrill.store.attributes import plain, text_of
+from nsdrill.store.attributes import LARGEST, plain, text_of
 from nsdrill.store.forgiving import ForgivingFile
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
@@ -308,7 +308,10 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
     if not isinstance(scale, h5py.Dataset) or scale.shape is None or scale.ndim != 1 or scale.dtype.kind not in kinds:
         raise FileError(f"{path}: the coordinate {name} is missing or no list of values. Make the file again.")
     if kinds != "OS":
-        return np.asarray(scale[()])
+        values = np.asarray(scale[()])
+        if not np.all(np.abs(values) <= LARGEST):
+            raise FileError(f"{path}: the coordinate {name} has values that are no finite numbers. {EDITED}")
+        return values
     if len(scale) > len(STATE_NAMES):  # text may be larger than the file: many values can be one
         raise FileError(f"{path}: the coordinate {name} has {len(scale)} values. Make the file again.")
     return np.array(scale.asstr()[()], dtype=str)

@@ -10,7 +10,7 @@ from nsdrill.data import Trace
 from nsdrill.errors import FileError
 from nsdrill.files import replacing
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import get_attributes
+from nsdrill.store.attributes import LARGEST, get_attributes
 from nsdrill.store.results import root_attributes
 from nsdrill.variables import SCHEDULED, TRACE_VARIABLES
 
@@ -52,4 +52,7 @@ def read_trace(path: str | os.PathLike[str]) -> Trace:
             else hdf5.check_shape(path, file, v.name, time.shape, "f")[()]
             for v in TRACE_VARIABLES
         }
+        for name, values in variables.items():
+            if np.any(np.abs(values) > LARGEST):
+                raise FileError(f"{path}: {name} has values that are no finite numbers. {hdf5.EDITED}")
         return Trace(time, variables, attrs)
