@@ -18,8 +18,7 @@ from nsdrill.app.stored import stored_study
 from nsdrill.data import Results, Trace, json_text, overrides
 from nsdrill.errors import InputError
 from nsdrill.model.leaves import values_at
-from nsdrill.model.rhs import pack, sizes
-from nsdrill.observe.classify import classify
+from nsdrill.models.registry import model_named
 from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
 from nsdrill.store import flag_words, read_results, rewrite_labels
 from nsdrill.study.study import Study
@@ -198,10 +197,11 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
 
 
 def _sizes(study: Study, results: Results) -> np.ndarray:
-    """The natural sizes of the states at every point, shape (*grid, 8)."""
+    """The natural sizes of the states at every point, shape (*grid, states)."""
     axes = np.meshgrid(*(results.coords[name] for name in results.axes), indexing="ij")
     at = values_at(study.parameters, study.initial, dict(zip(study.axes, (axis.ravel() for axis in axes), strict=True)))
-    size = sizes(pack(at.parameters, *at.operation)).reshape(1, *axes[0].shape, -1)
+    model = model_named(study.model)
+    size = model.sizes(model.pack(at, study.thresholds)).reshape(1, *axes[0].shape, -1)
     if "start" in results.coords:
         size = size[..., np.newaxis, :]
     return np.broadcast_to(size, (*results.shape, size.shape[-1]))
@@ -220,7 +220,8 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
     thresholds = change_thresholds(study.thresholds, overrides)
     rooms = ("feature", "label", "section", "trust")
     results = read_results(path, [v.name for v in VARIABLES if v.room in rooms] + ["status"])
-    labels = classify(results.variables, results["status"], thresholds, _sizes(study, results))
+    size = _sizes(study, results)
+    labels = model_named(study.model).classify(results.variables, results["status"], thresholds, size)
     if "start" in results.coords:
         plan = plan_of(study)
         labels["attractor"] = labels_of(study, plan, {**results.variables, **labels}, thresholds.attractors)

@@ -15,7 +15,6 @@ true twist is less by that, so the spring's moment is corrected. The bit angle i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -25,7 +24,7 @@ from numba import types
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma
 from nsdrill.model.parameters import Parameters
-from nsdrill.model.rhs import AUX, INDEX, PARAMETERS, STATES, Model, make_right_hand_side, pack
+from nsdrill.model.rhs import AUX, INDEX, PARAMETERS, STATES, make_right_hand_side, pack
 from nsdrill.model.schedule import Array, Schedule
 
 DRIVE = 1  # the drive's speed, the first parameter, stays that of the constant drive
@@ -35,18 +34,6 @@ RAMPED = (
     *(f"{name}_start" for name in MOVING), *(f"{name}_slope" for name in MOVING),
     "ahead_square", "ahead_linear",  # ahead = (ahead_square t + ahead_linear) t
 )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class RampedModel(Model):
-    """As :class:`Model`, along a ramp."""
-
-    def right_hand_side(self, lanes: int) -> Any:
-        return make_ramped(lanes, self.hertz, self.lobes)
-
-
-def ramped_model_for(parameters: Parameters) -> RampedModel:
-    return RampedModel(STATES, AUX, RAMPED, parameters.well.law == "hertz", parameters.bit.lobes)
 
 
 @lru_cache

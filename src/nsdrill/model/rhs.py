@@ -7,7 +7,6 @@ have sign and index errors. States: x, vx, y, vy, z, vz, twist, bit_speed, all S
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -35,27 +34,6 @@ PARAMETERS = (
     "stuck_below",
 )  # fmt: skip
 INDEX = {name: i for i, name in enumerate(PARAMETERS)}
-
-
-@dataclass(frozen=True)
-class Model:
-    """What the kernel and the observer need to know of a model: its sizes and its right-hand side for a lane count."""
-
-    states: tuple[str, ...]
-    aux: tuple[str, ...]
-    parameters: tuple[str, ...]
-    hertz: bool
-    lobes: int
-
-    def rows(self, observed: int) -> Rows:
-        return Rows(len(self.states), len(self.aux), len(self.parameters), observed)
-
-    def right_hand_side(self, lanes: int) -> Any:
-        return make_right_hand_side(lanes, self.hertz, self.lobes)
-
-
-def model_for(parameters: Parameters) -> Model:
-    return Model(STATES, AUX, PARAMETERS, parameters.well.law == "hertz", parameters.bit.lobes)
 
 
 @lru_cache

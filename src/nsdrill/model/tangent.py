@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.abi import BUFFER, RATES, Rows, compiled
 from nsdrill.elementary import fma
 from nsdrill.model.friction import coefficient, slip_factors
 from nsdrill.model.lobes import multiple_cosine, multiple_sine
@@ -24,7 +24,6 @@ from nsdrill.model.rhs import AUX, PARAMETERS, STATES, make_right_hand_side
 
 COMPANIONS = len(STATES)
 CONTACTS = ("rock", "wall")  # each has a function that is positive where it touches
-RATES = 3  # its value, slope and second derivative: a row each
 
 
 @lru_cache

@@ -16,6 +16,7 @@ from typing import Any, Literal
 from nsdrill import units as si
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, Well
+from nsdrill.models.registry import DEFAULT, NAMES
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import bound_text, range_text
 from nsdrill.study.meanings import MEANINGS
@@ -141,6 +142,9 @@ class Leaf:
         return min(exact, key=lambda text: (len(re.sub(r"[^1-9]", "", text)), len(text)))
 
 
+MODEL = Leaf("model", "choice", DEFAULT, choices=NAMES)
+
+
 def leaves(cls: type, prefix: str) -> Iterator[Leaf]:
     """The leaves of a dataclass tree, in the order of the file."""
     hints = typing.get_type_hints(cls)
@@ -183,8 +187,8 @@ def axis_leaves() -> dict[str, Leaf]:
 
 @lru_cache(maxsize=1)
 def all_leaves() -> dict[str, Leaf]:
-    """Every leaf of the dataclass sections, by dotted key."""
-    return {found.key: found for section, cls in SECTIONS.items() for found in leaves(cls, section)}
+    """Every leaf of the study, by dotted key: the model, then those of the dataclass sections."""
+    return {"model": MODEL, **{found.key: found for section, cls in SECTIONS.items() for found in leaves(cls, section)}}
 
 
 def shown(raw: Any, remark: str = "") -> str:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 MEANINGS: dict[str, str] = {
     "title": "Title of the study, put on figures and in the results file",
+    "model": "The model of the string",
     "drillstring": "The string",
     "drillstring.collar": "The drill collars",
     "drillstring.collar.outer_diameter": "Outer diameter",

@@ -19,7 +19,7 @@ from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, 
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
-from nsdrill.study.keys import STIFFNESS, axis_leaves
+from nsdrill.study.keys import MODEL, STIFFNESS, axis_leaves
 from nsdrill.study.study import Procedure, Study
 from nsdrill.variables import AXES, Axis
 
@@ -59,6 +59,7 @@ def study_from_resolved(
             raise ValueError(f"sweep: found {sweep['procedure']} with {initial.starts} starts")
         return Study(
             title=str(resolved.get("title", "")),
+            model=MODEL.read(resolved.get("model", MODEL.default)),
             parameters=Parameters(
                 build(Drillstring, resolved["drillstring"]),
                 build(Mud, resolved["mud"]),
@@ -139,6 +140,8 @@ def digest(resolved: dict[str, Any]) -> str:
     """SHA-256 of what influences the numbers: all but the title and the operating values and ramps that swept axes
     replace."""
     parts = {name: value for name, value in resolved.items() if name != "title"}
+    if parts.get("model") == MODEL.default:  # there was no other once
+        del parts["model"]
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)
         parts = _without(parts, sections, name)
