@@ -50,6 +50,7 @@ def labels_of(study: Study, plan: Plan, variables: Mapping[str, Array], threshol
 def _numbers(study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], thresholds: Attractors) -> Array:
     """The attractors of the points of ``plan``; ``blocks`` have the variables of whole operating points in turn."""
     model = model_named(study.model)
+    fixed = model.variant(study.parameters)
     groups, found, done = [], [], 0
     for block in blocks:
         variables = {name: values.reshape(-1, plan.starts) for name, values in block.items()}
@@ -57,10 +58,10 @@ def _numbers(study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], th
         points = np.arange(done, done + size)
         at = values_at(study.parameters, study.initial, plan.values(points * plan.starts))
         table = model.pack(at, study.thresholds)
-        natural, scale = model.sizes(table), model.scales(table)
+        natural, scale = model.sizes(table, fixed), model.scales(table)
         speed, gap = scale["drive_speed"], scale["gap"]
         group = label(variables, speed, gap, thresholds.tolerance)
-        place = places(variables, group, speed, gap, natural[:, model.states.index("z")])
+        place = places(variables, group, speed, gap, natural[:, model.states(fixed).index("z")])
         groups.append(group)
         found.append(replace(place, point=done + place.point))
         done += size

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from nsdrill.errors import InputError
-from nsdrill.kernel.gang import Compiled, Gang, Runs
+from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.model.schedule import PIECES, Array, Schedule
 from nsdrill.models.registry import model_named
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
@@ -27,12 +27,12 @@ def follow(
     model = model_named(study.model)
     if model.ramps is None:
         raise InputError(f"The model {model.name} follows no ramps. Allowed: constant values of the operation.")
+    fixed = model.variant(study.parameters)
     cuts = schedule.cuts(duration, pieces)
     table = model.ramps.pack(study.parameters, schedule, cuts, study.thresholds)
-    size, drift, rate, step = model.sizes(table), model.drifts(table), model.phase_rate(table), model.first_step(table)
-    rows = model.rows(columns=len(model.ramps.columns))
-    states = len(model.states)
-    parts = Compiled(model.ramps.right_hand_side(1, model.variant(study.parameters)), *make_tracer(1, rows))
+    rows = model.rows(fixed, columns=len(model.ramps.columns(fixed)))
+    states = len(model.states(fixed))
+    parts = Compiled(model.ramps.right_hand_side(1, fixed), *make_tracer(1, rows))
     store = trace_store(samples, interval, states)
     state, status, accepted, rejected = initial, OK, 0, 0
     for i in range(len(table)):
@@ -44,8 +44,7 @@ def follow(
         length = float(cuts[i + 1] - cuts[i])
         one = replace(study.simulation, transient=0.0, observe=length, max_steps=left)
         gang = Gang(1, 1, rows, store, 0, one)
-        row = slice(i, i + 1)
-        gang.add(np.array([i]), Runs(table[row], size[row], drift[row], rate[row], step[row], state[np.newaxis]))
+        gang.add(np.array([i]), model.runs(table[i : i + 1], fixed, state[np.newaxis]))
         done = gang.advance(parts, 0.2, True)
         while len(done.job) == 0:
             done = gang.advance(parts, 0.2, True)
@@ -54,7 +53,7 @@ def follow(
         if status != OK:
             break
     taken = samples_of(store, states).copy()
-    model.ramps.mend(taken, table, cuts, np.arange(len(taken)) * interval)
+    model.ramps.mend(taken, table, cuts, np.arange(len(taken)) * interval, fixed)
     return taken, status, accepted, rejected, state
 
 

@@ -201,7 +201,7 @@ def _sizes(study: Study, results: Results) -> np.ndarray:
     axes = np.meshgrid(*(results.coords[name] for name in results.axes), indexing="ij")
     at = values_at(study.parameters, study.initial, dict(zip(study.axes, (axis.ravel() for axis in axes), strict=True)))
     model = model_named(study.model)
-    size = model.sizes(model.pack(at, study.thresholds)).reshape(1, *axes[0].shape, -1)
+    size = model.sizes(model.pack(at, study.thresholds), model.variant(study.parameters)).reshape(1, *axes[0].shape, -1)
     if "start" in results.coords:
         size = size[..., np.newaxis, :]
     return np.broadcast_to(size, (*results.shape, size.shape[-1]))

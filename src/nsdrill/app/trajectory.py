@@ -15,7 +15,7 @@ from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
 from nsdrill.data import Trace, json_text
 from nsdrill.errors import InputError, printable
-from nsdrill.kernel.gang import Compiled, Gang, Runs
+from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.model.leaves import OPERATION, Values, values_at
 from nsdrill.model.parameters import Operation
@@ -214,7 +214,8 @@ def _trace(
     taken, status, accepted, rejected, final = run
     time = np.arange(len(taken)) * sample
     model = model_named(study.model)
-    state = {name: taken[:, i].copy() for i, name in enumerate(model.states)}
+    names = model.states(model.variant(study.parameters))
+    state = {name: taken[:, i].copy() for i, name in enumerate(names)}
     state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
     history = schedule.at(time)
     if schedule.ramps:
@@ -236,7 +237,7 @@ def _trace(
         "final_state": final,
         **extra,
     }
-    told = {SCHEDULED[name]: values for name, values in vars(history).items()}
+    told = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
     point = history if schedule.ramps else start
     return Trajectory(Trace(time, {**state, **model.outputs(study.parameters, point, state), **told}, attrs), status)
 
@@ -250,17 +251,17 @@ def _at_one_point(
 ) -> tuple[np.ndarray, int, int, int, np.ndarray]:
     """As :func:`nsdrill.app.ramped.follow`, at one operating point and with the marks of ``simulation``."""
     model = model_named(study.model)
-    table, rows = model.pack(_points(study, operation), study.thresholds), model.rows()
-    store = trace_store(samples, interval, len(model.states))
+    fixed = model.variant(study.parameters)
+    table, rows = model.pack(_points(study, operation), study.thresholds), model.rows(fixed)
+    store = trace_store(samples, interval, len(model.states(fixed)))
     gang = Gang(1, 1, rows, store, 0, simulation)
-    runs = Runs(table, model.sizes(table), model.drifts(table), model.phase_rate(table), model.first_step(table),
-                initial[np.newaxis])
+    runs = model.runs(table, fixed, initial[np.newaxis])
     gang.add(np.array([0]), runs)
-    parts = Compiled(model.right_hand_side(1, model.variant(study.parameters)), *make_tracer(1, rows))
+    parts = Compiled(model.right_hand_side(1, fixed), *make_tracer(1, rows))
     done = gang.advance(parts, 0.2, True)
     while len(done.job) == 0:
         done = gang.advance(parts, 0.2, True)
-    taken = samples_of(store, len(model.states))
+    taken = samples_of(store, len(model.states(fixed)))
     return taken, int(done.status[0]), int(done.accepted[0]), int(done.rejected[0]), done.final[0]
 
 

@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from nsdrill.abi import Rows
+from nsdrill.kernel.gang import Runs
 from nsdrill.model.leaves import Values
 from nsdrill.model.parameters import Parameters
 from nsdrill.model.schedule import Schedule
@@ -26,8 +27,9 @@ Variant = tuple[int, ...]
 class Ramps(ABC):
     """A model along a ramp: a chain of short segments in each of which every lane parameter moves linearly."""
 
-    columns: ClassVar[tuple[str, ...]]
-    """Names of the lane parameters: those of the model, then those that tell how they move."""
+    @abstractmethod
+    def columns(self, variant: Variant) -> tuple[str, ...]:
+        """Names of the lane parameters: those of the model, then those that tell how they move."""
 
     @abstractmethod
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
@@ -38,7 +40,7 @@ class Ramps(ABC):
         """Lane parameters of the segments between ``cuts`` [s], shape (segments, columns)."""
 
     @abstractmethod
-    def mend(self, samples: Array, table: Array, cuts: Array, time: Array) -> None:
+    def mend(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
         """Make the true states of those that the kernel has sampled at ``time`` [s], shape (samples, states)."""
 
 
@@ -46,12 +48,6 @@ class Model(ABC):
     """States are pairs of position and velocity in turn, then those of first order; arrays are in SI, over n points."""
 
     name: ClassVar[str]
-    states: ClassVar[tuple[str, ...]]
-    """Names of the states. A state array has the phase, the angle of the drive, after them."""
-    aux: ClassVar[tuple[str, ...]]
-    """What the right-hand side leaves for the observer."""
-    columns: ClassVar[tuple[str, ...]]
-    """Names of the lane parameters."""
     contacts: ClassVar[tuple[str, ...]] = ()
     """Names of the contacts at which the Jacobian jumps; each has a function that is positive where it touches."""
     has_tangent: ClassVar[bool] = False
@@ -63,12 +59,16 @@ class Model(ABC):
     def variant(self, parameters: Parameters) -> Variant:
         """What of these parameters is compiled in."""
 
-    def rows(self, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+    @abstractmethod
+    def states(self, variant: Variant) -> tuple[str, ...]:
+        """Names of the states. A state array has the phase, the angle of the drive, after them."""
+
+    @abstractmethod
+    def rows(
+        self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None
+    ) -> Rows:
         """The lane buffer for an observer with so many rows, with a deviation beside the states or without, and with
-        so many ``columns`` where there are others than those of the model."""
-        companions = len(self.states) if tangent else 0
-        columns = len(self.columns) if columns is None else columns
-        return Rows(len(self.states) + companions, len(self.aux), columns, observed, companions)
+        so many ``columns`` of lane parameters where there are more than those of the model."""
 
     @abstractmethod
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
@@ -95,11 +95,11 @@ class Model(ABC):
         """The initial states with the phase last, shape (n, states + 1), of the starts of these numbers."""
 
     @abstractmethod
-    def sizes(self, table: Array) -> Array:
+    def sizes(self, table: Array, variant: Variant) -> Array:
         """The natural size of each state, shape (n, states): the absolute tolerance is ``rtol`` times this."""
 
     @abstractmethod
-    def drifts(self, table: Array) -> Array:
+    def drifts(self, table: Array, variant: Variant) -> Array:
         """What the rate of each position has beyond its velocity, shape (n, slopes)."""
 
     @abstractmethod
@@ -107,8 +107,13 @@ class Model(ABC):
         """How fast the phase advances [rad/s], shape (n,)."""
 
     @abstractmethod
-    def first_step(self, table: Array) -> Array:
+    def first_step(self, table: Array, variant: Variant) -> Array:
         """A first step [s], shape (n,)."""
+
+    def runs(self, table: Array, variant: Variant, initial: Array) -> Runs:
+        """Runs with these lane parameters from these states."""
+        return Runs(table, self.sizes(table, variant), self.drifts(table, variant), self.phase_rate(table),
+                    self.first_step(table, variant), initial)
 
     # What is observed
 

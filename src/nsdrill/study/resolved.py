@@ -15,7 +15,7 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, Parameters, Well
+from nsdrill.model.parameters import Bit, Drillstring, Drive, Initial, Mud, Operation, Parameters, Well
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
@@ -65,6 +65,7 @@ def study_from_resolved(
                 build(Mud, resolved["mud"]),
                 build(Well, resolved["well"]),
                 build(Bit, resolved["bit"]),
+                build(Drive, resolved.get("drive", {}), lenient=True),
             ),
             operation=operation,
             initial=initial,
@@ -140,8 +141,12 @@ def digest(resolved: dict[str, Any]) -> str:
     """SHA-256 of what influences the numbers: all but the title and the operating values and ramps that swept axes
     replace."""
     parts = {name: value for name, value in resolved.items() if name != "title"}
-    if parts.get("model") == MODEL.default:  # there was no other once
+    # What earlier versions did not know is left out where it is as it was then, so that a study keeps its digest.
+    if parts.get("model") == MODEL.default:
         del parts["model"]
+    if parts.get("drive", {}).get("kind") == "ideal":
+        del parts["drive"]
+        parts = _without(_without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)
         parts = _without(parts, sections, name)

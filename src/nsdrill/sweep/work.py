@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -49,7 +49,7 @@ class Variant:
         """The lane buffer, with the companions and the rows for the Lyapunov exponent or without."""
         model = model_named(self.model)
         observed = model.observed + (_others(model) if self.exponent else 0)
-        return STEPPERS[self.pair].rows(model.rows(observed, tangent=self.exponent))
+        return STEPPERS[self.pair].rows(model.rows(self.fixed, observed, tangent=self.exponent))
 
 
 def _others(model: Model) -> int:
@@ -96,22 +96,28 @@ class Work:
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
-        model, at = self.kind, self.at(self.plan.values(points))
+        model, fixed, at = self.kind, self.variant.fixed, self.at(self.plan.values(points))
         table = model.pack(at, self.thresholds)
-        initial = model.starts(at, self.plan.starts_of(points))
-        size, drift = model.sizes(table), model.drifts(table)
+        runs = model.runs(table, fixed, model.starts(at, self.plan.starts_of(points)))
         if self.record.exponent:  # the deviation stands between the states and the phase, and has no drift
-            initial = np.concatenate([initial[:, :-1], seed_deviation(size), initial[:, -1:]], axis=1)
-            size, drift = np.tile(size, 2), np.concatenate([drift, np.zeros_like(drift)], axis=1)
-        return Runs(table, size, drift, model.phase_rate(table), model.first_step(table), initial)
+            initial = np.concatenate([runs.initial[:, :-1], seed_deviation(runs.sizes), runs.initial[:, -1:]], axis=1)
+            still = np.zeros_like(runs.drifts)
+            runs = replace(runs, initial=initial, sizes=np.tile(runs.sizes, 2),
+                           drifts=np.concatenate([runs.drifts, still], axis=1))
+        return runs
+
+    @property
+    def state_count(self) -> int:
+        """How many states the model has."""
+        return len(self.kind.states(self.variant.fixed))
 
     def own_state(self, state: Array) -> Array:
         """States with the phase last, shape (..., states + 1), without the deviation that may stand before it."""
-        return np.concatenate([state[..., : len(self.kind.states)], state[..., -1:]], axis=-1)
+        return np.concatenate([state[..., : self.state_count], state[..., -1:]], axis=-1)
 
     def begin(self, initial: Array, state: Array) -> None:
         """Let the run of the row ``initial`` begin in ``state`` (states + 1), whatever deviation it has."""
-        initial[: len(self.kind.states)], initial[-1] = state[:-1], state[-1]
+        initial[: self.state_count], initial[-1] = state[:-1], state[-1]
 
     def measured(self, done: Finished) -> dict[str, Array]:
         """The features of finished runs; NaN where a run did not end well."""
@@ -128,7 +134,7 @@ class Work:
             bias = self.simulation.rtol * done.accepted / duration
             growth = done.report[:, -len(GROWTH_REPORT) :]
             measured |= _where(ok, exponent_of(growth, self.simulation.observe, bias))
-        size = model.sizes(done.parameters)
+        size = model.sizes(done.parameters, self.variant.fixed)
         if record.poincare:
             measured |= _where(ok, model.section(done.report, record))
             measured["zero_one"] = self._zero_one(model.returns(measured), size)
