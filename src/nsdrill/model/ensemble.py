@@ -36,7 +36,7 @@ import numpy as np
 
 from nsdrill.model.coefficients import derive
 from nsdrill.model.parameters import Initial, Parameters
-from nsdrill.model.rhs import initial_states
+from nsdrill.model.rhs import frozen, initial_states
 from nsdrill.variables import STATE_NAMES
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -49,9 +49,9 @@ LOBE_SPEEDS = 2.0  # times the greatest speed of the rock under the bit
 def starting_states(
     parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any, start: Any = 0
 ) -> Array:
-    """States with the drive angle last, shape (points, 9), of the starts ``start`` (numbers from 0; without meaning
-    where ``initial`` has one state only) at the operating points depth [m], wob [N], rotary_speed [rad/s]: 1-D arrays
-    of one length, or scalars."""
+    """States with the drive angle last, shape (points, states + 1), of the starts ``start`` (numbers from 0; without
+    meaning where ``initial`` has one state only) at the operating points depth [m], wob [N], rotary_speed [rad/s]: 1-D
+    arrays of one length, or scalars."""
     if not initial.starts:
         return initial_states(parameters, initial, depth, wob, rotary_speed)
     depth, wob, rotary_speed, start = np.broadcast_arrays(
@@ -83,8 +83,8 @@ def _slice(parameters: Parameters, initial: Initial, depth: Array, wob: Array, s
     axes = slice_values(initial)
     places = np.unravel_index(start, [len(values) for values in axes.values()])
     for (name, values), place in zip(axes.items(), places, strict=True):
-        states[:, STATE_NAMES.index(name)] = values[place]
-    return states
+        states[:, -1 if name == STATE_NAMES[-1] else STATE_NAMES.index(name)] = values[place]
+    return frozen(parameters, states, wob, speed)
 
 
 def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array) -> Array:
@@ -107,7 +107,10 @@ def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array
         "bit_speed": speed * (1 + q * u[:, 7]),
         "drive_angle": u[:, 8],
     }
-    return np.stack([by_name[name] for name in STATE_NAMES], axis=1)
+    drawn = np.stack([by_name[name] for name in STATE_NAMES], axis=1)
+    if parameters.drive.kind != "ideal":  # it begins at the set point
+        drawn = np.concatenate([drawn[:, :-1], np.zeros((len(drawn), 1)), speed[:, None], drawn[:, -1:]], axis=1)
+    return frozen(parameters, drawn, wob, speed)
 
 
 @lru_cache(maxsize=4)

@@ -40,7 +40,8 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
     radius = np.hypot(x, y)
     safe = np.where(radius > 0, radius, 1.0)
     tangential = (x * vy - y * vx) / safe
-    surface = bit.surface_amplitude * np.sin(bit.lobes * (state["twist"] + state["drive_angle"]))
+    amplitude = 0.0 if parameters.modes.axial == "frozen" else bit.surface_amplitude
+    surface = amplitude * np.sin(bit.lobes * (state["twist"] + state["drive_angle"]))
     bit_force = bit.rock_stiffness * np.maximum(surface - state["z"], 0.0)
     cutting = k.cutting_arm * 2 / math.pi * np.arctan(bit.friction.smoothing * omega)
     penetration = np.maximum(radius - k.gap, 0.0)
@@ -66,7 +67,7 @@ def energy(parameters: Parameters, operation: Operation | History, state: Mappin
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string, well = parameters.drillstring, parameters.well
-    e0 = string.eccentricity
+    e0 = 0.0 if parameters.modes.lateral == "frozen" else string.eccentricity
     phi = state["twist"] + state["drive_angle"]
     omega = state["bit_speed"]
     # Velocity of the mass centre, G = C + e0 (cos phi, sin phi).

@@ -194,6 +194,21 @@ class Bit(Checked):
 
 
 @dataclass(frozen=True)
+class Modes(Checked):
+    """Which motions the string has. A frozen one stays as it is: the bit at its static position on a surface without
+    lobes, the string turning with the set speed, the collar in the middle of the hole. ValueError where all are."""
+
+    axial: Literal["free", "frozen"] = choice("free", "P")
+    torsional: Literal["free", "frozen"] = choice("free", "P")
+    lateral: Literal["free", "frozen"] = choice("free", "P")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.axial == self.torsional == self.lateral == "frozen":
+            raise ValueError("modes: found all of them frozen, allowed: at least one free")
+
+
+@dataclass(frozen=True)
 class Drive(Checked):
     """What turns the top of the string, and how it is controlled (:mod:`nsdrill.model.drives`).
 
@@ -241,6 +256,7 @@ class Parameters:
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
     drive: Drive = field(default_factory=Drive)
+    modes: Modes = field(default_factory=Modes)
 
     def __post_init__(self) -> None:
         collar = self.drillstring.collar.outer_diameter

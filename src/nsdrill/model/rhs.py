@@ -204,6 +204,14 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
         "bit_dynamic": friction_arm * bit.friction.dynamic + k.cutting_arm,
         "stuck_below": stuck_below,
     }
+    modes = parameters.modes
+    # Zero reciprocals keep a mode as it is.
+    if modes.axial == "frozen":
+        values |= {"per_axial_mass": 0.0, "surface_amplitude": 0.0}
+    if modes.lateral == "frozen":
+        values |= {"per_lateral_mass": 0.0, "unbalance_arm": 0.0, "per_inertia": 1 / k.J}
+    if modes.torsional == "frozen":
+        values["per_inertia"] = 0.0
     driven = parameters.drive.kind != "ideal"
     if driven:
         inertia, *law = gains(parameters, k)
@@ -231,8 +239,11 @@ def sizes(table: np.ndarray, driven: bool = False) -> np.ndarray:
     lateral = 0.1 * p["gap"]
     contact = p["axial_stiffness"] + p["rock_stiffness"]
     axial = np.maximum(p["wob"] / contact, np.maximum(0.1 * p["surface_amplitude"], 1e-6))
-    bending_rate = np.sqrt(np.abs(p["bending"]) * p["per_lateral_mass"])
-    axial_rate = np.sqrt(contact * p["per_axial_mass"])
+    bending_rate, axial_rate = (
+        np.sqrt(np.where(per_mass > 0.0, square, 1.0))  # of a frozen mode any size will do
+        for per_mass, square in (
+            (p["per_lateral_mass"], np.abs(p["bending"]) * p["per_lateral_mass"]),
+            (p["per_axial_mass"], contact * p["per_axial_mass"])))
     columns: tuple[np.ndarray, ...] = (
         lateral, lateral * bending_rate, lateral, lateral * bending_rate, axial, axial * axial_rate,
         np.full(len(table), 0.1), 0.1 * p["drive_speed"],
@@ -281,4 +292,16 @@ def initial_states(parameters: Parameters, initial: Initial, depth: Any, wob: An
         values += [initial.lag, rotary_speed if initial.drive_speed is None else initial.drive_speed]
     for i, value in enumerate((*values, initial.drive_angle)):
         states[:, i] = value
+    return frozen(parameters, states, wob, rotary_speed)
+
+
+def frozen(parameters: Parameters, states: np.ndarray, wob: np.ndarray, rotary_speed: np.ndarray) -> np.ndarray:
+    """``states`` (points, states + 1) with what frozen modes have in place of what was given."""
+    modes = parameters.modes
+    if modes.lateral == "frozen":
+        states[:, :4] = 0.0
+    if modes.axial == "frozen":  # the bit carries the whole weight; the pipe's spring has no part in it
+        states[:, 4], states[:, 5] = -wob / parameters.bit.rock_stiffness, 0.0
+    if modes.torsional == "frozen":
+        states[:, 6], states[:, 7] = 0.0, rotary_speed
     return states

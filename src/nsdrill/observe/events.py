@@ -269,8 +269,7 @@ def make_events(lanes: int, rows: Rows, driven: bool = False) -> tuple[Any, Any]
 
     ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top)`` takes the events of the
     step just made: for what turns and for what is crossed an integer with a bit for every lane in which it does;
-    ``highs`` and ``lows`` are the lanes where the bit speed at the step's start is above or below those before and after
-    it.
+    ``highs`` and ``lows`` are the lanes where the bit speed at the step's start is above or below its neighbours.
     ``settle(b, store)`` empties the lists: whoever wants to read the measurements calls it first.
     """
     W = lanes

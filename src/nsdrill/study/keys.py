@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from nsdrill import units as si
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Bit, Drillstring, Drive, Initial, Mud, Operation, Well
+from nsdrill.model.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Operation, Well
 from nsdrill.models.registry import DEFAULT, NAMES
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import bound_text, range_text
@@ -23,8 +23,8 @@ from nsdrill.study.meanings import MEANINGS
 from nsdrill.units import USUAL, QuantityError, quoted
 
 SECTIONS: dict[str, type] = {
-    "drillstring": Drillstring, "mud": Mud, "well": Well, "bit": Bit, "drive": Drive, "operation": Operation,
-    "initial": Initial, "simulation": Simulation, "classify": Thresholds, "record": Record,
+    "drillstring": Drillstring, "mud": Mud, "well": Well, "bit": Bit, "modes": Modes, "drive": Drive,
+    "operation": Operation, "initial": Initial, "simulation": Simulation, "classify": Thresholds, "record": Record,
 }
 """The sections that are dataclasses, in file order; ``sweep`` is not one."""
 

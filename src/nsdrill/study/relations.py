@@ -53,6 +53,16 @@ READ_BY: dict[str, tuple[str, ...]] = {
 }
 
 
+# What only the motion of a mode depends on: its start, and numbers of the string.
+FROZEN: dict[str, tuple[str, ...]] = {
+    "axial": ("initial.z", "initial.vz", "bit.surface_amplitude", "drillstring.axial_damping"),
+    "torsional": ("initial.twist", "initial.bit_speed", "drillstring.torsional_damping"),
+    "lateral": ("initial.x", "initial.y", "initial.vx", "initial.vy", "drillstring.eccentricity",
+                "drillstring.collar.span", "well.stiffness", "well.friction.static", "well.friction.dynamic",
+                "well.friction.smoothing", "well.friction.decay", "mud.density", "mud.added_mass", "mud.drag"),
+}
+
+
 class Checker:
     """Checks the relations of one study: ``resolved`` is complete, ``faulty`` holds the keys already known to be wrong
     (their values are stand-ins, so nothing is said about them)."""
@@ -69,6 +79,7 @@ class Checker:
         yield from self._depths()
         yield from self._initial()
         yield from self._starts()
+        yield from self._modes()
         yield from self._drive()
         yield from self._sweep()
 
@@ -210,6 +221,25 @@ class Checker:
             if self._given(leaf.key) and self._sound(leaf.key) and self._value(leaf.key) != leaf.default:
                 what = "which initial.slice varies" if plane else "with an ensemble, which draws all states"
                 yield self.fault(leaf.key, f"{self._text(leaf.key)}, {what}", "left out")
+
+    def _modes(self) -> Iterator[Fault]:
+        """Some mode is free, and no value and no axis is of a frozen one alone."""
+        if not self._sound("modes", "drive"):
+            return
+        stay = [name for name in FROZEN if self._value(f"modes.{name}") == "frozen"]
+        if len(stay) == len(FROZEN):
+            yield self.fault("modes", "all of them frozen", "at least one free")
+            return
+        if "torsional" in stay and self._value("drive.kind") != "ideal":
+            yield self.fault("drive.kind", f"{self._value('drive.kind')} with modes.torsional: frozen", "ideal")
+        for mode in stay:
+            for key in FROZEN[mode]:
+                what = f"which modes.{mode}: frozen does without"
+                if self._axis(key):
+                    yield self.fault(f"sweep.{key}", f"an axis over {key}, {what}", "a number that changes the motion",
+                                     ("sweep", key))
+                elif key.startswith("initial.") and self._given(key) and self._value(key) != self.leaves[key].default:
+                    yield self.fault(key, f"{self._text(key)}, {what}", "left out")
 
     def _drive(self) -> Iterator[Fault]:
         """No value and no axis that the kind of drive does not read."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Bit, Drillstring, Drive, Initial, Mud, Operation, Parameters, Well
+from nsdrill.model.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Operation, Parameters, Well
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
@@ -66,6 +66,7 @@ def study_from_resolved(
                 build(Well, resolved["well"]),
                 build(Bit, resolved["bit"]),
                 build(Drive, resolved.get("drive", {}), lenient=True),
+                build(Modes, resolved.get("modes", {}), lenient=True),
             ),
             operation=operation,
             initial=initial,
@@ -144,6 +145,8 @@ def digest(resolved: dict[str, Any]) -> str:
     # What earlier versions did not know is left out where it is as it was then, so that a study keeps its digest.
     if parts.get("model") == MODEL.default:
         del parts["model"]
+    if "frozen" not in parts.get("modes", {}).values():
+        parts.pop("modes", None)
     if parts.get("drive", {}).get("kind") == "ideal":
         del parts["drive"]
         parts = _without(_without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
