@@ -2,6 +2,7 @@
 
 from nsdrill.files import write_text
 from nsdrill.store.claim import check_target, claim, claim_file
+from nsdrill.store.dataset import from_dataset, open_results, to_dataset
 from nsdrill.store.export import flag_words, to_csv, to_netcdf
 from nsdrill.store.log import RunLog, part_path
 from nsdrill.store.memory import MemoryLog
@@ -9,7 +10,6 @@ from nsdrill.store.read import (
     collect,
     kind_of,
     log_from_results,
-    open_results,
     read_attributes,
     read_partial,
     read_point,
@@ -34,6 +34,7 @@ __all__ = [
     "collect",
     "columns",
     "flag_words",
+    "from_dataset",
     "kind_of",
     "log_from_results",
     "open_results",
@@ -50,6 +51,7 @@ __all__ = [
     "renew",
     "rewrite_labels",
     "to_csv",
+    "to_dataset",
     "to_netcdf",
     "variables_in",
     "write_results",
