@@ -79,8 +79,6 @@ def test_the_faulty_example_fails_as_shown(docs: Path) -> None:
 
 def test_the_first_five_minutes(root: Path, tmp_path: Path) -> None:
     """The commands and the Python of the README, in order, in an empty folder."""
-    pytest.importorskip("xarray")
-    pytest.importorskip("h5netcdf")
     text = (root / "README.md").read_text(encoding="utf-8").partition("## The first five minutes")[2]
     env = {**os.environ, "MPLBACKEND": "Agg"}
     ran = 0

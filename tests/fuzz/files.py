@@ -31,7 +31,7 @@ from nsdrill.app.provenance import provenance
 from nsdrill.app.run import kept_of, plan_of
 from nsdrill.data import Trace
 from nsdrill.errors import NsdrillError
-from nsdrill.store import MemoryLog, pending_records, write_results, write_trace
+from nsdrill.store import MemoryLog, from_dataset, pending_records, write_results, write_trace
 from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.study import parse_study
 from nsdrill.variables import BY_NAME, STATE_NAMES, TRACE_VARIABLES
@@ -264,8 +264,8 @@ def attempt(folder: Path, bases: Path, seed: int, number: int, note: Callable[[s
     for ask in (nsdrill.attractors, nsdrill.hysteresis, nsdrill.window):
         with suppress(NsdrillError):
             ask(path)
-    with suppress(NsdrillError, AttributeError):  # without xarray there is nothing to close
-        nsdrill.open_results(path).close()
+    with suppress(NsdrillError), nsdrill.open_results(path) as data:
+        from_dataset(data)
     if base not in ("trace", "ramp"):
         command("classify", path, *chance.choice(((), ("--set", "classify.whirl.direction=0.2"))))
         check_json(command("show", path, "--json"))

@@ -56,7 +56,10 @@ def from_dataset(data: Any, names: Iterable[str] | None = None) -> Results | Tra
         raise FileError(f"{_NAME}: file format {version}; this nsdrill knows formats 1 to {FORMAT_VERSION}. "
                         "Use a newer nsdrill.")
     attrs = check_attributes(_NAME, attrs)
-    return _from_trace(data, attrs) if kind == "trace" else _from_results(data, attrs, names)
+    try:
+        return _from_trace(data, attrs) if kind == "trace" else _from_results(data, attrs, names)
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:  # of the file behind it
+        raise FileError(f"{_NAME}: cannot be read: {reason(error)}. {_GIVE}") from error
 
 
 def open_results(path: str | os.PathLike[str]) -> Any:
