@@ -79,8 +79,9 @@ def _results(results: Results) -> Any:
     import xarray
 
     kept = kept_of(results.coords, results.more, results.variables)
-    attrs = _attributes(root_attributes("results", results.attrs, results.more))
-    layout = layout_of({name: len(results.coords[name]) for name in results.grid}, attrs)
+    lengths = {name: len(results.coords[name]) for name in results.grid}
+    attrs = _attributes(root_attributes("results", results.attrs, results.more, lengths))
+    layout = layout_of(lengths, attrs)
     axes = {axis.name: axis for axis in results.more}
     made: dict[str, Any] = {}
     for name in coordinate_names(layout, kept):

@@ -47,6 +47,7 @@ import os, resource, sys
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
 import h5py
 size = os.stat(sys.argv[1]).st_size
+order = []
 def look(name, thing):
     dict(thing.attrs)
     if isinstance(thing, h5py.Dataset):
@@ -54,12 +55,14 @@ def look(name, thing):
             raise ValueError(name + " lies in another file")
         if thing.nbytes > {_RATIO} * size:
             raise ValueError(name + " claims more numbers than the file can hold")
-        for dim in thing.dims:
-            [scale.name for scale in dim.values()]
+        named = [dim[0].name.strip("/") if order and len(dim) else "" for dim in thing.dims]
+        if all(named) and [item for item in named if item in order] != [item for item in order if item in named]:
+            raise ValueError(name + " has its dimensions in another order than the attribute dimensions")
         for part in thing.iter_chunks() if thing.chunks else [()]:
             thing[part]
 with h5py.File(sys.argv[1], "r") as file:
     look("/", file)
+    order += str(file.attrs.get("dimensions", "")).split()
     file.visititems(look)
 """
 
@@ -296,17 +299,6 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
     if scale.size > len(STATE_NAMES):  # text may be larger than the file: many values can be one
         raise FileError(f"{path}: the coordinate {name} has {scale.size} values. Make the file again.")
     return np.array(scale.asstr()[()], dtype=str)
-
-
-def dimensions(path: str | os.PathLike[str], file: Any, name: str) -> tuple[str, ...]:
-    """The names of the dimensions of the dataset ``name``; empty where it does not name every one."""
-    import h5py
-
-    dataset = file.get(name)
-    if not isinstance(dataset, h5py.Dataset):
-        raise FileError(f"{path}: the variable {name} is missing. {EDITED}")
-    names = [dim[0].name or "" if len(dim) else "" for dim in dataset.dims]
-    return tuple(name.removeprefix("/") for name in names) if all(names) else ()
 
 
 def read_axes(path: str | os.PathLike[str], file: Any) -> tuple[Axis, ...]:

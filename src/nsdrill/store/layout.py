@@ -110,13 +110,18 @@ def variable_attributes(variable: Variable) -> dict[str, Any]:
     return found
 
 
-def root_attributes(kind: str, attrs: Mapping[str, Any], axes: Sequence[Axis] = ()) -> dict[str, Any]:
-    """``attrs`` with what every file of nsdrill carries, and the names of the ``axes`` beside those of the operation.
+def root_attributes(
+    kind: str, attrs: Mapping[str, Any], axes: Sequence[Axis] = (), lengths: Mapping[str, int] | None = None
+) -> dict[str, Any]:
+    """``attrs`` with what every file of nsdrill carries; of results with these ``lengths`` of the dimensions in memory
+    also the names of the dimensions of the file, and of the ``axes`` beside those of the operation.
+
     The conventions are its own: those of CF ask for numeric coordinates, one unit for a variable, a vertical depth and
     a time with a date."""
     return {
         "history": "", "model": MODEL, **attrs, "Conventions": CONVENTIONS, "nsdrill_kind": kind,
         "format_version": FORMAT_VERSION, "axes": " ".join(axis.name for axis in axes) or None,
+        "dimensions": None if lengths is None else " ".join(layout_of(lengths, attrs).order),
     }  # fmt: skip
 
 

@@ -15,7 +15,7 @@ from nsdrill.errors import FileError
 from nsdrill.files import replacing
 from nsdrill.model.parameters import Operation
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import check_attributes, get_attributes
+from nsdrill.store.attributes import check_attributes, get_attributes, text_of
 from nsdrill.store.layout import Layout
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
@@ -223,13 +223,14 @@ class _Points:
         kept = kept_of(coords, axes, file)
         order = kept.grid
         if file.attrs["format_version"] > 1:
-            order = hdf5.dimensions(path, file, "status")
-            hdf5.check_shape(path, file, "status", file["status"].shape, "iu")
-        varying = [name for name in kept.grid if found[name].ndim]
-        if sorted(order) != sorted(varying):
-            raise FileError(
-                f"{path}: status has the dimensions {', '.join(order) or 'of nothing'}; it should have "
-                f"{', '.join(varying) or 'none'}. {hdf5.EDITED}")
+            # The scales of a dataset would tell, too, but the library can crash on what a file says of them.
+            named = text_of(path, file, "dimensions").split()
+            order = tuple(name for name in named if name in found and found[name].ndim)
+            varying = [name for name in kept.grid if found[name].ndim]
+            if sorted(order) != sorted(varying):
+                raise FileError(
+                    f"{path}: the attribute dimensions is {' '.join(named) or 'empty'}; it should name "
+                    f"{', '.join(varying) or 'nothing'}, in the order of the variables. {hdf5.EDITED}")
         return cls(path, file, coords, kept, Layout(kept.grid, order))
 
     @property
@@ -243,18 +244,11 @@ class _Points:
         return tuple(v for v in recorded(self.kept) if v.name in self.file or v.name not in LATER)
 
     def dataset(self, variable: Variable) -> Any:
-        """The dataset of ``variable`` if its shape, its type and the names of its dimensions are right."""
+        """The dataset of ``variable`` if its shape and its type are right."""
         dims = self.layout.dims(variable)
         shape = tuple(len(self.coords[name]) for name in dims)
         kinds = "f" if variable.dtype.startswith("f") else "iu"
-        dataset = hdf5.check_shape(self.path, self.file, variable.name, shape, kinds)
-        # Axes of one length could change places unseen.
-        named = hdf5.dimensions(self.path, self.file, variable.name) if len(dims) > 1 else ()
-        if named and named != dims:
-            raise FileError(
-                f"{self.path}: {variable.name} has the dimensions {', '.join(named)}; it should have "
-                f"{', '.join(dims)}. {hdf5.EDITED}")
-        return dataset
+        return hdf5.check_shape(self.path, self.file, variable.name, shape, kinds)
 
 
 def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Container[str]) -> Kept:

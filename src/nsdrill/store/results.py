@@ -29,8 +29,9 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
     """
     standing = getattr(log, "standing", lambda: "The points are still in memory.")
     kept, coords = log.kept, coordinates(log)
-    root = root_attributes("results", {**log.header["attrs"], **(attrs or {})}, kept.axes)
-    layout = layout_of({name: len(coords[name]) for name in kept.grid}, root)
+    lengths = {name: len(coords[name]) for name in kept.grid}
+    root = root_attributes("results", {**log.header["attrs"], **(attrs or {})}, kept.axes, lengths)
+    layout = layout_of(lengths, root)
     shape = grid_shape(log.header, kept)
     block = block_shape(shape, points_in_block(kept))
     variables, kind, axes = recorded(kept), record_dtype(kept), {axis.name: axis for axis in kept.axes}
