@@ -25,7 +25,7 @@ from nsdrill.store.layout import (
 from nsdrill.store.read import LATER, check_coordinates, check_file, checked, kept_of, read_results
 from nsdrill.store.records import recorded
 from nsdrill.units import plain_units
-from nsdrill.variables import BY_NAME, FORMAT_VERSION, POINT, TRACE_VARIABLES, Axis, Kept, Variable
+from nsdrill.variables import BY_NAME, FORMAT_VERSION, POINT, STATE_NAMES, TRACE_VARIABLES, Axis, Kept, Variable
 
 _NAME = "the dataset"
 _GIVE = "Give one of nsdrill.run or nsdrill.open_results, or a part of it by isel or sel."
@@ -131,8 +131,10 @@ def _attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
 def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | None) -> Results:
     axes = tuple(_axis(data, name) for name in attrs.get("axes", "").split())
     grid = (*POINT, *(axis.name for axis in axes), *(["start"] if "start" in data.coords else []))
-    own = (*(name for name in ("peak", "crossing") if name in data.coords), "state")
+    own = [name for name in ("peak", "crossing", "state") if name in data.dims or name in data.coords]
     coords = {name: _coordinate(data, name) for name in (*grid, *own)}
+    if "state" not in data.dims:  # no variable with states was selected
+        coords["state"] = np.array(STATE_NAMES)
     check_coordinates(_NAME, coords)
     kept = kept_of(coords, axes, data.variables)
     there = [variable.name for variable in recorded(kept)]
@@ -157,10 +159,9 @@ def _axis(data: Any, name: str) -> Axis:
 
 def _coordinate(data: Any, name: str) -> Array:
     """The coordinate ``name`` as in memory [n]; one value where the dataset has a scalar."""
-    found = data.coords.get(name)
-    if found is None or found.dims not in ((), (name,)):
+    if name not in data.coords or data.coords[name].dims not in ((), (name,)):  # get would make one that counts
         raise FileError(f"{_NAME}: the coordinate {name} is missing or no list of values. {_GIVE}")
-    values = np.atleast_1d(found.values)
+    values = np.atleast_1d(data.coords[name].values)
     if name in ("procedure", "state"):
         return np.array(values, dtype=str)
     whole = name in ("start", "peak", "crossing")
