@@ -75,7 +75,8 @@ def plain(attrs: Any, name: str) -> Any:
 
 
 def plain_value(value: Any) -> Any:
-    """An attribute's value as plain text, number or short array of numbers; None for anything else."""
+    """An attribute's value as plain text, number or short array of numbers; None for anything else. An array of one is
+    a number, as xarray has it, which writes numbers so."""
     if isinstance(value, str):
         return value.translate(_CONTROL)
     if isinstance(value, bytes):
@@ -84,7 +85,7 @@ def plain_value(value: Any) -> Any:
         array = np.asarray(value)
         if array.dtype.kind not in "iufb" or array.ndim > 1 or array.size > _LONGEST_LIST:
             return None
-        return array.item() if array.ndim == 0 else array
+        return array.item() if array.size == 1 else array
     return None
 
 
