@@ -56,6 +56,7 @@ STUDIES = {
     "trace": f"sweep: {{{SPEEDS}}}",
     "ramp": "operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [9 s, 8 rad/s]]}}",
 }
+OLD = Path(__file__).parents[1] / "store" / "version1"
 VALUES: tuple[Any, ...] = (
     0, -1, 7, 2**62, 1.5, -1e308, 1e308, math.inf, -math.inf, math.nan, "", "a", "\u202e\x1b[31m", "日本", "x" * 70000,
     "[]", "{}", "5", "null", "[1]", '{"a": 1}', "NaN", '{"a": NaN}', "1e999", "[" * 5000, '"' * 9, "9" * 5000,
@@ -244,8 +245,8 @@ def attempt(folder: Path, bases: Path, seed: int, number: int, note: Callable[[s
     """Broken unless every command takes the file or refuses it in words; True where it can be shown."""
     chance = random.Random(f"{seed} {number}")
     path = folder / "out.h5"
-    base = chance.choice(list(STUDIES))
-    shutil.copyfile(bases / f"{base}.h5", path)
+    base = chance.choice((*STUDIES, "up_down", "rock_map", "starts"))
+    shutil.copyfile((bases if base in STUDIES else OLD) / f"{base}.h5", path)
     note(f"{base}: {'; '.join(mutate(path, chance))}")
     out = command("show", path, "--json")
     check_json(out)

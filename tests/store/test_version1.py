@@ -11,6 +11,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import xarray as xr
 
 import nsdrill
 from nsdrill.app.provenance import processor, versions
@@ -20,6 +21,7 @@ from nsdrill.cli.main import group
 from nsdrill.errors import FileError
 from nsdrill.store import (
     HeldResults,
+    from_dataset,
     log_from_results,
     open_results,
     read_attributes,
@@ -81,6 +83,12 @@ def test_opened_it_has_the_dimensions_of_version_2(name, tmp_path):
     write_results(tmp_path / "new.h5", HeldResults(read_results(FOLDER / f"{name}.h5")))
     with open_results(FOLDER / f"{name}.h5") as old, open_results(tmp_path / "new.h5") as new:
         assert old.identical(new)
+
+
+def test_the_dataset_that_xarray_itself_reads_is_taken(name):
+    with xr.open_dataset(FOLDER / f"{name}.h5", engine="h5netcdf") as data:
+        assert data.status.dims[:4] == ("procedure", "depth", "wob", "rotary_speed")
+        assert of(from_dataset(data)) == EXPECTED[name]
 
 
 def test_single_points(name):

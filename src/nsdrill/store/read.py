@@ -15,7 +15,7 @@ from nsdrill.errors import FileError
 from nsdrill.files import replacing
 from nsdrill.model.parameters import Operation
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import check_attributes, get_attributes, text_of
+from nsdrill.store.attributes import check_attributes, get_attributes, plain, text_of
 from nsdrill.store.layout import Layout
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
@@ -171,7 +171,7 @@ def check_file(path: PathLike) -> int:
     """The format version of the results file ``path``; FileError unless its coordinates are as they should be."""
     with hdf5.opened(path) as file:
         _Points.of(path, file)
-        return int(file.attrs["format_version"])
+        return int(plain(file.attrs, "format_version"))
 
 
 def kind_of(path: PathLike) -> Literal["results", "trace", "partial"]:
@@ -214,7 +214,8 @@ class _Points:
         grid = (*POINT, *(axis.name for axis in axes), *(["start"] if "start" in file else []))
         own = (*(name for name in ("peak", "crossing") if name in file), "state")
         found = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
-        lists = own if file.attrs["format_version"] > 1 else (*grid, *own)  # in version 1 all are dimensions
+        old = plain(file.attrs, "format_version") == 1
+        lists = (*grid, *own) if old else own  # in version 1 all are dimensions
         for name in lists:
             if not found[name].ndim:
                 raise FileError(f"{path}: the coordinate {name} is no list of values. {hdf5.EDITED}")
@@ -222,7 +223,7 @@ class _Points:
         check_coordinates(path, coords)
         kept = kept_of(coords, axes, file)
         order = kept.grid
-        if file.attrs["format_version"] > 1:
+        if not old:
             # The scales of a dataset would tell, too, but the library can crash on what a file says of them.
             named = text_of(path, file, "dimensions").split()
             order = tuple(name for name in named if name in found and found[name].ndim)
