@@ -76,7 +76,7 @@ class Results:
 
     @property
     def swept(self) -> list[str]:
-        """The axes with more than one value, in file order."""
+        """The axes with more than one value, in the order of the dimensions."""
         return [name for name in self.axes if len(self.coords[name]) > 1]
 
 

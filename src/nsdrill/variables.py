@@ -14,7 +14,8 @@ POINT = ("procedure", *AXES)
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
 STATE_UNITS = ("m", "m s-1", "m", "m s-1", "m", "m s-1", "rad", "rad s-1", "rad")
 PROCEDURES = ("same", "up", "down")
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+MODEL = "christoforou_yigit"
 
 PENDING, OK, DIVERGED, STEP_LIMIT, STEP_UNDERFLOW, INFERRED = range(6)
 

@@ -1,4 +1,4 @@
-"""The package from Python: load, run, open, simulate, replay, check; with xarray and without."""
+"""The package from Python: load, run, open, simulate, replay, check."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 from interrupts import Interrupt
 
 import nsdrill
@@ -17,19 +18,11 @@ from nsdrill.store import read_results, write_trace
 
 
 def test_the_lines_of_the_readme(small: Path, tmp_path: Path) -> None:
-    xarray = pytest.importorskip("xarray")
     study = nsdrill.load_study(small)
     results = nsdrill.run(study, tmp_path / "out.h5")
     with results, nsdrill.open_results(tmp_path / "out.h5") as data:
         assert isinstance(data, xarray.Dataset)
         assert data.equals(results)
-
-
-def test_without_xarray(shared: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("nsdrill.store.read.find_spec", lambda name: None)
-    data = nsdrill.open_results(shared / "small.h5")
-    assert isinstance(data, Results)
-    assert data["bit_speed_max"].shape == (2, 1, 1, 8)
 
 
 def test_run_in_memory_gives_the_numbers_of_the_file(shared: Path, small: Path) -> None:

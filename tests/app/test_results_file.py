@@ -9,11 +9,10 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+import xarray
 
 import nsdrill
 from nsdrill.app.run import run_study
-
-xarray = pytest.importorskip("xarray")
 
 # name -> units; the names that scripts of users rely on.
 POINTS = {
@@ -29,38 +28,49 @@ PEAKS = {"axial_peaks": "m", "bit_speed_peaks": "rad s-1", "radius_peaks": "m"}
 STATES = ["x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle"]
 STATE_UNITS = {"x": "m", "vx": "m s-1", "y": "m", "vy": "m s-1", "z": "m", "vz": "m s-1", "twist": "rad",
                "bit_speed": "rad s-1", "drive_angle": "rad"}  # fmt: skip
-GRID = ("procedure", "depth", "wob", "rotary_speed")
+AXES = {"depth": "m", "wob": "N", "rotary_speed": "rad s-1"}
+GRID = {"small": ("procedure", "rotary_speed"), "map": ("wob", "rotary_speed"),
+        "failing": ("procedure", "rotary_speed")}  # what varies
 
 
-@pytest.fixture(params=["small", "map", "failing"])
-def data(request: pytest.FixtureRequest, shared: Path):  # type: ignore[no-untyped-def]
-    with xarray.open_dataset(shared / f"{request.param}.h5", engine="h5netcdf") as opened:
+@pytest.fixture(params=list(GRID))
+def name(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture
+def data(name: str, shared: Path):  # type: ignore[no-untyped-def]
+    with xarray.open_dataset(shared / f"{name}.h5", engine="h5netcdf") as opened:
         yield opened
 
 
-def test_variables_units_and_names(data) -> None:  # type: ignore[no-untyped-def]
+def test_variables_units_and_names(data, name: str) -> None:  # type: ignore[no-untyped-def]
+    grid = GRID[name]
     for name, units in POINTS.items():
-        assert data[name].dims == GRID, name
+        assert data[name].dims == grid, name
         assert data[name].attrs["units"] == units, name
         assert data[name].attrs["long_name"], name
     for name, units in PEAKS.items():
-        assert data[name].dims == (*GRID, "peak")
+        assert data[name].dims == (*grid, "peak")
         assert data[name].attrs["units"] == units
     for name in ("initial_state", "final_state"):
-        assert data[name].dims == (*GRID, "state")
+        assert data[name].dims == (*grid, "state")
         # One unit for all nine would be wrong.
         assert "units" not in data[name].attrs
         assert dict(zip(STATES, data[name].attrs["state_units"].split(", "), strict=True)) == STATE_UNITS
 
 
-def test_coordinates(data) -> None:  # type: ignore[no-untyped-def]
-    assert {name: data[name].attrs["units"] for name in GRID[1:]} == {
-        "depth": "m", "wob": "N", "rotary_speed": "rad s-1"}  # fmt: skip
+def test_coordinates(data, name: str) -> None:  # type: ignore[no-untyped-def]
+    assert {axis: data[axis].attrs["units"] for axis in AXES} == AXES
+    assert {axis: data[axis].attrs["key"] for axis in AXES} == {axis: f"operation.{axis}" for axis in AXES}
+    assert set(data.coords) == {"procedure", *AXES, "peak", "state"}
     assert [str(name) for name in data["state"].values] == STATES
-    assert set(map(str, data["procedure"].values)) <= {"same", "up", "down"}
-    for name in GRID[1:]:
-        assert (np.diff(data[name].values) > 0).all()
-        assert data[name].attrs["long_name"]
+    procedures = ["same"] if name == "map" else ["up", "down"]
+    assert np.atleast_1d(data["procedure"].values).tolist() == procedures
+    for axis in AXES:
+        assert data[axis].dims == ((axis,) if axis in GRID[name] else ())
+        assert (np.diff(np.atleast_1d(data[axis].values)) > 0).all()
+        assert data[axis].attrs["long_name"]
     assert data.sizes["peak"] == 4
 
 
@@ -69,7 +79,7 @@ def test_values_of_the_axes(shared: Path) -> None:
         assert data["wob"].values.tolist() == [20e3, 40e3, 60e3, 80e3, 100e3]
         # The list of the study is 60, 30, 45, 75 rpm: ascending in the file, in rad/s.
         assert np.allclose(data["rotary_speed"].values, np.array([30, 45, 60, 75]) * np.pi / 30, rtol=1e-15)
-        assert data["depth"].values.tolist() == [2000.0]
+        assert float(data["depth"]) == 2000.0
 
 
 def test_flags(data) -> None:  # type: ignore[no-untyped-def]
@@ -128,7 +138,9 @@ def test_root_attributes(shared: Path) -> None:
     assert attrs["h5py_version"] == h5py.__version__
     assert attrs["processor"]
     # No claim of CF: the coordinates procedure and state are text, and depth is measured along the hole.
-    assert attrs["Conventions"] == "nsdrill-1"
+    assert attrs["Conventions"] == "nsdrill-2"
+    assert attrs["format_version"] == 2
+    assert attrs["model"] == "christoforou_yigit"
     assert attrs["created"][:2] == "20"
     assert attrs["history"].endswith(" run")
 
@@ -161,7 +173,7 @@ def test_overrides_are_on_record(shared: Path, tmp_path: Path) -> None:
         assert file.attrs["study"] == (shared / "small.yaml").read_text()
         assert json.loads(file.attrs["study_resolved"])["operation"]["wob"] == 30e3
         assert file.attrs["title"] == "Changed"
-        assert file["wob"][()].tolist() == [30e3]
+        assert file["wob"][()] == 30e3
 
 
 def test_trace_file(shared: Path, tmp_path: Path) -> None:

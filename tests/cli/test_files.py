@@ -13,6 +13,7 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
+import xarray
 
 from nsdrill.plot import kinds_for
 from nsdrill.store import read_results, read_trace
@@ -311,7 +312,6 @@ def test_export_csv(call: Call, shared: Path) -> None:
 
 
 def test_export_netcdf(call: Call, shared: Path) -> None:
-    xarray = pytest.importorskip("xarray")
     assert call("export", shared / "small.h5", "-o", "out.nc").code == 0
     with xarray.open_dataset("out.nc", engine="h5netcdf") as data:
         assert data.sizes["rotary_speed"] == 8

@@ -7,9 +7,11 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+import nsdrill
 from nsdrill.errors import StudyError
 from nsdrill.study import load_study, parse_study
 
@@ -79,8 +81,6 @@ def test_the_faulty_example_fails_as_shown(docs: Path) -> None:
 
 def test_the_first_five_minutes(root: Path, tmp_path: Path) -> None:
     """The commands and the Python of the README, in order, in an empty folder."""
-    pytest.importorskip("xarray")
-    pytest.importorskip("h5netcdf")
     text = (root / "README.md").read_text(encoding="utf-8").partition("## The first five minutes")[2]
     env = {**os.environ, "MPLBACKEND": "Agg"}
     ran = 0
@@ -96,6 +96,28 @@ def test_the_first_five_minutes(root: Path, tmp_path: Path) -> None:
                 ran += 1
     assert ran >= 11
     assert (tmp_path / "study.csv").stat().st_size > 10_000
+
+
+def test_the_ways_to_open_a_results_file(docs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The Python of the page on its own example; MATLAB's indices are those of h5py from last to first."""
+    sweep = "sweep: {depth: [3 km, 5000 m], procedure: up-down}"
+    study = parse_study(f"{sweep}\nsimulation: {{transient: 0.1 s, observe: 0.1 s}}")
+    nsdrill.run(study, tmp_path / "out.h5", workers=1)
+    monkeypatch.chdir(tmp_path)
+    text = (docs / "file_format.md").read_text(encoding="utf-8")
+    with_xarray, with_h5py = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    found: dict[str, Any] = {}
+    exec(with_xarray, found)
+    with found["data"] as data:
+        assert data.axial_peaks.sel(procedure="up").dims == ("depth", "peak")
+        assert data.stick_slip_index.sel(depth=5000, method="nearest").dims == ("procedure",)
+        assert (float(data.wob), data.wob.attrs["units"]) == (22240.0, "N")
+        exec(with_h5py, found)
+        assert found["names"] == ["procedure", "depth"]
+        assert found["depth"].tolist() == [3000.0, 5000.0]
+        assert found["wob"] == 22240.0
+        assert found["peaks"].tobytes() == data.axial_peaks.sel(procedure="up").values.tobytes()
+    assert "MATLAB reverses: peak, depth, procedure" in text
 
 
 def test_version_and_licence_agree(root: Path) -> None:

@@ -10,7 +10,7 @@ from types import ModuleType
 from nsdrill.app.provenance import provenance
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.store import hdf5
-from nsdrill.store.results import root_attributes
+from nsdrill.store.layout import root_attributes
 from nsdrill.study import parse_study
 from nsdrill.study.keys import all_leaves, leaves
 from nsdrill.variables import BY_NAME, FEATURES, TRACE_VARIABLES

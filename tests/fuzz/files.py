@@ -31,7 +31,7 @@ from nsdrill.app.provenance import provenance
 from nsdrill.app.run import kept_of, plan_of
 from nsdrill.data import Trace
 from nsdrill.errors import NsdrillError
-from nsdrill.store import MemoryLog, pending_records, write_results, write_trace
+from nsdrill.store import MemoryLog, from_dataset, pending_records, write_results, write_trace
 from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.study import parse_study
 from nsdrill.variables import BY_NAME, STATE_NAMES, TRACE_VARIABLES
@@ -56,6 +56,7 @@ STUDIES = {
     "trace": f"sweep: {{{SPEEDS}}}",
     "ramp": "operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [9 s, 8 rad/s]]}}",
 }
+OLD = Path(__file__).parents[1] / "store" / "version1"
 VALUES: tuple[Any, ...] = (
     0, -1, 7, 2**62, 1.5, -1e308, 1e308, math.inf, -math.inf, math.nan, "", "a", "\u202e\x1b[31m", "日本", "x" * 70000,
     "[]", "{}", "5", "null", "[1]", '{"a": 1}', "NaN", '{"a": NaN}', "1e999", "[" * 5000, '"' * 9, "9" * 5000,
@@ -244,8 +245,8 @@ def attempt(folder: Path, bases: Path, seed: int, number: int, note: Callable[[s
     """Broken unless every command takes the file or refuses it in words; True where it can be shown."""
     chance = random.Random(f"{seed} {number}")
     path = folder / "out.h5"
-    base = chance.choice(list(STUDIES))
-    shutil.copyfile(bases / f"{base}.h5", path)
+    base = chance.choice((*STUDIES, "up_down", "rock_map", "starts"))
+    shutil.copyfile((bases if base in STUDIES else OLD) / f"{base}.h5", path)
     note(f"{base}: {'; '.join(mutate(path, chance))}")
     out = command("show", path, "--json")
     check_json(out)
@@ -264,8 +265,8 @@ def attempt(folder: Path, bases: Path, seed: int, number: int, note: Callable[[s
     for ask in (nsdrill.attractors, nsdrill.hysteresis, nsdrill.window):
         with suppress(NsdrillError):
             ask(path)
-    with suppress(NsdrillError, AttributeError):  # without xarray there is nothing to close
-        nsdrill.open_results(path).close()
+    with suppress(NsdrillError), nsdrill.open_results(path) as data:
+        from_dataset(data)
     if base not in ("trace", "ramp"):
         command("classify", path, *chance.choice(((), ("--set", "classify.whirl.direction=0.2"))))
         check_json(command("show", path, "--json"))

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
 
 from nsdrill.store import MemoryLog, pending_records, write_results
-from nsdrill.variables import PROCEDURES, Kept
+from nsdrill.variables import PROCEDURES, Axis, Kept
 
 SHAPE = (2, 5, 3, 4)
 POINTS = math.prod(SHAPE)
 
 
+ROCK = Axis("bit.rock_stiffness", "N/m", "stiffness of the rock (bit.rock_stiffness)")
+DRAG = Axis("mud.drag", "", "drag coefficient of the mud (mud.drag)")
+
+
 def made(count, peaks, seed=0):
     """``count`` finished records with random numbers, some NaN, and every status but pending."""
+    return made_of(count, Kept(peaks), seed)
+
+
+def made_of(count, kept, seed=0):
+    """The same with all that is ``kept``."""
     random = np.random.default_rng(seed)
-    records = pending_records(count, Kept(peaks))
+    records = pending_records(count, kept)
     for name in records.dtype.names:
         kind = records.dtype[name]
         shape = (count, *kind.shape)
@@ -50,3 +60,20 @@ def make_results(path, shape=SHAPE, peaks=3, seed=0, **attrs):
     log.write(np.arange(len(records)), records)
     write_results(path, log)
     return records
+
+
+def make_log(lengths, named=(), peaks=2, seed=0, returns=0, verify=False):
+    """A log of random points of a grid with these ``lengths`` of its dimensions, in their order in memory: procedure,
+    depth, wob, rotary_speed, then bit_rock_stiffness, mud_drag and start where they are given. The study names its
+    axes in the order ``named``."""
+    axes = tuple(axis for axis in (ROCK, DRAG) if axis.name in lengths)
+    kept = Kept(peaks, returns, starts=lengths.get("start", 0), verify=verify, axes=axes)
+    shape = tuple(lengths[name] for name in kept.grid)
+    study = {} if not named else {"study_resolved": json.dumps({"sweep": {key: [1.0] for key in named}})}
+    about = header(shape[:4], **study)
+    about["coords"] |= {axis.name: np.linspace(1.0, 2.0, lengths[axis.name]) / 7.0 for axis in axes}
+    about["coords"] |= {"start": list(range(lengths["start"]))} if "start" in lengths else {}
+    records = made_of(math.prod(shape), kept, seed)
+    log = MemoryLog(about, len(records), kept)
+    log.write(np.arange(len(records)), records)
+    return log

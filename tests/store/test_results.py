@@ -53,7 +53,8 @@ def test_round_trip_is_bit_for_bit(path, shape, peaks):
         np.testing.assert_array_equal(results.coords[name], values)
     assert tuple(results.coords["state"]) == STATE_NAMES
     assert results.attrs["title"] == "made up"
-    assert results.attrs["format_version"] == 1
+    assert results.attrs["format_version"] == 2
+    assert results.attrs["model"] == "christoforou_yigit"
     assert kind_of(path) == "results"
 
 
@@ -79,17 +80,9 @@ def test_xarray_opens_it_as_it_is(path):
             assert data[name].attrs["units"] == COORDINATES[name][0]
         up = data.sel(procedure="up", state="bit_speed").isel(depth=1, wob=2, rotary_speed=3)
         assert float(up.final_state) == read_results(path)["final_state"][1, 1, 2, 3, STATE_NAMES.index("bit_speed")]
-        assert data.attrs["Conventions"] == "nsdrill-1"
+        assert data.attrs["Conventions"] == "nsdrill-2"
     with open_results(path) as data:
         assert isinstance(data, xr.Dataset)
-
-
-def test_without_xarray_open_results_gives_arrays(path, monkeypatch):
-    import nsdrill.store.read as read
-
-    make_results(path)
-    monkeypatch.setattr(read, "find_spec", lambda name: None)
-    assert open_results(path).shape == SHAPE
 
 
 def test_types_are_those_that_every_reader_knows(path):

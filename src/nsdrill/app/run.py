@@ -78,7 +78,7 @@ def run(
 ) -> Any:
     """Run ``study`` and write the results file ``path``; without a path, keep the results in memory.
 
-    Gives the results as :func:`nsdrill.open_results` does (an xarray Dataset where xarray is installed), or as
+    Gives the results as :func:`nsdrill.open_results` does (an xarray Dataset), or as
     :class:`nsdrill.data.Results` without a path. ``workers`` defaults to the processors at hand. InputError and
     FileError as the command ``nsdrill run`` reports them.
     """

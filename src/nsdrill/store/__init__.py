@@ -2,14 +2,15 @@
 
 from nsdrill.files import write_text
 from nsdrill.store.claim import check_target, claim, claim_file
+from nsdrill.store.dataset import from_dataset, open_results, to_dataset
 from nsdrill.store.export import flag_words, to_csv, to_netcdf
+from nsdrill.store.held import HeldResults
 from nsdrill.store.log import RunLog, part_path
 from nsdrill.store.memory import MemoryLog
 from nsdrill.store.read import (
     collect,
     kind_of,
     log_from_results,
-    open_results,
     read_attributes,
     read_partial,
     read_point,
@@ -24,6 +25,7 @@ from nsdrill.store.sink import Sink, Source
 from nsdrill.store.trace import read_trace, write_trace
 
 __all__ = [
+    "HeldResults",
     "MemoryLog",
     "RunLog",
     "Sink",
@@ -34,6 +36,7 @@ __all__ = [
     "collect",
     "columns",
     "flag_words",
+    "from_dataset",
     "kind_of",
     "log_from_results",
     "open_results",
@@ -50,6 +53,7 @@ __all__ = [
     "renew",
     "rewrite_labels",
     "to_csv",
+    "to_dataset",
     "to_netcdf",
     "variables_in",
     "write_results",

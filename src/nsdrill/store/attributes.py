@@ -23,9 +23,9 @@ LARGEST = 1e100  # of any number: what is larger overflows in sums and units, an
 _LONGEST_LIST = 1000  # numbers in an array
 _LONGEST_TITLE = 500  # characters; the first versions had no limit
 _TEXT = (
-    "axes", "title", "study", "study_source", "study_overrides", "study_resolved", "study_sha256", "classification",
-    "classification_resolved", "border_spacing", "ramps", "at", "nsdrill_version", "model_digest", "created", "history",
-    "procedure", "status", "replay_of",
+    "axes", "dimensions", "model", "title", "study", "study_source", "study_overrides", "study_resolved",
+    "study_sha256", "classification", "classification_resolved", "border_spacing", "ramps", "at", "nsdrill_version",
+    "model_digest", "created", "history", "procedure", "status", "replay_of",
 )  # fmt: skip
 _NUMBERS = ("gap", *AXES, "transient", "observe", "rtol")
 _REFINED = ("refine", "points_run", "points_inferred", "border_spacing")  # all of them or none
@@ -71,10 +71,22 @@ def plain(attrs: Any, name: str) -> Any:
     if not text and there.dtype.kind not in "iufb":
         return None
     value = attrs[name]
-    if text:
-        raw = value if isinstance(value, bytes) else value.encode("utf-8", "surrogateescape")
-        return raw.decode("utf-8", "replace").translate(_CONTROL)
-    return value.item() if isinstance(value, np.generic) else value
+    return plain_value(value.encode("utf-8", "surrogateescape") if text and isinstance(value, str) else value)
+
+
+def plain_value(value: Any) -> Any:
+    """An attribute's value as plain text, number or short array of numbers; None for anything else. An array of one is
+    a number, as xarray has it, which writes numbers so."""
+    if isinstance(value, str):
+        return value.translate(_CONTROL)
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace").translate(_CONTROL)
+    if isinstance(value, np.ndarray | np.generic | int | float):
+        array = np.asarray(value)
+        if array.dtype.kind not in "iufb" or array.ndim > 1 or array.size > _LONGEST_LIST:
+            return None
+        return array.item() if array.size == 1 else array
+    return None
 
 
 def _fault(name: str, value: Any) -> str | None:

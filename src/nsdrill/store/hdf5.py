@@ -16,22 +16,23 @@ import stat
 import struct
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from nsdrill.data import Array, json_text
+from nsdrill.data import Array
 from nsdrill.errors import FileError, printable
 from nsdrill.files import reason
 from nsdrill.store.attributes import LARGEST, plain, text_of
 from nsdrill.store.forgiving import ForgivingFile
+from nsdrill.store.layout import stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
-from nsdrill.units import CF, plain_units
-from nsdrill.variables import COORDINATES, FORMAT_VERSION, STATE_NAMES, STATE_UNITS, Axis, Variable
+from nsdrill.units import plain_units
+from nsdrill.variables import FORMAT_VERSION, STATE_NAMES, Axis, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -46,6 +47,7 @@ import os, resource, sys
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
 import h5py
 size = os.stat(sys.argv[1]).st_size
+order = []
 def look(name, thing):
     dict(thing.attrs)
     if isinstance(thing, h5py.Dataset):
@@ -53,10 +55,14 @@ def look(name, thing):
             raise ValueError(name + " lies in another file")
         if thing.nbytes > {_RATIO} * size:
             raise ValueError(name + " claims more numbers than the file can hold")
+        named = [dim[0].name.strip("/") if order and len(dim) else "" for dim in thing.dims]
+        if all(named) and [item for item in named if item in order] != [item for item in order if item in named]:
+            raise ValueError(name + " has its dimensions in another order than the attribute dimensions")
         for part in thing.iter_chunks() if thing.chunks else [()]:
             thing[part]
 with h5py.File(sys.argv[1], "r") as file:
     look("/", file)
+    order += str(file.attrs.get("dimensions", "")).split()
     file.visititems(look)
 """
 
@@ -80,44 +86,35 @@ def writing(path: Path, *, edit: bool = False) -> Iterator[Any]:
             raw.complain()  # also in place of what HDF5 made of it
 
 
-def add_coordinate(file: Any, name: str, values: Any, axis: Axis | None = None) -> None:
-    """Write the coordinate ``name`` as a dimension scale, of the swept ``axis`` if it is one. Text becomes UTF-8
-    strings."""
+def add_coordinate(file: Any, name: str, values: Any, attrs: Mapping[str, Any]) -> None:
+    """Write the coordinate ``name``: values [n] as a dimension scale, one value as a scalar. Text becomes UTF-8."""
     import h5py
 
-    units, long_name = (CF[axis.units], axis.long_name) if axis else COORDINATES[name]
     array = np.asarray(values)
     if array.dtype.kind in "OU":
-        scale = file.create_dataset(name, data=array.astype(object), dtype=h5py.string_dtype())
+        dataset = file.create_dataset(name, data=array.astype(object), dtype=h5py.string_dtype())
     else:
-        scale = file.create_dataset(name, data=array, **_storage(array.shape, array.dtype, array.shape))
-    scale.attrs["long_name"] = long_name
-    if axis:
-        scale.attrs["key"] = axis.key
-    if array.dtype.kind not in "OU":
-        scale.attrs["units"] = units
-    scale.make_scale(name)
+        dataset = file.create_dataset(name, data=array, **_storage(array.shape, array.dtype, array.shape))
+    for attribute, value in attrs.items():
+        dataset.attrs[attribute] = value
+    if array.ndim:
+        dataset.make_scale(name)
 
 
-def add_variable(file: Any, variable: Variable, dims: tuple[str, ...], chunk: tuple[int, ...]) -> Any:
+def add_variable(
+    file: Any, variable: Variable, dims: tuple[str, ...], chunk: tuple[int, ...], scalars: Sequence[str] = ()
+) -> Any:
     """An empty dataset for ``variable`` on the coordinates ``dims``, already written, in chunks of shape
-    ``chunk`` if it is large."""
+    ``chunk`` if it is large. ``scalars`` names the scalar coordinates that it has, too."""
     shape = tuple(len(file[name]) for name in dims)
     kind = np.dtype(f"<{variable.dtype}")
     dataset = file.create_dataset(variable.name, shape, kind, **_storage(shape, kind, chunk))
-    if variable.units:
-        dataset.attrs["units"] = variable.units
-    else:
-        dataset.attrs["state_units"] = ", ".join(STATE_UNITS)
-    dataset.attrs["long_name"] = variable.long_name
+    for attribute, value in variable_attributes(variable).items():
+        dataset.attrs[attribute] = value
     if kind.kind == "f":
         dataset.attrs["_FillValue"] = kind.type(np.nan)
-    for name in ("flag_values", "flag_masks"):
-        flags = getattr(variable, name)
-        if flags is not None:
-            dataset.attrs[name] = np.array(flags, kind)  # CF: of the type of the variable
-    if variable.flag_meanings is not None:
-        dataset.attrs["flag_meanings"] = variable.flag_meanings
+    if scalars:
+        dataset.attrs["coordinates"] = " ".join(scalars)
     for axis, name in enumerate(dims):
         dataset.dims[axis].attach_scale(file[name])
     return dataset
@@ -135,22 +132,9 @@ def _storage(shape: tuple[int, ...], kind: np.dtype[Any], chunk: tuple[int, ...]
 
 
 def put_attributes(file: Any, attrs: Mapping[str, Any]) -> None:
-    """Set root attributes: text and numbers as they are, truth values as 0 or 1, nothing for None, else JSON text."""
-    for name, value in attrs.items():
-        if value is None:
-            continue
-        if isinstance(value, bool | np.bool_):
-            value = np.int8(value)
-        elif not isinstance(value, str | int | float | np.number | np.ndarray) or (
-            isinstance(value, np.ndarray) and value.dtype.kind not in "iuf"
-        ):
-            value = json_text(value)
-        try:
-            file.attrs[name] = value
-        except ValueError:
-            if not isinstance(value, str):
-                raise
-            file.attrs[name] = printable(value)  # what HDF5 does not take, a zero say, must not cost the points
+    """Set root attributes, as :func:`nsdrill.store.layout.stored_attributes` makes them."""
+    for name, value in stored_attributes(attrs).items():
+        file.attrs[name] = value
 
 
 def seal(path: Path) -> None:
@@ -315,20 +299,20 @@ def check_shape(path: str | os.PathLike[str], file: Any, name: str, shape: tuple
 
 
 def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array:
-    """The coordinate ``name``: 1-D float or int array, or array of str."""
+    """The coordinate ``name``: float or int array or array of str [n]; 0-D where it does not vary."""
     import h5py
 
     scale = file.get(name)
     kinds = "OS" if name in ("procedure", "state") else "i" if name in ("start", "peak", "crossing") else "f"
-    if not isinstance(scale, h5py.Dataset) or scale.shape is None or scale.ndim != 1 or scale.dtype.kind not in kinds:
+    if not isinstance(scale, h5py.Dataset) or scale.shape is None or scale.ndim > 1 or scale.dtype.kind not in kinds:
         raise FileError(f"{path}: the coordinate {name} is missing or no list of values. Make the file again.")
     if kinds != "OS":
         values = np.asarray(scale[()])
         if not np.all(np.abs(values) <= LARGEST):
             raise FileError(f"{path}: the coordinate {name} has values that are no finite numbers. {EDITED}")
         return values
-    if len(scale) > len(STATE_NAMES):  # text may be larger than the file: many values can be one
-        raise FileError(f"{path}: the coordinate {name} has {len(scale)} values. Make the file again.")
+    if scale.size > len(STATE_NAMES):  # text may be larger than the file: many values can be one
+        raise FileError(f"{path}: the coordinate {name} has {scale.size} values. Make the file again.")
     return np.array(scale.asstr()[()], dtype=str)
 
 

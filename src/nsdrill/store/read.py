@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
-from importlib.util import find_spec
+from collections.abc import Container, Iterable, Mapping
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
-from nsdrill.files import reason, replacing
+from nsdrill.files import replacing
 from nsdrill.model.parameters import Operation
 from nsdrill.store import hdf5
-from nsdrill.store.attributes import check_attributes, get_attributes
+from nsdrill.store.attributes import check_attributes, get_attributes, plain, text_of
+from nsdrill.store.layout import Layout
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, recorded
@@ -32,6 +32,7 @@ from nsdrill.variables import (
     PROCEDURES,
     STATE_NAMES,
     VARIABLES,
+    Axis,
     Kept,
     Variable,
 )  # fmt: skip
@@ -46,13 +47,13 @@ def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
     if wanted is not None and not wanted <= set(BY_NAME):
         raise FileError(f"{path}: no variable is called {', '.join(sorted(wanted - set(BY_NAME)))}.")
     with hdf5.opened(path) as file:
-        coords, kept = _coordinates(path, file)
+        points = _Points.of(path, file)
         variables = {
-            variable.name: _checked(path, variable, _dataset(path, file, variable, kept)[()])
-            for variable in _present(file, kept)
+            variable.name: checked(path, variable, points.layout.to_memory(points.dataset(variable)[()]))
+            for variable in points.present
             if wanted is None or variable.name in wanted
         }
-        return Results(coords, variables, get_attributes(path, file), kept.axes)
+        return Results(points.coords, variables, get_attributes(path, file), points.kept.axes)
 
 
 def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
@@ -80,7 +81,7 @@ def variables_in(path: PathLike) -> tuple[Variable, ...]:
         with RunLog.open(path, writable=False) as log:
             return recorded(log.kept)
     with hdf5.opened(path) as file:
-        return _present(file, _coordinates(path, file)[1])
+        return _Points.of(path, file).present
 
 
 def read_attributes(path: PathLike) -> dict[str, Any]:
@@ -96,30 +97,31 @@ def read_point(path: PathLike, *index: int) -> dict[str, Any]:
     they lie outside.
     """
     with hdf5.opened(path) as file:
-        coords, kept = _coordinates(path, file)
-        shape = tuple(len(coords[name]) for name in kept.grid)
+        points = _Points.of(path, file)
+        shape, grid = points.shape, points.kept.grid
         if len(index) != len(shape) or not all(0 <= i < n for i, n in zip(index, shape, strict=True)):
             raise FileError(f"{path}: there is no point {index}; the sweep has {' x '.join(map(str, shape))} points.")
-        point: dict[str, Any] = {name: coords[name][i] for name, i in zip(kept.grid, index, strict=True)}
-        for variable in _present(file, kept):
-            point[variable.name] = _checked(path, variable, _dataset(path, file, variable, kept)[index])[()]
+        point: dict[str, Any] = {name: points.coords[name][i] for name, i in zip(grid, index, strict=True)}
+        for variable in points.present:
+            values = points.dataset(variable)[points.layout.place(index)]
+            point[variable.name] = checked(path, variable, np.asarray(values))[()]
         return point
 
 
 def log_from_results(path: PathLike, part: PathLike) -> RunLog:
     """Make the run log ``part`` again from the finished file ``path``, to run its failed points once more."""
     with hdf5.opened(path) as file:
-        coords, kept = _coordinates(path, file)
-        shape = tuple(len(coords[name]) for name in kept.grid)
-        datasets = {v.name: _dataset(path, file, v, kept) for v in recorded(kept)}
-        header = {"coords": {name: coords[name] for name in kept.grid}, "attrs": get_attributes(path, file)}
+        points = _Points.of(path, file)
+        kept, layout, shape = points.kept, points.layout, points.shape
+        datasets = {v.name: points.dataset(v) for v in recorded(kept)}
+        header = {"coords": {name: points.coords[name] for name in kept.grid}, "attrs": get_attributes(path, file)}
         log = None
         try:
             log = RunLog.create(part, header, int(np.prod(shape)), kept)
             for place, start, stop in blocks(shape, block_shape(shape, points_in_block(kept))):
                 records = pending_records(stop - start, kept)
                 for name, dataset in datasets.items():
-                    values = dataset[place]
+                    values = layout.to_memory(dataset[layout.place(place)])
                     records[name] = values.reshape(stop - start, *values.shape[len(shape):])
                 # What was inferred did not run, and a log holds runs only.
                 ran = np.flatnonzero((records["status"] != PENDING) & (records["status"] != INFERRED))
@@ -144,38 +146,32 @@ def rewrite_labels(
     if unknown:
         raise ValueError(f"not labels: {', '.join(sorted(unknown))}; labels are {', '.join(known_labels)}")
     with hdf5.opened(path) as file:
-        _, kept = _coordinates(path, file)
-        shapes = {name: _dataset(path, file, BY_NAME[name], kept).shape for name in labels}
+        points = _Points.of(path, file)
+        for name in labels:
+            points.dataset(BY_NAME[name])
         known = get_attributes(path, file)
         old = str(known.get("history", ""))
     for name, values in labels.items():
-        if np.shape(values) != shapes[name]:
-            raise ValueError(f"{name} has shape {np.shape(values)}, the grid {shapes[name]}")
+        if np.shape(values) != points.shape:
+            raise ValueError(f"{name} has shape {np.shape(values)}, the grid {points.shape}")
     with replacing(path) as temporary:
         shutil.copyfile(path, temporary)
         shutil.copymode(path, temporary)
         hdf5.unseal(temporary)
         with hdf5.writing(temporary, edit=True) as file:
             for name, values in labels.items():
-                file[name][...] = np.asarray(values, file[name].dtype)
+                file[name][...] = points.layout.to_file(np.asarray(values, file[name].dtype))
             # HDF5 does not use the place of replaced text again, so what stays the same is left alone.
             changed = {name: value for name, value in (attrs or {}).items() if not _same(known.get(name), value)}
             hdf5.put_attributes(file, {**changed, "history": f"{old}\n{history}" if old else history})
         hdf5.seal(temporary)
 
 
-def open_results(path: PathLike) -> Any:
-    """The results file ``path`` as an xarray Dataset, lazy, where xarray and h5netcdf are installed; else Results."""
-    if find_spec("xarray") is None or find_spec("h5netcdf") is None:
-        return read_results(path)
-    import xarray
-
+def check_file(path: PathLike) -> int:
+    """The format version of the results file ``path``; FileError unless its coordinates are as they should be."""
     with hdf5.opened(path) as file:
-        _coordinates(path, file)
-    try:
-        return xarray.open_dataset(path, engine="h5netcdf")
-    except Exception as error:  # of a file that is ours but for what xarray alone reads of it
-        raise hdf5.damaged(path, reason(error)) from error
+        _Points.of(path, file)
+        return int(plain(file.attrs, "format_version"))
 
 
 def kind_of(path: PathLike) -> Literal["results", "trace", "partial"]:
@@ -198,34 +194,88 @@ def _same(old: Any, new: Any) -> bool:
     return isinstance(new, str | int | float) and type(old) is type(new) and bool(old == new)
 
 
-def _coordinates(path: PathLike, file: Any) -> tuple[dict[str, Array], Kept]:
-    """Coordinates of an open results file, and what it keeps of each point."""
-    if file.attrs["nsdrill_kind"] != "results":
-        raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed here.")
-    coords = {name: hdf5.read_coordinate(path, file, name) for name in (*POINT, "state")}
+@dataclass(frozen=True)
+class _Points:
+    """The points of an open results file: what it keeps of each, and where they lie in it. ``coords`` are as in
+    memory."""
+
+    path: PathLike
+    file: Any
+    coords: dict[str, Array]
+    kept: Kept
+    layout: Layout
+
+    @classmethod
+    def of(cls, path: PathLike, file: Any) -> _Points:
+        """Those of ``file``; FileError where its coordinates are not as they should be."""
+        if file.attrs["nsdrill_kind"] != "results":
+            raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed here.")
+        axes = hdf5.read_axes(path, file)
+        grid = (*POINT, *(axis.name for axis in axes), *(["start"] if "start" in file else []))
+        own = (*(name for name in ("peak", "crossing") if name in file), "state")
+        found = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
+        old = plain(file.attrs, "format_version") == 1
+        lists = (*grid, *own) if old else own  # in version 1 all are dimensions
+        for name in lists:
+            if not found[name].ndim:
+                raise FileError(f"{path}: the coordinate {name} is no list of values. {hdf5.EDITED}")
+        coords = {name: np.atleast_1d(values) for name, values in found.items()}
+        check_coordinates(path, coords)
+        kept = kept_of(coords, axes, file)
+        order = kept.grid
+        if not old:
+            # The scales of a dataset would tell, too, but the library can crash on what a file says of them.
+            named = text_of(path, file, "dimensions").split()
+            order = tuple(name for name in named if name in found and found[name].ndim)
+            varying = [name for name in kept.grid if found[name].ndim]
+            if sorted(order) != sorted(varying):
+                raise FileError(
+                    f"{path}: the attribute dimensions is {' '.join(named) or 'empty'}; it should name "
+                    f"{', '.join(varying) or 'nothing'}, in the order of the variables. {hdf5.EDITED}")
+        return cls(path, file, coords, kept, Layout(kept.grid, order))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The lengths of the dimensions of the grid in memory."""
+        return tuple(len(self.coords[name]) for name in self.kept.grid)
+
+    @property
+    def present(self) -> tuple[Variable, ...]:
+        """The variables that the file should have, whatever its age."""
+        return tuple(v for v in recorded(self.kept) if v.name in self.file or v.name not in LATER)
+
+    def dataset(self, variable: Variable) -> Any:
+        """The dataset of ``variable`` if its shape and its type are right."""
+        dims = self.layout.dims(variable)
+        shape = tuple(len(self.coords[name]) for name in dims)
+        kinds = "f" if variable.dtype.startswith("f") else "iu"
+        return hdf5.check_shape(self.path, self.file, variable.name, shape, kinds)
+
+
+def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Container[str]) -> Kept:
+    """What results with these ``coords``, further ``axes`` and ``names`` of variables keep of each point."""
+    starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
+    return Kept(peaks, returns, exponent="lyapunov_exponent" in names, starts=starts, verify="trusted" in names,
+                axes=axes)
+
+
+def check_coordinates(where: PathLike, coords: Mapping[str, Array]) -> None:
+    """FileError unless the coordinates, as in memory, are such as nsdrill writes; ``where`` they are is said."""
     procedures = coords["procedure"].tolist()
     if not procedures or len(set(procedures)) < len(procedures) or not set(procedures) <= set(PROCEDURES):
         found = ", ".join(map(str, coords["procedure"]))
-        raise FileError(f"{path}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
+        raise FileError(f"{where}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
     if tuple(coords["state"]) != STATE_NAMES:
         found = ", ".join(map(str, coords["state"]))
-        raise FileError(f"{path}: the states are {found}; they should be {', '.join(STATE_NAMES)}.")
-    _check_axes(path, coords)
-    axes = hdf5.read_axes(path, file)
+        raise FileError(f"{where}: the states are {found}; they should be {', '.join(STATE_NAMES)}.")
+    _check_axes(where, coords)
     for name in ("start", "peak", "crossing"):
-        if name in file:
-            coords[name] = hdf5.read_coordinate(path, file, name)
-            if not len(coords[name]) or not np.array_equal(coords[name], np.arange(len(coords[name]))):
-                raise FileError(f"{path}: the coordinate {name} does not count from 0. {hdf5.EDITED}")
-    coords |= {axis.name: hdf5.read_coordinate(path, file, axis.name) for axis in axes}
-    order = (*POINT, *(axis.name for axis in axes), "start", "peak", "crossing", "state")
-    ordered = {name: coords[name] for name in order if name in coords}
-    starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
-    return ordered, Kept(peaks, returns, exponent="lyapunov_exponent" in file, starts=starts, verify="trusted" in file,
-                         axes=axes)
+        values = coords.get(name)
+        if values is not None and (not len(values) or not np.array_equal(values, np.arange(len(values)))):
+            raise FileError(f"{where}: the coordinate {name} does not count from 0. {hdf5.EDITED}")
 
 
-def _check_axes(path: PathLike, coords: Mapping[str, Array]) -> None:
+def _check_axes(where: PathLike, coords: Mapping[str, Array]) -> None:
     """FileError unless every axis ascends within the range of its quantity."""
     for name in AXES:
         values = coords[name]
@@ -235,23 +285,12 @@ def _check_axes(path: PathLike, coords: Mapping[str, Array]) -> None:
             for end in (values[0], values[-1]):
                 Operation(**{name: float(end)})
         except ValueError as error:
-            raise FileError(f"{path}: the coordinate {error}. {hdf5.EDITED}") from error
+            raise FileError(f"{where}: the coordinate {error}. {hdf5.EDITED}") from error
 
 
-def _checked(path: PathLike, variable: Variable, values: Array) -> Array:
+def checked(where: PathLike, variable: Variable, values: Array) -> Array:
     """``values`` in the type of ``variable``; FileError where a flag has no meaning."""
     known = range(sum(variable.flag_masks) + 1) if variable.flag_masks else variable.flag_values
     if known and values.size and not (values.min() >= known[0] and values.max() <= known[-1]):
-        raise FileError(f"{path}: {variable.name} has values that mean nothing. {hdf5.EDITED}")
+        raise FileError(f"{where}: {variable.name} has values that mean nothing. {hdf5.EDITED}")
     return np.asarray(values, variable.dtype)
-
-
-def _present(file: Any, kept: Kept) -> tuple[Variable, ...]:
-    """The variables that an open results file should have, whatever its age."""
-    return tuple(variable for variable in recorded(kept) if variable.name in file or variable.name not in LATER)
-
-
-def _dataset(path: PathLike, file: Any, variable: Variable, kept: Kept) -> Any:
-    """The dataset of ``variable`` if its shape and type are right."""
-    shape = tuple(len(file[name]) for name in kept.dims(variable))
-    return hdf5.check_shape(path, file, variable.name, shape, "f" if variable.dtype.startswith("f") else "iu")

@@ -12,11 +12,11 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.files import replacing
 from nsdrill.store import hdf5
+from nsdrill.store.layout import coordinate_attributes, coordinate_names, layout_of, root_attributes
 from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
-from nsdrill.variables import FORMAT_VERSION, POINT, STATE_NAMES, Kept
+from nsdrill.variables import POINT, STATE_NAMES, Kept
 
-CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 _BLOCK_BYTES = 4 << 20
 _BLOCK_POINTS = 4096
 
@@ -28,39 +28,40 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
     NsdrillError if that fails, with ``path`` and ``log`` as they were.
     """
     standing = getattr(log, "standing", lambda: "The points are still in memory.")
-    shape = grid_shape(log.header, log.kept)
-    block = block_shape(shape, points_in_block(log.kept))
-    variables = recorded(log.kept)
+    kept, coords = log.kept, coordinates(log)
+    lengths = {name: len(coords[name]) for name in kept.grid}
+    root = root_attributes("results", {**log.header["attrs"], **(attrs or {})}, kept.axes, lengths)
+    layout = layout_of(lengths, root)
+    shape = grid_shape(log.header, kept)
+    block = block_shape(shape, points_in_block(kept))
+    variables, kind, axes = recorded(kept), record_dtype(kept), {axis.name: axis for axis in kept.axes}
+    scalars = [name for name in layout.grid if name not in layout.order]
     with replacing(path, standing) as temporary:
         with hdf5.writing(temporary) as file:
-            own = {"axes": " ".join(axis.name for axis in log.kept.axes) or None}
-            hdf5.put_attributes(file, root_attributes("results", {**log.header["attrs"], **own, **(attrs or {})}))
-            axes = {axis.name: axis for axis in log.kept.axes}
-            for name, values in coordinates(log).items():
-                hdf5.add_coordinate(file, name, values, axes.get(name))
-            kind = record_dtype(log.kept)
-            datasets = [hdf5.add_variable(file, v, log.kept.dims(v), block + kind[v.name].shape) for v in variables]
+            hdf5.put_attributes(file, root)
+            for name in coordinate_names(layout, kept):
+                values = coords[name][0] if name in scalars else coords[name]
+                hdf5.add_coordinate(file, name, values, coordinate_attributes(name, axes.get(name)))
+            datasets = [
+                hdf5.add_variable(file, v, layout.dims(v), layout.place(block) + kind[v.name].shape, scalars)
+                for v in variables
+            ]
             for place, start, stop in blocks(shape, block):
                 records = log.read(start, stop)
                 for variable, dataset in zip(variables, datasets, strict=True):
                     values = records[variable.name]
-                    dataset[place] = values.reshape(*(s.stop - s.start for s in place), *values.shape[1:])
+                    values = values.reshape(*(s.stop - s.start for s in place), *values.shape[1:])
+                    dataset[layout.place(place)] = layout.to_file(values)
         hdf5.seal(temporary)
 
 
 def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
-    """The coordinates of a file of these results, in file order."""
+    """The coordinates of these results in the order of the dimensions in memory."""
     coords = {name: np.asarray(log.header["coords"][name]) for name in (*POINT, *(a.name for a in log.kept.axes))}
     for name in ("start", "peak", "crossing"):
         if log.kept.length(name):
             coords[name] = np.arange(log.kept.length(name), dtype="<i4")
     return {**coords, "state": np.array(STATE_NAMES)}
-
-
-def root_attributes(kind: str, attrs: Mapping[str, Any]) -> dict[str, Any]:
-    """``attrs`` with what every file of nsdrill carries. The conventions are its own: those of CF ask for numeric
-    coordinates, one unit for a variable, a vertical depth and a time with a date."""
-    return {"Conventions": CONVENTIONS, "history": "", **attrs, "nsdrill_kind": kind, "format_version": FORMAT_VERSION}
 
 
 def points_in_block(kept: Kept) -> int:

@@ -11,7 +11,7 @@ from nsdrill.errors import FileError
 from nsdrill.files import replacing
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import LARGEST, get_attributes
-from nsdrill.store.results import root_attributes
+from nsdrill.store.layout import coordinate_attributes, root_attributes
 from nsdrill.variables import SCHEDULED, TRACE_VARIABLES
 
 _CHUNK = 65536  # samples: 512 KiB of one variable
@@ -27,7 +27,7 @@ def write_trace(path: str | os.PathLike[str], trace: Trace, *, overwrite: bool =
     with replacing(path, overwrite=overwrite) as temporary:
         with hdf5.writing(temporary) as file:
             hdf5.put_attributes(file, root_attributes("trace", trace.attrs))
-            hdf5.add_coordinate(file, "time", np.asarray(trace.time, "<f8"))
+            hdf5.add_coordinate(file, "time", np.asarray(trace.time, "<f8"), coordinate_attributes("time"))
             for variable in TRACE_VARIABLES:
                 hdf5.add_variable(file, variable, variable.dims, chunk)[...] = trace.variables[variable.name]
         hdf5.seal(temporary)
@@ -39,7 +39,7 @@ def read_trace(path: str | os.PathLike[str]) -> Trace:
         if file.attrs["nsdrill_kind"] != "trace":
             raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a trace file is needed here.")
         time = hdf5.read_coordinate(path, file, "time")
-        if not len(time) or not np.all(np.isfinite(time)) or not np.all(np.diff(time) > 0.0):
+        if time.ndim != 1 or not len(time) or not np.all(np.isfinite(time)) or not np.all(np.diff(time) > 0.0):
             raise FileError(f"{path}: the coordinate time does not ascend. {hdf5.EDITED}")
         attrs = get_attributes(path, file)
         # Traces of earlier versions are of one operating point, which stands in their attributes.

@@ -236,9 +236,8 @@ def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any],
     made: dict[str, Any] = {}
     axes = axis_leaves()
     written = document.data.get("sweep")
-    further = [name for name in (written if isinstance(written, dict) else ()) if name in axes and name not in AXES]
-    for axis in (*AXES, *further):
-        if axis in sweep:
+    for axis in written if isinstance(written, dict) else ():  # its order is that of the dimensions of a file
+        if axis in axes and axis in sweep:
             value, fault = _ascending(document, ("sweep", axis), sweep[axis])
             if fault is None:
                 made[axis] = value

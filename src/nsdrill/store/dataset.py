@@ -1,0 +1,204 @@
+"""Results and traces as xarray Datasets: what xarray reads from their files, without a file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from nsdrill.data import Array, Results, Trace
+from nsdrill.errors import FileError
+from nsdrill.files import reason
+from nsdrill.store import hdf5
+from nsdrill.store.attributes import LARGEST, check_attributes, plain_value
+from nsdrill.store.layout import (
+    Layout,
+    coordinate_attributes,
+    coordinate_names,
+    layout_of,
+    root_attributes,
+    stored_attributes,
+    variable_attributes,
+)  # fmt: skip
+from nsdrill.store.read import LATER, check_coordinates, check_file, checked, kept_of, read_results
+from nsdrill.store.records import recorded
+from nsdrill.units import plain_units
+from nsdrill.variables import BY_NAME, FORMAT_VERSION, POINT, STATE_NAMES, TRACE_VARIABLES, Axis, Kept, Variable
+
+_NAME = "the dataset"
+_GIVE = "Give one of nsdrill.run or nsdrill.open_results, or a part of it by isel or sel."
+
+
+def to_dataset(data: Results | Trace) -> Any:
+    """``data`` as the xarray Dataset that xarray reads from its file: the same dimensions, coordinates, attributes and
+    types; flags are whole numbers."""
+    return _results(data) if isinstance(data, Results) else _trace(data)
+
+
+def from_dataset(data: Any, names: Iterable[str] | None = None) -> Results | Trace:
+    """The inverse of :func:`to_dataset`; its dimensions may be in any order, and selections of axes and procedures are
+    taken, too.
+
+    With ``names`` only these variables of results are taken, and others may be missing. FileError where ``data`` is no
+    Dataset of nsdrill.
+    """
+    import xarray
+
+    if not isinstance(data, xarray.Dataset):
+        raise FileError(f"found an object of the type {type(data).__name__}; allowed: an xarray Dataset. {_GIVE}")
+    attrs = {str(name): plain_value(value) for name, value in data.attrs.items()}
+    kind, version = attrs.get("nsdrill_kind"), attrs.get("format_version")
+    if kind not in ("results", "trace") or not isinstance(version, int):
+        raise FileError(f"{_NAME}: found no attribute nsdrill_kind that says results or trace. {_GIVE}")
+    if not 1 <= version <= FORMAT_VERSION:
+        raise FileError(f"{_NAME}: file format {version}; this nsdrill knows formats 1 to {FORMAT_VERSION}. "
+                        "Use a newer nsdrill.")
+    attrs = check_attributes(_NAME, attrs)
+    try:
+        return _from_trace(data, attrs) if kind == "trace" else _from_results(data, attrs, names)
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:  # of the file behind it
+        raise FileError(f"{_NAME}: cannot be read: {reason(error)}. {_GIVE}") from error
+
+
+def open_results(path: str | os.PathLike[str]) -> Any:
+    """The results file ``path`` as an xarray Dataset, which reads the numbers when they are used. A file of version 1
+    is read at once, and has the dimensions of version 2. FileError if it cannot be read."""
+    if check_file(path) == 1:
+        return to_dataset(read_results(path))
+    import xarray
+
+    try:
+        return xarray.open_dataset(path, engine="h5netcdf")
+    except Exception as error:  # of a file that is ours but for what xarray alone reads of it
+        raise hdf5.damaged(path, reason(error)) from error
+
+
+def _results(results: Results) -> Any:
+    import xarray
+
+    kept = kept_of(results.coords, results.more, results.variables)
+    lengths = {name: len(results.coords[name]) for name in results.grid}
+    attrs = _attributes(root_attributes("results", results.attrs, results.more, lengths))
+    layout = layout_of(lengths, attrs)
+    axes = {axis.name: axis for axis in results.more}
+    made: dict[str, Any] = {}
+    for name in coordinate_names(layout, kept):
+        values = results.coords[name]
+        scalar = name in layout.grid and name not in layout.order
+        made[name] = ((), values[0]) if scalar else ((name,), values)
+        made[name] += (coordinate_attributes(name, axes.get(name)),)
+    scalars = " ".join(name for name in layout.grid if name not in layout.order)
+    variables = {
+        name: (layout.dims(BY_NAME[name]), layout.to_file(values), variable_attributes(BY_NAME[name]))
+        for name, values in results.variables.items()
+    }
+    data = xarray.Dataset(variables, made, attrs)
+    for name in variables:
+        _encode(data[name], scalars)
+    return data
+
+
+def _trace(trace: Trace) -> Any:
+    import xarray
+
+    variables = {v.name: (v.dims, trace.variables[v.name], variable_attributes(v)) for v in TRACE_VARIABLES}
+    time = {"time": ("time", trace.time, coordinate_attributes("time"))}
+    data = xarray.Dataset(variables, time, _attributes(root_attributes("trace", trace.attrs)))
+    for name in variables:
+        _encode(data[name])
+    return data
+
+
+def _encode(variable: Any, scalars: str = "") -> None:
+    """Say how the file has ``variable``, for those who write the Dataset with xarray."""
+    if variable.dtype.kind == "f":
+        variable.encoding["_FillValue"] = np.nan
+    if scalars:
+        variable.encoding["coordinates"] = scalars
+
+
+def _attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """Root attributes as xarray gives them: numbers are those of numpy."""
+    found = {}
+    for name, value in stored_attributes(attrs).items():
+        array = np.asarray(value)
+        found[name] = value if isinstance(value, str) else array.ravel()[0] if array.size == 1 else array
+    return found
+
+
+def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | None) -> Results:
+    axes = tuple(_axis(data, name) for name in attrs.get("axes", "").split())
+    grid = (*POINT, *(axis.name for axis in axes), *(["start"] if "start" in data.coords else []))
+    own = [name for name in ("peak", "crossing", "state") if name in data.dims or name in data.coords]
+    coords = {name: _coordinate(data, name) for name in (*grid, *own)}
+    if "state" not in data.dims:  # no variable with states was selected
+        coords["state"] = np.array(STATE_NAMES)
+    check_coordinates(_NAME, coords)
+    kept = kept_of(coords, axes, data.variables)
+    there = [variable.name for variable in recorded(kept)]
+    wanted = set(there) if names is None else set(names)
+    if unknown := sorted(wanted - set(BY_NAME)):
+        raise FileError(f"{_NAME}: no variable is called {', '.join(unknown)}.")
+    variables = {
+        name: _variable(data, BY_NAME[name], kept, coords)
+        for name in there if name in wanted and (name in data.data_vars or name not in LATER)
+    }
+    return Results(coords, variables, dict(attrs), axes)
+
+
+def _axis(data: Any, name: str) -> Axis:
+    told = dict(data.coords[name].attrs) if name in data.coords else {}
+    words = [told.get(item) for item in ("key", "units", "long_name")]
+    if not all(isinstance(word, str) and word for word in words):
+        raise FileError(f"{_NAME}: the axis {name} is missing or does not say what it is. {_GIVE}")
+    key, units, long_name = map(str, words)
+    return Axis(key, plain_units(units), long_name)
+
+
+def _coordinate(data: Any, name: str) -> Array:
+    """The coordinate ``name`` as in memory [n]; one value where the dataset has a scalar."""
+    if name not in data.coords or data.coords[name].dims not in ((), (name,)):  # get would make one that counts
+        raise FileError(f"{_NAME}: the coordinate {name} is missing or no list of values. {_GIVE}")
+    values = np.atleast_1d(data.coords[name].values)
+    if name in ("procedure", "state"):
+        return np.array(values, dtype=str)
+    whole = name in ("start", "peak", "crossing")
+    if values.dtype.kind != ("i" if whole else "f") or not np.all(np.abs(values) <= LARGEST):
+        raise FileError(f"{_NAME}: the coordinate {name} should have {'whole' if whole else 'finite'} numbers. {_GIVE}")
+    return values
+
+
+def _variable(data: Any, variable: Variable, kept: Kept, coords: Mapping[str, Array]) -> Array:
+    """The values of ``variable`` as in memory."""
+    found = data.data_vars.get(variable.name)
+    if found is None:
+        raise FileError(f"{_NAME}: the variable {variable.name} is missing. {_GIVE}")
+    order = tuple(name for name in found.dims if name in kept.grid)
+    layout = Layout(kept.grid, order)
+    lacking = [name for name in kept.grid if name not in order and len(coords[name]) > 1]
+    if lacking or set(found.dims) != set(layout.dims(variable)):
+        wanted = (*(name for name in kept.grid if name in data.dims), *variable.dims[len(POINT):])
+        raise FileError(f"{_NAME}: {variable.name} has the dimensions {', '.join(map(str, found.dims)) or 'none'}; it "
+                        f"should have {', '.join(wanted) or 'none'}. {_GIVE}")
+    kinds, kind = ("f", "real") if variable.dtype.startswith("f") else ("iu", "whole")
+    if found.dtype.kind not in kinds:
+        raise FileError(f"{_NAME}: {variable.name} has the type {found.dtype}; it should have {kind} numbers. {_GIVE}")
+    return checked(_NAME, variable, layout.to_memory(found.transpose(*layout.dims(variable)).values))
+
+
+def _from_trace(data: Any, attrs: Mapping[str, Any]) -> Trace:
+    time = _coordinate(data, "time")
+    if not len(time) or not np.all(np.diff(time) > 0.0):
+        raise FileError(f"{_NAME}: the coordinate time does not ascend. {_GIVE}")
+    variables = {}
+    for variable in TRACE_VARIABLES:
+        found = data.data_vars.get(variable.name)
+        if found is None or found.shape != time.shape or found.dtype.kind != "f":
+            raise FileError(f"{_NAME}: the variable {variable.name} is missing or has no {len(time)} real numbers over "
+                            f"time. {_GIVE}")
+        variables[variable.name] = np.asarray(found.values)
+        if np.any(np.abs(variables[variable.name]) > LARGEST):
+            raise FileError(f"{_NAME}: {variable.name} has values that are no finite numbers. {_GIVE}")
+    return Trace(time, variables, dict(attrs))

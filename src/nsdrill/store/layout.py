@@ -1,0 +1,149 @@
+"""What a file of format version 2 looks like, whoever makes it: its dimensions, their order, and all attributes.
+
+In memory results have every dimension of the grid: the procedure, all axes in a fixed order, the starts. A file has
+those that vary, in the order in which the study names the axes; the others are scalar coordinates.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nsdrill.data import Array, json_text
+from nsdrill.errors import printable
+from nsdrill.units import CF
+from nsdrill.variables import (
+    AXES,
+    COORDINATES,
+    FORMAT_VERSION,
+    MODEL,
+    POINT,
+    STATE_UNITS,
+    Axis,
+    Kept,
+    Variable,
+    dimension_of,
+)  # fmt: skip
+
+CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How arrays over the dimensions ``grid``, as in memory, lie in a file: over the dimensions ``order``, which are
+    some of them. Dimensions of a variable's own follow in both."""
+
+    grid: tuple[str, ...]
+    order: tuple[str, ...]
+
+    def dims(self, variable: Variable) -> tuple[str, ...]:
+        """The dimensions of ``variable`` in the file."""
+        return (*self.order, *variable.dims[len(POINT):])
+
+    def place(self, index: Sequence[Any]) -> tuple[Any, ...]:
+        """The place in the file of ``index``, one number or slice for each dimension of the grid."""
+        return tuple(index[self.grid.index(name)] for name in self.order)
+
+    def to_file(self, values: Array) -> Array:
+        """``values`` [grid, own] as in the file [order, own]. Dimensions that the file lacks have length 1."""
+        gone = [axis for axis, name in enumerate(self.grid) if name not in self.order]
+        kept = [self.grid.index(name) for name in self.order]
+        moved = np.transpose(values, (*gone, *kept, *range(len(self.grid), values.ndim)))
+        return moved.reshape(moved.shape[len(gone):])
+
+    def to_memory(self, values: Array) -> Array:
+        """``values`` [order, own] of the file as in memory [grid, own], contiguous."""
+        kept = [self.order.index(name) for name in self.grid if name in self.order]
+        gone = [axis for axis, name in enumerate(self.grid) if name not in self.order]
+        moved = np.transpose(values, (*kept, *range(len(self.order), values.ndim)))
+        return np.asarray(np.expand_dims(moved, gone), order="C")
+
+
+def layout_of(lengths: Mapping[str, int], attrs: Mapping[str, Any]) -> Layout:
+    """The layout of a file with the root attributes ``attrs`` of a grid with these ``lengths`` of its dimensions, in
+    their order in memory: procedure, the axes as the study names them, start, as far as they have several values."""
+    named = [dimension_of(key) for key in _sweep(attrs)]
+    axes = [name for name in lengths if name not in ("procedure", "start")]
+    ordered = ["procedure", *(name for name in dict.fromkeys([*named, *axes]) if name in axes), "start"]
+    return Layout(tuple(lengths), tuple(name for name in ordered if lengths.get(name, 1) > 1))
+
+
+def _sweep(attrs: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The section ``sweep`` of the resolved study in ``attrs``, in its order; empty where there is none."""
+    try:
+        found = json.loads(attrs.get("study_resolved") or "{}").get("sweep")
+    except (ValueError, AttributeError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def coordinate_names(layout: Layout, kept: Kept) -> list[str]:
+    """The coordinates in the order of the file: those that vary, the scalars, those of single variables."""
+    scalar = [name for name in layout.grid if name not in layout.order]
+    return [*layout.order, *scalar, *(name for name in ("peak", "crossing") if kept.length(name)), "state"]
+
+
+def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]:
+    """The attributes of the coordinate ``name``, of the swept ``axis`` if it is one beside those of the operation."""
+    units, long_name = (CF[axis.units], axis.long_name) if axis else COORDINATES[name]
+    key = axis.key if axis else f"operation.{name}" if name in AXES else None
+    return {
+        "long_name": long_name,
+        **({"key": key} if key else {}),
+        **({} if name in ("procedure", "state") else {"units": units}),
+    }
+
+
+def variable_attributes(variable: Variable) -> dict[str, Any]:
+    """The attributes of ``variable``; flags as CF has them, of the type of the variable."""
+    found: dict[str, Any] = {"units": variable.units} if variable.units else {"state_units": ", ".join(STATE_UNITS)}
+    found["long_name"] = variable.long_name
+    for name in ("flag_values", "flag_masks"):
+        if getattr(variable, name) is not None:
+            found[name] = np.array(getattr(variable, name), variable.dtype)
+    if variable.flag_meanings is not None:
+        found["flag_meanings"] = variable.flag_meanings
+    return found
+
+
+def root_attributes(
+    kind: str, attrs: Mapping[str, Any], axes: Sequence[Axis] = (), lengths: Mapping[str, int] | None = None
+) -> dict[str, Any]:
+    """``attrs`` with what every file of nsdrill carries; of results with these ``lengths`` of the dimensions in memory
+    also the names of the dimensions of the file, and of the ``axes`` beside those of the operation.
+
+    The conventions are its own: those of CF ask for numeric coordinates, one unit for a variable, a vertical depth and
+    a time with a date."""
+    return {
+        "history": "", "model": MODEL, **attrs, "Conventions": CONVENTIONS, "nsdrill_kind": kind,
+        "format_version": FORMAT_VERSION, "axes": " ".join(axis.name for axis in axes) or None,
+        "dimensions": None if lengths is None else " ".join(layout_of(lengths, attrs).order),
+    }  # fmt: skip
+
+
+def stored_attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """Attributes as a file holds them: text, numbers and arrays of numbers as they are, truth values as 0 or 1, nothing
+    for None, else JSON text. Text that HDF5 does not take, a zero say, must not cost the points."""
+    found: dict[str, Any] = {}
+    for name, value in attrs.items():
+        if value is None:
+            continue
+        if isinstance(value, bool | np.bool_):
+            value = np.int8(value)
+        elif not isinstance(value, str | int | float | np.number | np.ndarray) or (
+            isinstance(value, np.ndarray) and value.dtype.kind not in "iuf"
+        ):
+            value = json_text(value)
+        found[name] = printable(value) if isinstance(value, str) and not _storable(value) else value
+    return found
+
+
+def _storable(text: str) -> bool:
+    try:
+        return b"\0" not in text.encode()
+    except UnicodeEncodeError:
+        return False
