@@ -12,7 +12,11 @@ from typing import Any
 AXES = ("depth", "wob", "rotary_speed")
 POINT = ("procedure", *AXES)
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
-STATE_UNITS = ("m", "m s-1", "m", "m s-1", "m", "m s-1", "rad", "rad s-1", "rad")
+DRIVEN_STATE_NAMES = (*STATE_NAMES[:-1], "lag", "drive_speed", STATE_NAMES[-1])  # with a drive that is not ideal
+STATE_UNITS = {
+    "x": "m", "vx": "m s-1", "y": "m", "vy": "m s-1", "z": "m", "vz": "m s-1", "twist": "rad", "bit_speed": "rad s-1",
+    "lag": "rad", "drive_speed": "rad s-1", "drive_angle": "rad",
+}
 PROCEDURES = ("same", "up", "down")
 FORMAT_VERSION = 2
 MODEL = "christoforou_yigit"
@@ -74,7 +78,8 @@ class Variable:
 class Kept:
     """What is kept of each point beside features and labels: how many peaks and returns to the Poincare section, and
     whether the Lyapunov exponent; from how many states each operating point is started, 0 where from one only,
-    without a dimension for it; whether there are checks of each point; and the axes beside those of the operation."""
+    without a dimension for it; whether there are checks of each point; the axes beside those of the operation; and the
+    names of the states."""
 
     peaks: int = 0
     returns: int = 0
@@ -82,11 +87,18 @@ class Kept:
     starts: int = 0
     verify: bool = False
     axes: tuple[Axis, ...] = ()
+    states: tuple[str, ...] = STATE_NAMES
 
     def __post_init__(self) -> None:
         # As plain data has them.
+        object.__setattr__(self, "states", tuple(self.states))
         made = tuple(axis if isinstance(axis, Axis) else Axis(**axis) for axis in self.axes)
         object.__setattr__(self, "axes", made)
+
+    @property
+    def driven(self) -> bool:
+        """Whether the drive has states of its own."""
+        return "lag" in self.states
 
     @property
     def grid(self) -> tuple[str, ...]:
@@ -103,7 +115,7 @@ class Kept:
 
     def length(self, dimension: str) -> int:
         """The length of a dimension that is no axis."""
-        lengths = {"start": self.starts, "peak": self.peaks, "crossing": self.returns, "state": len(STATE_NAMES)}
+        lengths = {"start": self.starts, "peak": self.peaks, "crossing": self.returns, "state": len(self.states)}
         return lengths[dimension]
 
 
@@ -182,6 +194,9 @@ VARIABLES: tuple[Variable, ...] = (
     _feature("surface_torque_min", "N m", "least torque at the surface"),
     _feature("surface_torque_max", "N m", "greatest torque at the surface"),
     _feature("surface_torque_mean", "N m", "mean torque at the surface"),
+    _feature("drive_speed_min", "rad s-1", "least speed of the drive", "driven"),
+    _feature("drive_speed_max", "rad s-1", "greatest speed of the drive", "driven"),
+    _feature("drive_speed_mean", "rad s-1", "mean speed of the drive", "driven"),
     _feature("lateral_acceleration_rms", "m s-2", "r.m.s. lateral acceleration of the collar centre"),
     _feature("axial_acceleration_rms", "m s-2", "r.m.s. axial acceleration of the bit"),
     _feature("half_difference", "1", "largest disagreement between the halves of the observed window"),

@@ -13,7 +13,7 @@ import numpy as np
 from nsdrill.analysis.hysteresis import words
 from nsdrill.analysis.outcome import known, text
 from nsdrill.data import Array, Results, Trace
-from nsdrill.variables import BY_NAME, STATE_NAMES, STATE_UNITS, TRACE_VARIABLES
+from nsdrill.variables import BY_NAME, DRIVEN_STATE_NAMES, STATE_NAMES, STATE_UNITS, TRACE_VARIABLES
 
 ROUNDING = 1e-12  # axes whose values differ by less, relatively, differ by rounding only
 MOST_NAMED = 10  # points whose response changed, one by one
@@ -113,8 +113,8 @@ def _variable(name: str, a: Array, b: Array, dims: int) -> Iterator[tuple[dict[s
     if variable.dims[-1] != "state":
         yield _row(name, variable.units, a, b, dims, flags=variable.flag_meanings is not None)
         return
-    for number, (state, units) in enumerate(zip(STATE_NAMES, STATE_UNITS, strict=True)):
-        yield _row(f"{name}[{state}]", units, a[..., number], b[..., number], dims)
+    for number, state in enumerate(DRIVEN_STATE_NAMES if a.shape[-1] == len(DRIVEN_STATE_NAMES) else STATE_NAMES):
+        yield _row(f"{name}[{state}]", STATE_UNITS[state], a[..., number], b[..., number], dims)
 
 
 def _row(

@@ -34,6 +34,7 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
     now = datetime.now(UTC).isoformat(timespec="seconds")
     return {
         "title": study.title,
+        "model": study.model,
         "study": study.text,
         "study_source": printable(study.source),
         "study_overrides": json_text(study.overrides),

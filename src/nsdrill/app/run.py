@@ -24,6 +24,8 @@ from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
+from nsdrill.models.base import PHASE
+from nsdrill.models.registry import model_named
 from nsdrill.store import (
     MemoryLog,
     RunLog,
@@ -170,7 +172,10 @@ def plan_of(study: Study) -> Plan:
 
 def kept_of(study: Study) -> Kept:
     """What is kept of each point of a study."""
-    return replace(study.record.kept(study.initial.starts), verify=study.simulation.verify, axes=study.more)
+    model = model_named(study.model)
+    states = (*model.states(model.variant(study.parameters)), PHASE)
+    return replace(
+        study.record.kept(study.initial.starts), verify=study.simulation.verify, axes=study.more, states=states)
 
 
 def work_of(study: Study) -> Work:

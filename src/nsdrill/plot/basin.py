@@ -53,8 +53,9 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
     if results.slice:
         _draw_cells(axes, results, number, status, found, colours, names, units)
     else:
-        initial = np.asarray(results["initial_state"]).reshape(len(status), len(STATE_NAMES))
-        _draw_dots(axes, initial, number, status, found, colours, names, units)
+        initial = np.asarray(results["initial_state"]).reshape(len(status), len(results["state"]))
+        by_name = dict(zip(results["state"].tolist(), initial.T, strict=True))
+        _draw_dots(axes, by_name, number, status, found, colours, names, units)
     axes.set_xlabel(quantity(names[0], units).label)
     axes.set_ylabel(quantity(names[1], units).label)
     point = operating_point(fixed_values(results), units)
@@ -108,9 +109,9 @@ def _draw_cells(axes: Axes, results: Results, number: Array, status: Array, foun
     axes.set_ylim(y[0], y[-1])
 
 
-def _draw_dots(axes: Axes, initial: Array, number: Array, status: Array, found: list[Attractor], colours: list[str],
-               names: tuple[str, str], units: str) -> None:
-    x, y = (initial[:, STATE_NAMES.index(name)] / quantity(name, units).scale for name in names)
+def _draw_dots(axes: Axes, initial: dict[str, Array], number: Array, status: Array, found: list[Attractor],
+               colours: list[str], names: tuple[str, str], units: str) -> None:
+    x, y = (initial[name] / quantity(name, units).scale for name in names)
     size = float(np.clip(140 / np.sqrt(len(x)), 1.5, 5.0))
     for one, colour, marker in zip(found, colours, MARKERS, strict=False):
         chosen = number == one.number

@@ -25,7 +25,17 @@ from nsdrill.store.layout import (
 from nsdrill.store.read import LATER, check_coordinates, check_file, checked, kept_of, read_results
 from nsdrill.store.records import recorded
 from nsdrill.units import plain_units
-from nsdrill.variables import BY_NAME, FORMAT_VERSION, POINT, STATE_NAMES, TRACE_VARIABLES, Axis, Kept, Variable
+from nsdrill.variables import (
+    BY_NAME,
+    DRIVEN_STATE_NAMES,
+    FORMAT_VERSION,
+    POINT,
+    STATE_NAMES,
+    TRACE_VARIABLES,
+    Axis,
+    Kept,
+    Variable,
+)
 
 _NAME = "the dataset"
 _GIVE = "Give one of nsdrill.run or nsdrill.open_results, or a part of it by isel or sel."
@@ -91,7 +101,7 @@ def _results(results: Results) -> Any:
         made[name] += (coordinate_attributes(name, axes.get(name)),)
     scalars = " ".join(name for name in layout.grid if name not in layout.order)
     variables = {
-        name: (layout.dims(BY_NAME[name]), layout.to_file(values), variable_attributes(BY_NAME[name]))
+        name: (layout.dims(BY_NAME[name]), layout.to_file(values), variable_attributes(BY_NAME[name], kept.states))
         for name, values in results.variables.items()
     }
     data = xarray.Dataset(variables, made, attrs)
@@ -134,7 +144,7 @@ def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | No
     own = [name for name in ("peak", "crossing", "state") if name in data.dims or name in data.coords]
     coords = {name: _coordinate(data, name) for name in (*grid, *own)}
     if "state" not in data.dims:  # no variable with states was selected
-        coords["state"] = np.array(STATE_NAMES)
+        coords["state"] = np.array(DRIVEN_STATE_NAMES if "drive_speed_mean" in data else STATE_NAMES)
     check_coordinates(_NAME, coords)
     kept = kept_of(coords, axes, data.variables)
     there = [variable.name for variable in recorded(kept)]

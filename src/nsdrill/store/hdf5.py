@@ -32,7 +32,7 @@ from nsdrill.store.layout import stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
 from nsdrill.units import plain_units
-from nsdrill.variables import FORMAT_VERSION, STATE_NAMES, Axis, Variable
+from nsdrill.variables import DRIVEN_STATE_NAMES, FORMAT_VERSION, Axis, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -109,7 +109,8 @@ def add_variable(
     shape = tuple(len(file[name]) for name in dims)
     kind = np.dtype(f"<{variable.dtype}")
     dataset = file.create_dataset(variable.name, shape, kind, **_storage(shape, kind, chunk))
-    for attribute, value in variable_attributes(variable).items():
+    states = file["state"].asstr()[()].tolist() if "state" in dims else ()
+    for attribute, value in variable_attributes(variable, states).items():
         dataset.attrs[attribute] = value
     if kind.kind == "f":
         dataset.attrs["_FillValue"] = kind.type(np.nan)
@@ -311,7 +312,7 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
         if not np.all(np.abs(values) <= LARGEST):
             raise FileError(f"{path}: the coordinate {name} has values that are no finite numbers. {EDITED}")
         return values
-    if scale.size > len(STATE_NAMES):  # text may be larger than the file: many values can be one
+    if scale.size > len(DRIVEN_STATE_NAMES):  # text may be larger than the file: many values can be one
         raise FileError(f"{path}: the coordinate {name} has {scale.size} values. Make the file again.")
     return np.array(scale.asstr()[()], dtype=str)
 

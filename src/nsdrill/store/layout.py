@@ -98,9 +98,11 @@ def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]
     }
 
 
-def variable_attributes(variable: Variable) -> dict[str, Any]:
-    """The attributes of ``variable``; flags as CF has them, of the type of the variable."""
-    found: dict[str, Any] = {"units": variable.units} if variable.units else {"state_units": ", ".join(STATE_UNITS)}
+def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> dict[str, Any]:
+    """The attributes of ``variable``; flags as CF has them, of the type of the variable. Of states the names are
+    needed."""
+    units_of_states = ", ".join(STATE_UNITS[name] for name in states)
+    found: dict[str, Any] = {"units": variable.units} if variable.units else {"state_units": units_of_states}
     found["long_name"] = variable.long_name
     for name in ("flag_values", "flag_masks"):
         if getattr(variable, name) is not None:

@@ -25,6 +25,7 @@ from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import (
     AXES,
     BY_NAME,
+    DRIVEN_STATE_NAMES,
     FORMAT_VERSION,
     INFERRED,
     PENDING,
@@ -256,7 +257,7 @@ def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Containe
     """What results with these ``coords``, further ``axes`` and ``names`` of variables keep of each point."""
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     return Kept(peaks, returns, exponent="lyapunov_exponent" in names, starts=starts, verify="trusted" in names,
-                axes=axes)
+                axes=axes, states=tuple(coords["state"].tolist()))
 
 
 def check_coordinates(where: PathLike, coords: Mapping[str, Array]) -> None:
@@ -265,7 +266,7 @@ def check_coordinates(where: PathLike, coords: Mapping[str, Array]) -> None:
     if not procedures or len(set(procedures)) < len(procedures) or not set(procedures) <= set(PROCEDURES):
         found = ", ".join(map(str, coords["procedure"]))
         raise FileError(f"{where}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
-    if tuple(coords["state"]) != STATE_NAMES:
+    if tuple(coords["state"].tolist()) not in (STATE_NAMES, DRIVEN_STATE_NAMES):
         found = ", ".join(map(str, coords["state"]))
         raise FileError(f"{where}: the states are {found}; they should be {', '.join(STATE_NAMES)}.")
     _check_axes(where, coords)

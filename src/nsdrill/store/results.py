@@ -15,7 +15,7 @@ from nsdrill.store import hdf5
 from nsdrill.store.layout import coordinate_attributes, coordinate_names, layout_of, root_attributes
 from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
-from nsdrill.variables import POINT, STATE_NAMES, Kept
+from nsdrill.variables import POINT, Kept
 
 _BLOCK_BYTES = 4 << 20
 _BLOCK_POINTS = 4096
@@ -61,7 +61,7 @@ def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     for name in ("start", "peak", "crossing"):
         if log.kept.length(name):
             coords[name] = np.arange(log.kept.length(name), dtype="<i4")
-    return {**coords, "state": np.array(STATE_NAMES)}
+    return {**coords, "state": np.array(log.kept.states)}
 
 
 def points_in_block(kept: Kept) -> int:

@@ -119,7 +119,7 @@ class ChristoforouYigit(Model):
     def classify(
         self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array
     ) -> dict[str, Array]:
-        return classify.classify(features, status, thresholds, sizes)
+        return classify.classify(features, status, thresholds, sizes[..., : len(rhs.STATES)])  # of string and bit
 
     def scales(self, table: Array) -> dict[str, Array]:
         return compare.scales(table)
