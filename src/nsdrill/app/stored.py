@@ -29,5 +29,7 @@ def stored_study(path: str | os.PathLike[str], attrs: Mapping[str, Any], coords:
     plan = plan_of(study)
     same = tuple(coords["procedure"]) == plan.procedures and plan.starts == len(coords.get("start", ()))
     if not same or not all(np.array_equal(values, coords.get(name, ())) for name, values in plan.dimensions.items()):
-        raise FileError(f"{path}: the study in the file is not that of its points. Make the file again.")
+        raise FileError(
+            f"{path}: the study in it is not that of its points; allowed: all points of the run, and the study that "
+            "was run. Take the results whole, or make the file again.")
     return study
