@@ -38,7 +38,8 @@ def diff(
     try:
         differing = changes(_study(one.attrs), _study(two.attrs))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise FileError(f"{' or '.join(names)}: study_resolved in the file does not hold a study ({error}). {EDITED}") from error
+        where = " or ".join(names)
+        raise FileError(f"{where}: study_resolved in the file does not hold a study ({error}). {EDITED}") from error
     study = [{"key": key, "a": old, "b": new} for key, old, new in differing]
     found: dict[str, Any] = {
         "kind": "diff",

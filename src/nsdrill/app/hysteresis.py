@@ -9,7 +9,6 @@ from nsdrill.analysis import hysteresis as analysis
 from nsdrill.data import Results
 from nsdrill.store import read_results
 
-
 NEEDED = ("status", "response", "whirl_kind")
 
 

@@ -15,7 +15,7 @@ from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.app.attractors import attractors, labels_of
 from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
-from nsdrill.data import Results, Trace, json_text, overrides
+from nsdrill.data import IN_MEMORY, Results, Trace, json_text, overrides
 from nsdrill.errors import InputError
 from nsdrill.model.leaves import values_at
 from nsdrill.model.rhs import pack, sizes
@@ -223,7 +223,7 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
 
 def relabelled(results: Results, overrides: list[str]) -> Results:
     """A copy of ``results`` with new labels, as :func:`reclassify` gives them to a file."""
-    labels, line, attrs = new_labels(results, overrides, "the results")
+    labels, line, attrs = new_labels(results, overrides, IN_MEMORY)
     history = str(results.attrs.get("history", ""))
     attrs = {**results.attrs, **attrs, "history": f"{history}\n{line}" if history else line}
     kept = {name: labels.get(name, values).astype(values.dtype) for name, values in results.variables.items()}

@@ -13,7 +13,7 @@ from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
-from nsdrill.data import Array, Results, Trace, json_text
+from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, printable
 from nsdrill.kernel.gang import Compiled, Gang, Runs
 from nsdrill.kernel.settings import LONGEST, Simulation
@@ -104,7 +104,7 @@ def replay(
     values beyond the sweep.
     """
     there = source if isinstance(source, Results) else read_results(source, ())
-    path = "the results" if isinstance(source, Results) else source
+    path = IN_MEMORY if isinstance(source, Results) else source
     study = stored_study(path, there.attrs, there.coords)
     plan, units = plan_of(study), units_of(study)
     wanted: dict[str, float] = {}

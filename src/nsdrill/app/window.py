@@ -7,7 +7,7 @@ from typing import Any
 
 from nsdrill.analysis.window import find_window, needed
 from nsdrill.app.overrides import with_overrides
-from nsdrill.data import Results
+from nsdrill.data import IN_MEMORY, Results
 from nsdrill.errors import FileError, InputError
 from nsdrill.store import read_results
 from nsdrill.variables import TRUST
@@ -23,7 +23,7 @@ def read_for_window(source: Results | str | os.PathLike[str], severity: int | No
     """What the window of the results, or the results file, ``source`` is made from; of a file no more."""
     if severity is not None and severity not in range(5):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4.")
-    path = "the results" if isinstance(source, Results) else source
+    path = IN_MEMORY if isinstance(source, Results) else source
     results = source if isinstance(source, Results) else read_results(source, [*needed(severity), *TRUST])
     if lacking := [name for name in needed(severity) if name not in results.variables]:
         raise FileError(

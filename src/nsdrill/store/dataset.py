@@ -49,8 +49,8 @@ def from_dataset(data: Dataset) -> Results | Trace:
     further = str(attrs.get("axes") or "").split()
     if lacking := [name for name in (*POINT, *further) if name not in data.coords]:
         raise InputError(
-            f"the Dataset: found no coordinate {', '.join(lacking)}; allowed: a Dataset as nsdrill.run, simulate, replay "
-            "or open_results give it. Select without drop=True.")
+            f"the Dataset: found no coordinate {', '.join(lacking)}; allowed: a Dataset as nsdrill.run, simulate, "
+            "replay or open_results give it. Select without drop=True.")
     grid = (*POINT, *further, *(("start",) if "start" in data.dims else ()))
     coords = {name: np.atleast_1d(data.coords[name].values) for name in grid}
     coords |= {name: data.coords[name].values for name in OWN if name in data.dims and name in data.coords}
