@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping
 from io import StringIO
 from typing import Any
 
 from nsdrill.errors import Fault, StudyError
-from nsdrill.study.document import dotted, parse
+from nsdrill.study.document import dotted
 from nsdrill.study.overrides import path_of
 
 ALLOWED = "text, numbers, True, False, None, and lists and mappings of these"
@@ -46,16 +44,8 @@ def override_texts(changes: Mapping[Any, Any], name: str) -> list[str]:
 
 
 def _value_text(value: Any) -> str:
-    """The value in YAML on one line: a text without quotes where it reads the same."""
-    if isinstance(value, str):
-        try:
-            if value == value.strip() and parse(value, "").data == value:
-                return value
-        except StudyError:
-            pass
-    if isinstance(value, float) and not math.isfinite(value):
-        return ".nan" if math.isnan(value) else ".inf" if value > 0 else "-.inf"
-    return json.dumps(value, ensure_ascii=False)
+    """The value in YAML on one line."""
+    return _dumped({"v": value}, lines=False).removeprefix("{v: ").removesuffix("}\n")
 
 
 def _take(mapping: Mapping[Any, Any], above: tuple[str, ...], into: dict[str, Any], faults: list[Fault]) -> None:
@@ -95,11 +85,12 @@ def _plain(value: Any, path: tuple[str, ...], faults: list[Fault]) -> Any:
     return None
 
 
-def _dumped(nested: dict[str, Any]) -> str:
+def _dumped(nested: dict[str, Any], *, lines: bool = True) -> str:
     from ruamel.yaml import YAML
 
     yaml = YAML()
-    yaml.default_flow_style, yaml.width = None, 120  # the innermost lists and mappings on lines
+    yaml.default_flow_style = None if lines else True  # None: the innermost lists and mappings on lines of their own
+    yaml.width = 120 if lines else 1_000_000
     out = StringIO()
     yaml.dump(nested, out)
     return out.getvalue()
