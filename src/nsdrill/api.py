@@ -205,17 +205,16 @@ def replay(
     been run.
     """
     from nsdrill.app import trajectory
-    from nsdrill.store.dataset import from_dataset
 
     source: Any = results
     if _is_dataset(results):
         names = ("status", "initial_state", "final_state")
-        source = _results_of(from_dataset(_only(results, names)), "replay", names)
+        source = _results_of(_any(results, names), "replay", names)
     asked = _values(at, "linear", depth=depth, wob=wob, rotary_speed=rotary_speed)
     if procedure is not None and procedure not in _PROCEDURES:
         raise InputError(f"procedure: found {procedure!r}; allowed: {', '.join(_PROCEDURES)}.")
     result = trajectory.replay(
-        source if _is_dataset(results) else _path(results), at=asked, procedure=procedure,
+        source if source is not results else _path(results), at=asked, procedure=procedure,
         start=_number("start", start), sample=_seconds("sample", sample))
     if not result.same_bits:
         cause = "; ".join(result.differing) or "nothing that the file records, so this is a fault: please report it"

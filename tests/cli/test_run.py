@@ -147,8 +147,8 @@ def _points(folder: Path) -> int:
 
 @pytest.fixture(scope="session")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    from nsdrill.study import parse_study
     from nsdrill.app.run import run_study
+    from nsdrill.study import parse_study
 
     folder = tmp_path_factory.mktemp("undisturbed")
     made = {}
