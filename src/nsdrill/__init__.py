@@ -71,8 +71,8 @@ _HOME = {
 
 # Names arrive when they are first used: numba alone takes half a second, and `nsdrill --help` needs none of it.
 def __getattr__(name: str) -> Any:
-    if name == "plot":  # the room of that name, which can be called
-        return import_module("nsdrill.plot")
+    if name in ("api", "plot"):  # the room that has the name of the function plot can be called like it
+        return import_module(f"nsdrill.{name}")
     if name in __all__:
         return getattr(import_module(f"nsdrill.{_HOME.get(name, 'api')}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

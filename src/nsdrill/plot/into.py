@@ -27,8 +27,10 @@ def into_axes(picture: Callable[[], Figure], axes: Any, kind: str | None) -> Fig
         raise InputError(
             f"ax: found {what} {len(panels)} axes here; allowed: a kind with one, as orbit of a trace, basin, shares, "
             "or map and window of a sweep with one procedure over two axes. Without ax it is a figure of its own.")
+    title = axes.get_title()
     with _target(axes):
         picture()
+    axes.set_title(title)
     figure: Any = axes.figure
     while not isinstance(figure, Figure):  # a part of one
         figure = figure.figure
