@@ -13,7 +13,7 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar, cast
 
 from nsdrill.app.progress import Progress, reporting
 from nsdrill.app.wording import python_words
@@ -198,7 +198,8 @@ def replay(
     ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] and ``at``, which holds values of any axes by key, say which
     point; the nearest of the sweep is taken. An axis with a single value may be left out, and so may ``procedure``
     (``"same"``, ``"up"``, ``"down"``) where there is one only. ``start`` is the number of the start where every
-    operating point has several. A Dataset has to be whole, as :func:`run` or :func:`open_results` gave it.
+    operating point has several. The run is sampled every ``sample`` [s]. A Dataset has to be whole, as :func:`run` or
+    :func:`open_results` gave it.
 
     The attribute ``same_bits`` of the trace is 1 where the run ends in the stored final state, bit for bit; a
     RunWarning says where it does not, and what differs. InputError for a point beyond the sweep, or one that has not
@@ -385,9 +386,9 @@ def check(study: StudyLike, set: Settings = None) -> Report:
 
 @_in_words_of_python
 def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
-    """What differs between two results or traces, as plain data in SI units: ``same_study`` (but for the title),
-    ``same_numbers`` (to the bit), and in ``study``, ``made``, ``axes``, ``points``, ``responses`` and ``variables``
-    what, as in ``nsdrill diff --json``."""
+    """What differs between two results or traces, ``a`` and ``b``, as plain data in SI units: ``same_study`` (but for
+    the title), ``same_numbers`` (to the bit), and in ``study``, ``made``, ``axes``, ``points``, ``responses`` and
+    ``variables`` what, as in ``nsdrill diff --json``."""
     from nsdrill.app import diff as app
 
     one, two = (_any(data, None) if _is_dataset(data) else _path(data) for data in (a, b))
@@ -409,10 +410,10 @@ def open_results(path: PathLike) -> Dataset:
 
 
 @_in_words_of_python
-def save(data: Any, path: PathLike, overwrite: bool = False) -> None:
-    """Write results or a trace to a file, whole or not at all: HDF5 (``.h5``), netCDF (``.nc``) or a table (``.csv``,
-    one row for each point or sample, with units in the headings); or a figure of :func:`plot` (``.png``, ``.pdf``,
-    ``.svg``).
+def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> None:
+    """Write results or a trace to the file ``path``, whole or not at all: HDF5 (``.h5``), netCDF (``.nc``) or a table
+    (``.csv``, one row for each point or sample, with units in the headings); or a figure of :func:`plot` (``.png``,
+    ``.pdf``, ``.svg``).
 
     FileError where the file is there already, unless ``overwrite``; InputError for other endings, or a Dataset that
     lacks variables or has others than nsdrill's, which no file of nsdrill holds.
@@ -425,19 +426,20 @@ def save(data: Any, path: PathLike, overwrite: bool = False) -> None:
     from nsdrill.variables import BY_NAME, TRACE_VARIABLES
 
     path = _path(path)
-    if hasattr(data, "savefig"):
+    if _is_figure(data):
         check_suffix(path)
         claim_file(path, overwrite)
-        save_figure(data, path, overwrite=overwrite)
+        save_figure(cast("Figure", data), path, overwrite=overwrite)
         return
     if not _is_dataset(data):
         raise InputError(f"save: found a value of the type {type(data).__name__}; allowed: a Dataset, or a figure.")
     known = {*BY_NAME, *(v.name for v in TRACE_VARIABLES)}
-    if extra := [str(name) for name in data.data_vars if name not in known]:
+    dataset: Any = data
+    if extra := [str(name) for name in dataset.data_vars if name not in known]:
         raise InputError(
             f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its own variables. Leave "
             "the others out with drop_vars, or write all with to_netcdf.")
-    saving.save(from_dataset(data), path, overwrite=overwrite)
+    saving.save(from_dataset(dataset), path, overwrite=overwrite)
 
 
 _OPERATION = ("depth", "wob", "rotary_speed")
@@ -499,6 +501,12 @@ def _is_dataset(data: Any) -> bool:
     from xarray import Dataset
 
     return isinstance(data, Dataset)
+
+
+def _is_figure(data: Any) -> bool:
+    from matplotlib.figure import Figure
+
+    return isinstance(data, Figure)
 
 
 def _only(data: Any, names: Iterable[str]) -> Dataset:
