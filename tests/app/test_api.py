@@ -207,9 +207,10 @@ def test_resume_after_an_interrupt(shared: Path, tmp_path: Path, small: xr.Datas
 
 def test_failed_points_are_told(shared: Path, tmp_path: Path) -> None:
     for path in (None, tmp_path / "out.h5"):
-        with pytest.warns(nsdrill.RunWarning, match=r"points failed; status says which"):
+        with pytest.warns(nsdrill.RunWarning, match=r"points failed; status says which") as told:
             made = nsdrill.run(shared / "small.yaml", path, set={"simulation.max_steps": 1000}, progress=False)
         assert int((made.status == 3).sum()) > 0
+        assert [warning.filename for warning in told] == [__file__]
         made.close()
 
 
@@ -282,6 +283,30 @@ def test_what_cannot_be_opened(tmp_path: Path) -> None:
     (tmp_path / "text.h5").write_text("no")
     with pytest.raises(nsdrill.FileError):
         nsdrill.open_results(tmp_path / "text.h5")
+
+
+def test_dask_gives_the_same_bits(small: xr.Dataset, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, protocol="tcp"
+    ) as cluster:
+        where = {"engine": "dask", "scheduler": cluster.scheduler_address}
+        assert same(nsdrill.run(NESTED, **where), small)
+        with nsdrill.run(NESTED, tmp_path / "out.h5", **where) as written:
+            assert same(written, small)
+    with pytest.raises(nsdrill.InputError, match=r"^scheduler: found 'nonsense'.*tcp://host:8786"):
+        nsdrill.run(NESTED, engine="dask", scheduler="nonsense")
+
+
+def test_dask_workers_that_do_not_start_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    distributed = pytest.importorskip("distributed")
+
+    def fail(**more: object) -> None:
+        raise RuntimeError("Nanny failed to start.")
+
+    monkeypatch.setattr(distributed, "LocalCluster", fail)
+    with pytest.raises(nsdrill.NsdrillError, match=r"did not start .*`if __name__ == \"__main__\":`"):
+        nsdrill.run(NESTED, engine="dask")
 
 
 # --- simulate, replay
