@@ -120,13 +120,15 @@ def run(
                 raise InputError(f"{name}: found without a path; allowed: with the path of a results file.")
     check_sweep(loaded)
     if path is not None:
-        check_target(_path(path))  # before a cluster is started for nothing
+        path = _path(path, "path")
+        _keep_apart(study, path)
+        check_target(path)  # before a cluster is started for nothing
     with _crew(engine, scheduler, workers) as (executor, count), reporting(progress) as watch:
         if path is None:
             results = run_in_memory(loaded, workers=count, watch=watch, executor=executor)
         else:
             outcome = run_study(
-                loaded, _path(path), workers=count, resume=resume, retry_failed=retry_failed, overwrite=overwrite,
+                loaded, path, workers=count, resume=resume, retry_failed=retry_failed, overwrite=overwrite,
                 watch=watch, executor=executor)
     if path is not None:
         _warn_failed(outcome.failed, outcome.points)
@@ -403,7 +405,7 @@ def open_results(path: PathLike) -> Dataset:
     from nsdrill.store import kind_of, open_results
     from nsdrill.store.dataset import to_dataset
 
-    path = _path(path)
+    path = _path(path, "path")
     if os.path.lexists(path) and kind_of(path) == "results":
         return open_results(path)
     return to_dataset(read_any(path))
@@ -425,7 +427,7 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
     from nsdrill.store.dataset import from_dataset
     from nsdrill.variables import BY_NAME, TRACE_VARIABLES
 
-    path = _path(path)
+    path = _path(path, "path")
     if _is_figure(data):
         check_suffix(path)
         claim_file(path, overwrite)
@@ -469,7 +471,7 @@ def _study(study: Any, set: Settings, name: str = THE_STUDY) -> Study:
     if isinstance(study, str) and (not study.strip() or "\n" in study or ": " in study) and not os.path.exists(study):
         return parse_study(study, name, texts)
     if isinstance(study, str | os.PathLike):
-        return load_study(_path(study), texts)
+        return load_study(_path(study, "study"), texts)
     raise InputError(
         f"study: found a value of the type {type(study).__name__}; allowed: a Study, the name of a YAML file, YAML "
         "text, or a mapping.")
@@ -489,10 +491,21 @@ def _texts(changes: Any, name: str) -> list[str]:
     return list(changes)
 
 
-def _path(path: Any) -> str:
+def _path(path: Any, name: str = "results") -> str:
     if isinstance(path, str | os.PathLike) and isinstance(os.fspath(path), str):
         return os.fspath(path)
-    raise InputError(f"found a value of the type {type(path).__name__}; allowed: the name of a file, or a Dataset.")
+    allowed = "the name of a file, or a Dataset" if name == "results" else "the name of a file"
+    raise InputError(f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}.")
+
+
+def _keep_apart(study: Any, path: str) -> None:
+    """InputError where the results would replace the study that they are made from."""
+    try:
+        same = isinstance(study, str | os.PathLike) and os.path.samefile(study, path)
+    except (OSError, ValueError):
+        return
+    if same:
+        raise InputError(f"{path}: this is the study. Choose another path for the results.")
 
 
 def _is_dataset(data: Any) -> bool:

@@ -165,7 +165,8 @@ def test_in_memory_and_in_a_file_are_the_same(shared: Path, small: xr.Dataset, t
         ({"retry_failed": True}, "retry_failed: found without a path"),
         ({"overwrite": True}, "overwrite: found without a path"),
         ({"progress": 3}, "progress: found 3; allowed: True, False, or a function"),
-        ({"path": 3}, "found a value of the type int; allowed: the name of a file"),
+        ({"path": 3}, r"^path: found a value of the type int; allowed: the name of a file\."),
+        ({"path": "out.h5", "overwrite": True, "resume": True}, "overwrite=True and resume=True exclude each other"),
         ({"path": "nowhere/out.h5"}, "there is no folder"),
         ({"set": {"sweep": None, "operation.rotary_speed": {"ramp": [["0 s", "1 rad/s"], ["1 s", "2 rad/s"]]}}},
          "found no sweep, only a ramp"),
@@ -178,6 +179,14 @@ def test_a_wrong_run_is_told_and_leaves_nothing(
     with pytest.raises(nsdrill.InputError, match=words):
         nsdrill.run(shared / "small.yaml", **more)
     assert not list(tmp_path.iterdir())
+
+
+def test_results_do_not_replace_their_study(tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_text("simulation: {transient: 1 s, observe: 1 s}")
+    with pytest.raises(nsdrill.InputError, match=r"this is the study\. Choose another path"):
+        nsdrill.run(tmp_path / "study.yaml", tmp_path / "study.yaml", overwrite=True)
+    assert [path.name for path in tmp_path.iterdir()] == ["study.yaml"]
+    assert nsdrill.load_study(tmp_path / "study.yaml").simulation.observe == 1.0
 
 
 def test_resume_after_an_interrupt(shared: Path, tmp_path: Path, small: xr.Dataset) -> None:
@@ -263,7 +272,7 @@ def test_a_part_of_the_results_can_be_saved(small: xr.Dataset, tmp_path: Path) -
         (lambda d: d.isel(peak=[1]), "x.h5", "found a part of peak"),
         (lambda d: d.drop_vars("rotary_speed"), "x.h5", "found no coordinate rotary_speed"),
         (lambda d: 3, "x.h5", "found a value of the type int; allowed: a Dataset, or a figure"),
-        (lambda d: d, 3, "found a value of the type int; allowed: the name of a file"),
+        (lambda d: d, 3, r"^path: found a value of the type int; allowed: the name of a file\."),
         (lambda d: d, "nowhere/x.h5", "there is no folder"),
     ],
 )
@@ -465,7 +474,7 @@ def test_show_is_what_the_command_prints(shared: Path, small: xr.Dataset, trace:
     assert "trace of one run" in nsdrill.show(trace)
     with pytest.raises(nsdrill.InputError, match="show: found results without status"):
         nsdrill.show(small[["response"]])
-    with pytest.raises(nsdrill.InputError, match="found a value of the type int"):
+    with pytest.raises(nsdrill.InputError, match=r"^results: found a value of the type int; .* or a Dataset"):
         nsdrill.show(3)
 
 

@@ -38,8 +38,8 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
                     n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR)
             except RuntimeError as error:
                 raise NsdrillError(
-                    f"The Dask workers on this machine did not start ({error}). Nothing has run. A Python script is read "
-                    "again by each of them: put its calls below `if __name__ == \"__main__\":`.") from error
+                    f"The Dask workers on this machine did not start ({error}). Nothing has run. A Python script is "
+                    "read again by each of them: put its calls below `if __name__ == \"__main__\":`.") from error
         with cluster, Client(cluster) as client:
             yield _Cluster(client), count
         return
