@@ -62,7 +62,7 @@ _HOME = {
     "FileError": "errors",
     "InputError": "errors",
     "NsdrillError": "errors",
-    "Progress": "app.progress",
+    "Progress": "progress",
     "RunWarning": "errors",
     "Study": "study",
     "StudyError": "errors",

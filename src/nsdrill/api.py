@@ -10,14 +10,16 @@ from __future__ import annotations
 import functools
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar, cast
 
-from nsdrill.app.progress import Progress, reporting
+from nsdrill.app.arguments import is_whole, keep_apart, name_in, number_in, seconds_in, study_in, texts_in, values_in
+from nsdrill.app.datasets import data_in, is_dataset, is_figure, of_whole, outline_in, results_in, with_variables
 from nsdrill.app.wording import python_words
 from nsdrill.errors import InputError, NsdrillError, RunWarning, StudyError
+from nsdrill.progress import Progress, reporting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +29,6 @@ if TYPE_CHECKING:
     from nsdrill.app.check import Report
     from nsdrill.app.trajectory import Trajectory
     from nsdrill.data import Results, Trace
-    from nsdrill.study.keys import Leaf
     from nsdrill.study.study import Study
 
     PathLike: TypeAlias = str | os.PathLike[str]
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
 
 _P = ParamSpec("_P")
 _R = TypeVar("_R")
-THE_STUDY = "the study"  # what messages call one that is no file
 
 
 def _in_words_of_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
@@ -73,7 +73,7 @@ def load_study(study: StudyLike, set: Settings = None) -> Study:
     command line takes them. FileError where a file cannot be read, StudyError, with all its faults, where the study is
     not valid.
     """
-    return _study(study, set)
+    return study_in(study, set)
 
 
 @_in_words_of_python
@@ -110,9 +110,9 @@ def run(
     from nsdrill.store import check_target, open_results
     from nsdrill.store.dataset import to_dataset
 
-    loaded = _study(study, set)
+    loaded = study_in(study, set)
     _check_engine(engine, scheduler)
-    if workers is not None and not _whole(workers):
+    if workers is not None and not is_whole(workers):
         raise InputError(f"workers: found {workers!r}; allowed: a whole number, 1 or more, or None.")
     if path is None:
         for name, on in (("resume", resume), ("retry_failed", retry_failed), ("overwrite", overwrite)):
@@ -120,8 +120,8 @@ def run(
                 raise InputError(f"{name}: found without a path; allowed: with the path of a results file.")
     check_sweep(loaded)
     if path is not None:
-        path = _path(path, "path")
-        _keep_apart(study, path)
+        path = name_in(path, "path")
+        keep_apart(study, path)
         check_target(path)  # before a cluster is started for nothing
     with _crew(engine, scheduler, workers) as (executor, count), reporting(progress) as watch:
         if path is None:
@@ -167,9 +167,9 @@ def simulate(
     from nsdrill.study.keys import STIFFNESS, axis_leaves
     from nsdrill.units import exact_text
 
-    loaded = _study(study, set)
+    loaded = study_in(study, set)
     law = loaded.parameters.well.law
-    given = _values(at, law, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    given = values_in(at, law, depth=depth, wob=wob, rotary_speed=rotary_speed)
     leaves = axis_leaves()
     further = []
     for key, value in given.items():
@@ -177,9 +177,9 @@ def simulate(
             text = exact_text(value, STIFFNESS[law]) if key == "well.stiffness" else leaves[key].text(value)
             further.append(f"{key}={text}")
     result = trajectory.simulate(
-        _study(loaded, further), depth=given.get("depth"), wob=given.get("wob"),
-        rotary_speed=given.get("rotary_speed"), start=_number("start", start),
-        duration=None if duration is None else _seconds("duration", duration), sample=_seconds("sample", sample))
+        study_in(loaded, further), depth=given.get("depth"), wob=given.get("wob"),
+        rotary_speed=given.get("rotary_speed"), start=number_in("start", start),
+        duration=None if duration is None else seconds_in("duration", duration), sample=seconds_in("sample", sample))
     return _trace(result)
 
 
@@ -210,15 +210,15 @@ def replay(
     from nsdrill.app import trajectory
 
     source: Any = results
-    if _is_dataset(results):
+    if is_dataset(results):
         names = ("status", "initial_state", "final_state")
-        source = _results_of(_any(results, names), "replay", names)
-    asked = _values(at, "linear", depth=depth, wob=wob, rotary_speed=rotary_speed)
+        source = with_variables(data_in(results, names), "replay", names)
+    asked = values_in(at, "linear", depth=depth, wob=wob, rotary_speed=rotary_speed)
     if procedure is not None and procedure not in _PROCEDURES:
         raise InputError(f"procedure: found {procedure!r}; allowed: {', '.join(_PROCEDURES)}.")
     result = trajectory.replay(
-        source if source is not results else _path(results), at=asked, procedure=procedure,
-        start=_number("start", start), sample=_seconds("sample", sample))
+        source if source is not results else name_in(results), at=asked, procedure=procedure,
+        start=number_in("start", start), sample=seconds_in("sample", sample))
     if not result.same_bits:
         cause = "; ".join(result.differing) or "nothing that the file records, so this is a fault: please report it"
         warnings.warn(
@@ -241,16 +241,16 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
     from nsdrill.store.dataset import to_dataset
     from nsdrill.variables import BY_NAME
 
-    texts = _texts(changes, "changes")
+    texts = texts_in(changes, "changes")
     measured = [name for name, v in BY_NAME.items() if v.room in MEASURED and v.only is None and v.room != "label"]
     try:
-        if _is_dataset(results):
-            data = _results(results, "classify", ("status", "response", *measured))
+        if is_dataset(results):
+            data = results_in(results, "classify", ("status", "response", *measured))
             return to_dataset(relabelled(data, texts))
-        reclassify(_path(results), texts)
+        reclassify(name_in(results), texts)
     except StudyError as error:
         raise StudyError("changes", error.faults) from None
-    return open_results(_path(results))
+    return open_results(name_in(results))
 
 
 @_in_words_of_python
@@ -260,9 +260,9 @@ def show(data: ResultsLike) -> str:
     from nsdrill.app.report import NEEDED, summarize
     from nsdrill.cli.show import lines
 
-    name = "Dataset" if _is_dataset(data) else os.fspath(_path(data))
-    with _of_whole("show"):
-        return "\n".join(lines(name, summarize(_any(data, NEEDED))))
+    name = "Dataset" if is_dataset(data) else os.fspath(name_in(data))
+    with of_whole("show"):
+        return "\n".join(lines(name, summarize(data_in(data, NEEDED))))
 
 
 @_in_words_of_python
@@ -297,9 +297,9 @@ def plot(
     from nsdrill.plot import cut, draw, draw_window, needed
     from nsdrill.variables import PEAKS
 
-    chosen = _values(at, "linear", depth=depth, wob=wob, rotary_speed=rotary_speed)
-    start = _number("start", start)
-    outline = _outline(data)
+    chosen = values_in(at, "linear", depth=depth, wob=wob, rotary_speed=rotary_speed)
+    start = number_in("start", start)
+    outline = outline_in(data)
     if isinstance(outline, Trace):
         for name, value in (*chosen.items(), ("start", start), ("states", states), ("severity", severity)):
             if value is not None:
@@ -310,10 +310,10 @@ def plot(
             raise InputError(f"severity: found with kind={kind!r}; allowed: with kind='window'.")
         from nsdrill.app.window import read_for_window
 
-        drawn = read_for_window(_any(data, None) if _is_dataset(data) else _path(data), severity)  # type: ignore[arg-type]
+        drawn = read_for_window(data_in(data, None) if is_dataset(data) else name_in(data), severity)  # type: ignore[arg-type]
     else:
-        drawn = _any(data, needed(outline, kind, chosen, start))
-    behind = None if over is None else _results(over, "over", ("status", *PEAKS))
+        drawn = data_in(data, needed(outline, kind, chosen, start))
+    behind = None if over is None else results_in(over, "over", ("status", *PEAKS))
 
     def picture() -> Figure:
         if severity is not None:
@@ -321,7 +321,7 @@ def plot(
             return draw_window(cut(drawn, chosen or None, start), severity, units=units)
         return draw(drawn, kind, units=units, at=chosen or None, over=behind, start=start, states=states)
 
-    with _of_whole("plot"):
+    with of_whole("plot"):
         if ax is None:
             return picture()
         from nsdrill.plot.into import into_axes
@@ -339,11 +339,11 @@ def window(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
     from nsdrill.analysis.window import needed
     from nsdrill.app import window as app
 
-    if severity is not None and (not _whole(severity) or severity not in range(5)):
+    if severity is not None and (not is_whole(severity) or severity not in range(5)):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
-    if not _is_dataset(results):
-        return app.window(_path(results), severity)
-    return app.window(_results(results, "window", ["status", *needed(severity)]), severity)
+    if not is_dataset(results):
+        return app.window(name_in(results), severity)
+    return app.window(results_in(results, "window", ["status", *needed(severity)]), severity)
 
 
 @_in_words_of_python
@@ -352,7 +352,7 @@ def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
     show --json``. Empty for a sweep that is not up-down."""
     from nsdrill.app import hysteresis as app
 
-    return app.hysteresis(_results(results, "hysteresis", app.NEEDED) if _is_dataset(results) else _path(results))
+    return app.hysteresis(results_in(results, "hysteresis", app.NEEDED) if is_dataset(results) else name_in(results))
 
 
 @_in_words_of_python
@@ -369,7 +369,7 @@ def attractors(results: ResultsLike) -> list[dict[str, Any]]:
     from nsdrill.analysis.attractors import NEEDED
     from nsdrill.app import attractors as app
 
-    return app.attractors(_results(results, "attractors", NEEDED) if _is_dataset(results) else _path(results))
+    return app.attractors(results_in(results, "attractors", NEEDED) if is_dataset(results) else name_in(results))
 
 
 @_in_words_of_python
@@ -383,7 +383,7 @@ def check(study: StudyLike, set: Settings = None) -> Report:
     """
     from nsdrill.app import check as app
 
-    return app.check(_study(study, set))
+    return app.check(study_in(study, set))
 
 
 @_in_words_of_python
@@ -393,7 +393,7 @@ def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
     ``variables`` what, as in ``nsdrill diff --json``."""
     from nsdrill.app import diff as app
 
-    one, two = (_any(data, None) if _is_dataset(data) else _path(data) for data in (a, b))
+    one, two = (data_in(data, None) if is_dataset(data) else name_in(data) for data in (a, b))
     return app.diff(one, two)
 
 
@@ -405,7 +405,7 @@ def open_results(path: PathLike) -> Dataset:
     from nsdrill.store import kind_of, open_results
     from nsdrill.store.dataset import to_dataset
 
-    path = _path(path, "path")
+    path = name_in(path, "path")
     if os.path.lexists(path) and kind_of(path) == "results":
         return open_results(path)
     return to_dataset(read_any(path))
@@ -427,13 +427,13 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
     from nsdrill.store.dataset import from_dataset
     from nsdrill.variables import BY_NAME, TRACE_VARIABLES
 
-    path = _path(path, "path")
-    if _is_figure(data):
+    path = name_in(path, "path")
+    if is_figure(data):
         check_suffix(path)
         claim_file(path, overwrite)
         save_figure(cast("Figure", data), path, overwrite=overwrite)
         return
-    if not _is_dataset(data):
+    if not is_dataset(data):
         raise InputError(f"save: found a value of the type {type(data).__name__}; allowed: a Dataset, or a figure.")
     known = {*BY_NAME, *(v.name for v in TRACE_VARIABLES)}
     dataset: Any = data
@@ -446,234 +446,6 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
 
 _OPERATION = ("depth", "wob", "rotary_speed")
 _PROCEDURES = ("same", "up", "down")
-
-
-def _study(study: Any, set: Settings, name: str = THE_STUDY) -> Study:
-    """The study in whatever form, with keys changed."""
-    from nsdrill.study.load import load_study, parse_study
-    from nsdrill.study.mapping import yaml_text
-    from nsdrill.study.study import Study
-
-    texts = _texts(set, "set")
-    if isinstance(study, Study):
-        if not texts:
-            return study
-        if study.text:
-            return parse_study(study.text, study.source or name, [*study.overrides, *texts])
-        from nsdrill.study.written import study_text
-
-        return parse_study(study_text(study.resolved), study.source or name, texts)
-    if isinstance(study, Mapping):
-        try:
-            return parse_study(yaml_text(study, name), name, texts)
-        except StudyError as error:  # whose lines are those of a text that nobody has seen
-            raise StudyError(name, [replace(fault, line=None, column=None) for fault in error.faults]) from None
-    if isinstance(study, str) and (not study.strip() or "\n" in study or ": " in study) and not os.path.exists(study):
-        return parse_study(study, name, texts)
-    if isinstance(study, str | os.PathLike):
-        return load_study(_path(study, "study"), texts)
-    raise InputError(
-        f"study: found a value of the type {type(study).__name__}; allowed: a Study, the name of a YAML file, YAML "
-        "text, or a mapping.")
-
-
-def _texts(changes: Any, name: str) -> list[str]:
-    """Keys to change as texts ``key=value``."""
-    from nsdrill.study.mapping import override_texts
-
-    if changes is None:
-        return []
-    if isinstance(changes, Mapping):
-        return override_texts(changes, name)
-    if not isinstance(changes, list | tuple) or not all(isinstance(text, str) for text in changes):
-        found = repr(changes)[:80]
-        raise InputError(f"{name}: found {found}; allowed: a mapping by dotted keys, or a list of texts 'key=value'.")
-    return list(changes)
-
-
-def _path(path: Any, name: str = "results") -> str:
-    if isinstance(path, str | os.PathLike) and isinstance(os.fspath(path), str):
-        return os.fspath(path)
-    allowed = "the name of a file, or a Dataset" if name == "results" else "the name of a file"
-    raise InputError(f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}.")
-
-
-def _keep_apart(study: Any, path: str) -> None:
-    """InputError where the results would replace the study that they are made from."""
-    try:
-        same = isinstance(study, str | os.PathLike) and os.path.samefile(study, path)
-    except (OSError, ValueError):
-        return
-    if same:
-        raise InputError(f"{path}: this is the study. Choose another path for the results.")
-
-
-def _is_dataset(data: Any) -> bool:
-    if isinstance(data, str | os.PathLike):
-        return False
-    from xarray import Dataset
-
-    return isinstance(data, Dataset)
-
-
-def _is_figure(data: Any) -> bool:
-    from matplotlib.figure import Figure
-
-    return isinstance(data, Figure)
-
-
-def _only(data: Any, names: Iterable[str]) -> Dataset:
-    """A Dataset with these of its variables, and all of its coordinates."""
-    wanted = {*names}
-    kept: Dataset = data.drop_vars([name for name in data.data_vars if name not in wanted])
-    return kept
-
-
-def _any(data: Any, names: Iterable[str] | None) -> Results | Trace:
-    """The results or trace in a Dataset or file, of results only the variables ``names``, if given."""
-    from nsdrill.app.overrides import overrides_of
-    from nsdrill.app.reading import read_any
-    from nsdrill.data import OVERRIDES, json_text
-    from nsdrill.store.dataset import from_dataset
-
-    if not _is_dataset(data):
-        return read_any(_path(data), names)
-    found = from_dataset(data if names is None or "time" in data.dims else _only(data, names))
-    found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
-    return found
-
-
-def _results(data: Any, name: str, names: Iterable[str]) -> Results:
-    """The results in a Dataset or file, which have to have the variables ``names``; of a file only these."""
-    return _results_of(_any(data, None if _is_dataset(data) else names), name, names)
-
-
-def _results_of(data: Results | Trace, name: str, names: Iterable[str]) -> Results:
-    """``data``, which have to be results with the variables ``names``."""
-    from nsdrill.data import Trace
-
-    if isinstance(data, Trace):
-        raise InputError(f"{name}: found a trace; allowed: results of a sweep.")
-    if lacking := [variable for variable in dict.fromkeys(names) if variable not in data.variables]:
-        raise InputError(f"{name}: found results without {_listed(lacking)}; allowed: results that have them.")
-    return data
-
-
-def _listed(names: Sequence[str]) -> str:
-    few = 4
-    return ", ".join(names) if len(names) <= few else f"{', '.join(names[:few])} and {len(names) - few} more"
-
-
-@contextmanager
-def _of_whole(name: str) -> Iterator[None]:
-    """Where a variable is looked for that a Dataset does not have, an error that says so."""
-    try:
-        yield
-    except KeyError as error:
-        from nsdrill.variables import BY_NAME
-
-        if not error.args or error.args[0] not in BY_NAME:
-            raise
-        raise InputError(f"{name}: found results without {error.args[0]}; allowed: results that have it.") from error
-
-
-def _outline(data: Any) -> Results | Trace:
-    """As :func:`_any`, but results have zeros for their variables, which take no memory: to see what there is."""
-    if not _is_dataset(data):
-        from nsdrill.cli.reading import outline
-
-        return outline(_path(data))
-    from nsdrill.data import Trace
-    from nsdrill.variables import BY_NAME
-
-    if "time" in data.dims:
-        return _any(data, None)
-    import numpy as np
-
-    empty = _any(data, ())
-    assert not isinstance(empty, Trace)
-    zeros = np.broadcast_to(np.int8(0), empty.shape)
-    return replace(empty, variables={str(name): zeros for name in data.data_vars if name in BY_NAME})
-
-
-def _values(at: Any, law: str, **apart: Any) -> dict[str, float]:
-    """The values of axes by their keys, in SI: those of ``at``, and those given apart."""
-    from nsdrill.study.keys import STIFFNESS, axis_leaves, did_you_mean
-    from nsdrill.variables import dimension_of
-
-    leaves = axis_leaves()
-    leaves["well.stiffness"] = replace(leaves["well.stiffness"], units=STIFFNESS[law])
-    keys = {dimension_of(key): key for key in leaves}
-    found = {key: _quantity(key, value, leaves[key]) for key, value in apart.items() if value is not None}
-    if not isinstance(at, Mapping) and at is not None:
-        raise InputError(f"at: found {at!r}; allowed: a mapping, as {{'bit.rock_stiffness': '25 MN/m'}}.")
-    for name, value in (at or {}).items():
-        key = keys.get(str(name), str(name).removeprefix("operation."))
-        if key not in leaves:
-            hint = did_you_mean(key, leaves)
-            raise InputError(f"at: found the key {name!r}; allowed: the key of an axis.{f' {hint}' if hint else ''}")
-        if key in found:
-            raise InputError(f"at: found a second value of {key}; allowed: each key once.")
-        found[key] = _quantity(f"at[{name!r}]", value, leaves[key])
-    return found
-
-
-def _quantity(name: str, value: Any, leaf: Leaf) -> float:
-    """A quantity in SI, within the range of its key."""
-    from nsdrill.study.keys import shown
-    from nsdrill.units import QuantityError
-
-    try:
-        if isinstance(value, str) and leaf.kind == "quantity":
-            return float(leaf.read(value))
-        number = _float(value)
-        if number is None or not leaf.low <= number <= leaf.high:
-            raise QuantityError(shown(value if number is None else number), leaf.allowed())
-    except QuantityError as error:
-        si = f"; a number is in {leaf.units}" if leaf.units else ""
-        raise InputError(f"{name}: {str(error).rstrip('.')}{si}.") from None
-    return number
-
-
-def _seconds(name: str, value: Any) -> float:
-    """A time [s]."""
-    from nsdrill.units import QuantityError, to_si
-
-    try:
-        number = to_si(value, "s") if isinstance(value, str) else _float(value)
-    except QuantityError as error:
-        raise InputError(f"{name}: {error}") from None
-    if number is None:
-        raise InputError(f"{name}: found {value!r}; allowed: a number of seconds, or a text with a unit, '10 ms'.")
-    return number
-
-
-def _float(value: Any) -> float | None:
-    """A number of Python, numpy or xarray as a float, None where it is none."""
-    import numpy as np
-
-    if getattr(value, "ndim", None) == 0:
-        value = value.item()
-    if isinstance(value, int | float | np.integer | np.floating) and not isinstance(value, bool):
-        return float(value)
-    return None
-
-
-def _whole(value: Any) -> bool:
-    import numpy as np
-
-    return isinstance(value, int | np.integer) and not isinstance(value, bool)
-
-
-def _number(name: str, value: Any) -> int | None:
-    """A number that counts, or None."""
-    if value is None:
-        return None
-    if getattr(value, "ndim", None) == 0:
-        value = value.item()
-    if not _whole(value):
-        raise InputError(f"{name}: found {value!r}; allowed: a whole number, from 0.")
-    return int(value)
 
 
 def _check_engine(engine: Any, scheduler: Any) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nsdrill.app.progress import pace
+from nsdrill.progress import pace
 from nsdrill.store import read_results
 
 from .helpers import SCRIPT, Call, finish, start

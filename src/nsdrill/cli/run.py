@@ -66,8 +66,8 @@ def command(
     options.keep_apart(study, output)
 
     from nsdrill.app.cluster import dask_executor
-    from nsdrill.app.progress import reporting
     from nsdrill.app.run import check_sweep, run_study
+    from nsdrill.progress import reporting
     from nsdrill.store import check_target
 
     check_sweep(loaded)

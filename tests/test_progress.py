@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import nsdrill
-from nsdrill.app import progress
-from nsdrill.app.progress import Progress, reporting
+from nsdrill import progress
+from nsdrill.progress import Progress, reporting
 from nsdrill.sweep.engine import Progress as Counts
 
 
