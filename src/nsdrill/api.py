@@ -16,7 +16,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar, cast
 
 from nsdrill.app.arguments import is_whole, keep_apart, name_in, number_in, seconds_in, study_in, texts_in, values_in
-from nsdrill.app.datasets import data_in, is_dataset, is_figure, of_whole, outline_in, results_in, with_variables
+from nsdrill.app.datasets import (
+    checked,
+    data_in,
+    is_dataset,
+    is_figure,
+    of_whole,
+    outline_in,
+    results_in,
+    with_variables,
+)
 from nsdrill.app.wording import python_words
 from nsdrill.errors import InputError, NsdrillError, RunWarning, StudyError
 from nsdrill.progress import Progress, reporting
@@ -441,7 +450,7 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
         raise InputError(
             f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its own variables. Leave "
             "the others out with drop_vars, or write all with to_netcdf.")
-    saving.save(from_dataset(dataset), path, overwrite=overwrite)
+    saving.save(checked(from_dataset(dataset)), path, overwrite=overwrite)
 
 
 _OPERATION = ("depth", "wob", "rotary_speed")

@@ -270,6 +270,8 @@ def test_a_part_of_the_results_can_be_saved(small: xr.Dataset, tmp_path: Path) -
         (lambda d: d[["response"]], "x.h5", "found results without status"),
         (lambda d: d.sortby("rotary_speed", ascending=False), "x.h5", "rotary_speed that do not ascend"),
         (lambda d: d.isel(peak=[1]), "x.h5", "found a part of peak"),
+        (lambda d: d.isel(rotary_speed=slice(0, 0)), "x.h5", "found no values of rotary_speed; allowed: one or more"),
+        (lambda d: d, "", "^path: found an empty text"),
         (lambda d: d.drop_vars("rotary_speed"), "x.h5", "found no coordinate rotary_speed"),
         (lambda d: 3, "x.h5", "found a value of the type int; allowed: a Dataset, or a figure"),
         (lambda d: d, 3, r"^path: found a value of the type int; allowed: the name of a file\."),
@@ -523,6 +525,32 @@ def test_check(shared: Path) -> None:
         assert report.points == 16
         assert any(warning.startswith("Short") for warning in report.warnings)
     assert nsdrill.check(NESTED, {"well.diameter": "400 mm"}).coefficients.gap == pytest.approx(0.0857, rel=1e-12)
+
+
+def test_parts_of_which_nothing_is_left(small: xr.Dataset, trace: xr.Dataset, tmp_path: Path) -> None:
+    for call in (nsdrill.show, nsdrill.plot, nsdrill.window, nsdrill.classify, nsdrill.hysteresis):
+        with pytest.raises(nsdrill.InputError, match="found no values of rotary_speed; allowed: one or more"):
+            call(small.isel(rotary_speed=slice(0, 0)))
+    for part in (trace.isel(time=slice(0, 0)), trace.isel(time=slice(None, None, -1))):
+        for call in (nsdrill.show, nsdrill.plot, lambda data: nsdrill.save(data, tmp_path / "x.h5")):
+            with pytest.raises(nsdrill.InputError, match="time is empty or does not ascend"):
+                call(part)
+    assert not list(tmp_path.iterdir())
+    assert nsdrill.plot(trace.sel(time=slice(0.5, 1.0))).axes
+
+
+def test_results_without_their_attributes(small: xr.Dataset, tmp_path: Path) -> None:
+    """Arithmetic of xarray may drop them: what needs no study still works."""
+    bare = small.copy()
+    bare.attrs = {}
+    assert nsdrill.plot(bare).axes
+    assert nsdrill.window(bare)["safe"] == nsdrill.window(small)["safe"]
+    assert "Responses, up" in nsdrill.show(bare)
+    nsdrill.save(bare, tmp_path / "bare.h5")
+    assert nsdrill.diff(bare, tmp_path / "bare.h5")["same_numbers"]
+    for call in (nsdrill.classify, lambda data: nsdrill.replay(data, rotary_speed=3.0, procedure="up")):
+        with pytest.raises(nsdrill.FileError, match="found no study"):
+            call(bare)
 
 
 def test_something_else_than_nsdrill_made(tmp_path: Path) -> None:

@@ -36,7 +36,8 @@ def test_the_same_picture_of_a_file_and_of_a_dataset(shared: Path) -> None:
 
 def test_the_room_of_that_name_can_be_called(shared: Path) -> None:
     code = (
-        "import sys, nsdrill.plot; from nsdrill.plot import draw; import nsdrill; "
+        "import sys, inspect, nsdrill.plot; from nsdrill.plot import draw; import nsdrill; "
+        "assert 'ax' in inspect.signature(nsdrill.plot).parameters; "
         "print(type(nsdrill.plot(sys.argv[1], kind='summary', units='field')).__name__)")
     done = subprocess.run(
         [sys.executable, "-c", code, str(shared / "small.h5")], capture_output=True, text=True, check=True)

@@ -61,7 +61,10 @@ def texts_in(changes: Any, name: str) -> list[str]:
 
 
 def name_in(path: Any, name: str = "results") -> str:
+    """The name of a file, given as the argument ``name``."""
     if isinstance(path, str | os.PathLike) and isinstance(os.fspath(path), str):
+        if not os.fspath(path):
+            raise InputError(f"{name}: found an empty text; allowed: the name of a file.")
         return os.fspath(path)
     allowed = "the name of a file, or a Dataset" if name == "results" else "the name of a file"
     raise InputError(f"{name}: found a value of the type {type(path).__name__}; allowed: {allowed}.")
@@ -146,6 +149,7 @@ def _float(value: Any) -> float | None:
 
 
 def is_whole(value: Any) -> bool:
+    """Whether ``value`` is a whole number."""
     import numpy as np
 
     return isinstance(value, int | np.integer) and not isinstance(value, bool)

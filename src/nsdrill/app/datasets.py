@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nsdrill.app.arguments import name_in
 from nsdrill.data import OVERRIDES, Results, Trace, json_text
 from nsdrill.errors import InputError
@@ -16,6 +18,7 @@ if TYPE_CHECKING:
 
 
 def is_dataset(data: Any) -> bool:
+    """Whether ``data`` are a Dataset; xarray is imported only where they may be one."""
     if isinstance(data, str | os.PathLike):
         return False
     from xarray import Dataset
@@ -24,6 +27,7 @@ def is_dataset(data: Any) -> bool:
 
 
 def is_figure(data: Any) -> bool:
+    """Whether ``data`` are a figure of matplotlib."""
     from matplotlib.figure import Figure
 
     return isinstance(data, Figure)
@@ -44,9 +48,20 @@ def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
 
     if not is_dataset(data):
         return read_any(name_in(data), names)
-    found = from_dataset(data if names is None or "time" in data.dims else _only(data, names))
+    found = checked(from_dataset(data if names is None or "time" in data.dims else _only(data, names)))
     found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
     return found
+
+
+def checked(data: Results | Trace) -> Results | Trace:
+    """``data``; InputError where a selection has left nothing of them, or a trace goes back in time."""
+    if isinstance(data, Trace):
+        if not len(data.time) or not np.all(np.diff(data.time) > 0.0):
+            raise InputError(
+                "the Dataset: found a trace whose time is empty or does not ascend; allowed: samples in order.")
+    elif empty := [name for name, length in zip(data.grid, data.shape, strict=True) if not length]:
+        raise InputError(f"the Dataset: found no values of {', '.join(empty)}; allowed: one or more of each axis.")
+    return data
 
 
 def results_in(data: Any, name: str, names: Iterable[str]) -> Results:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping, Sequence
+from inspect import Signature, signature
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
@@ -140,6 +141,13 @@ class _Room(ModuleType):
 
         figure: Figure = nsdrill.api.plot(data, kind, **options)
         return figure
+
+    @property
+    def __signature__(self) -> Signature:
+        """What editors and notebooks show of the call."""
+        import nsdrill
+
+        return signature(nsdrill.api.plot)
 
 
 sys.modules[__name__].__class__ = _Room
