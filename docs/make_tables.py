@@ -14,6 +14,8 @@ import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+import nsdrill
+from nsdrill import api
 from nsdrill.app.check import MEANINGS as COEFFICIENTS
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.model.coefficients import UNITS
@@ -267,6 +269,49 @@ def option_text(option: object) -> str:
     return " ".join(part for part in parts if part)
 
 
+def python_functions() -> str:
+    """Every function of the package, as its signature and its docstring have it."""
+    return "".join(f"\n### {name}\n\n```python\n{signature(name)}\n```\n\n{docstring(getattr(api, name))}\n"
+                   for name in nsdrill.__all__ if name.islower())
+
+
+def signature(name: str) -> str:
+    """How a function is called; on several lines where it is long."""
+    found = inspect.signature(getattr(api, name))
+    text = f"nsdrill.{name}{found}".replace("'", "")
+    for parameter in found.parameters.values():  # a text as a default is in quotes
+        if isinstance(parameter.default, str):
+            text = text.replace(f" = {parameter.default}", f' = "{parameter.default}"')
+    if len(text) <= 100:
+        return text
+    head, _, tail = text.partition("(")
+    words, _, result = tail.rpartition(") -> ")
+    parts: list[str] = []
+    for part in words.split(", "):  # a comma within brackets does not end a parameter
+        if parts and parts[-1].count("[") > parts[-1].count("]"):
+            parts[-1] += f", {part}"
+        else:
+            parts.append(part)
+    return f"{head}(\n" + "".join(f"    {part},\n" for part in parts) + f") -> {result}"
+
+
+def python_classes() -> str:
+    names = [name for name in nsdrill.__all__ if not name.islower()]
+    return table(["class", "meaning"],
+                 ([code(f"nsdrill.{name}"), " ".join(docstring(getattr(nsdrill, name)).split())] for name in names))
+
+
+def docstring(thing: object) -> str:
+    """A docstring as Markdown."""
+    text = re.sub(r":\w+:`(?:~?[\w.]+\.)?(\w+)`", link, inspect.cleandoc(thing.__doc__ or ""))
+    return text.replace("``", "`").replace("<", "&lt;")
+
+
+def link(found: re.Match[str]) -> str:
+    name = found[1]
+    return f"[`{name}`](#{name})" if name in nsdrill.__all__ and name.islower() else f"`{name}`"
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "parameters": parameters,
     "study keys": study_keys,
@@ -279,6 +324,8 @@ TABLES: dict[str, Callable[[], str]] = {
     "check figures": check_figures,
     "plot kinds": kinds,
     "command line": command_line,
+    "python functions": python_functions,
+    "python classes": python_classes,
 }
 
 

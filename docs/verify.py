@@ -17,8 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import nsdrill
+from nsdrill.app.run import run_in_memory
+from nsdrill.app.trajectory import simulate
 from nsdrill.model.forces import energy, powers
 from nsdrill.model.parameters import Operation
+from nsdrill.study import parse_study
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,7 @@ class Row:
 
 
 def study(text: str, *settings: str) -> nsdrill.Study:
-    return nsdrill.parse_study(text if "sweep:" in text else text + "\nsweep: {depth: 2000 m}\n", "<verify>", settings)
+    return parse_study(text if "sweep:" in text else text + "\nsweep: {depth: 2000 m}\n", "<verify>", settings)
 
 
 def string() -> Iterator[Row]:
@@ -87,7 +90,7 @@ def stick_slip() -> Iterator[Row]:
     drop = force * arm * (peak - law.dynamic)
     w = math.sqrt(k.k_t / k.J)
     a = drop / (k.J * w)
-    trace = nsdrill.simulate(s, duration=60.0, sample=5e-4).trace
+    trace = simulate(s, duration=60.0, sample=5e-4).trace
     time, spin = trace.time, trace["bit_speed"]
     stuck = spin < 0.02 * omega
     starts, ends = np.flatnonzero(~stuck[1:] & stuck[:-1]), np.flatnonzero(stuck[1:] & ~stuck[:-1])
@@ -121,7 +124,7 @@ def lift_off() -> Iterator[Row]:
         steps = [2.0**-k for k in range(-2, 18)]
         weights = sorted([expected * (1 + s) for s in steps] + [expected * (1 - s) for s in steps[-3:]])
         axis = ", ".join(f"{weight!r} N" for weight in weights)
-        found = nsdrill.run(study(f"{head}sweep: {{wob: [{axis}], procedure: down}}\n"))
+        found = run_in_memory(study(f"{head}sweep: {{wob: [{axis}], procedure: down}}\n"))
         weights = found.coords["wob"]
         last = int(np.flatnonzero(found["lift_off_fraction"].ravel() > 0.0)[-1])
         low, high = float(weights[last]), float(weights[last + 1])
@@ -145,7 +148,7 @@ def whirl() -> Iterator[Row]:
     for mass in ("total", "steel"):
         s = study(WHIRLING, f"drillstring.eccentric_mass={mass}")
         k = nsdrill.check(s).coefficients
-        found = nsdrill.run(s)
+        found = run_in_memory(s)
         for i, speed in enumerate(found.coords["rotary_speed"]):
             # (k_r - m_l W²)² r² + (c_h W² r²)² = (m_e e0 W²)²: a quadratic in r²
             a = (k.c_h * speed**2) ** 2
@@ -169,7 +172,7 @@ def balance() -> Iterator[Row]:
     for name, text, depth, wob, speed in cases:
         s = study(text + "\nsimulation: {rtol: 1e-10}")
         operation = Operation(depth, wob, speed)
-        trace = nsdrill.simulate(s, depth=depth, wob=wob, rotary_speed=speed, duration=40.0, sample=1e-4).trace
+        trace = simulate(s, depth=depth, wob=wob, rotary_speed=speed, duration=40.0, sample=1e-4).trace
         stored = energy(s.parameters, operation, trace.variables)
         flows = powers(s.parameters, operation, trace.variables)
         work = sum(_integral(power, 1e-4) for power in flows.values())
@@ -187,7 +190,7 @@ initial: {x: 70 mm, vx: 0.5 m/s, vy: 0.3 m/s, z: 5 mm, twist: 2 rad}
 simulation: {rtol: 1e-12}
 """)
     operation = Operation(2000.0, 0.0, 0.5)
-    trace = nsdrill.simulate(s, depth=2000.0, wob=0.0, rotary_speed=0.5, duration=100.0, sample=1e-3).trace
+    trace = simulate(s, depth=2000.0, wob=0.0, rotary_speed=0.5, duration=100.0, sample=1e-3).trace
     rock = 0.5 * s.parameters.bit.rock_stiffness * np.minimum(trace["z"], 0.0) ** 2
     stored = energy(s.parameters, operation, trace.variables) + rock
     drive = powers(s.parameters, operation, trace.variables)["drive"]
@@ -215,7 +218,7 @@ def order() -> Iterator[Row]:
     for name, text, depth, wob, speed, duration, (first, last) in cases:
         def run(rtol: float) -> nsdrill.app.trajectory.Trajectory:
             s = study(text + f"simulation: {{rtol: {rtol!r}}}")  # noqa: B023
-            return nsdrill.simulate(s, depth=depth, wob=wob, rotary_speed=speed, duration=duration)  # noqa: B023
+            return simulate(s, depth=depth, wob=wob, rotary_speed=speed, duration=duration)  # noqa: B023
 
         exact = run(1e-13).trace
         smoothly = np.all(exact["bit_force"] > 0) and np.all(exact["wall_force"] == 0)

@@ -3,7 +3,7 @@
 >>> import nsdrill
 >>> study = nsdrill.load_study("study.yaml")
 >>> results = nsdrill.run(study, "out.h5")
->>> data = nsdrill.open_results("out.h5")
+>>> nsdrill.plot(results)
 """
 
 from __future__ import annotations
@@ -12,66 +12,71 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from nsdrill.app.attractors import attractors
-    from nsdrill.app.check import check
-    from nsdrill.app.diff import diff
-    from nsdrill.app.hysteresis import hysteresis
-    from nsdrill.app.run import run
-    from nsdrill.app.trajectory import replay, simulate
-    from nsdrill.app.window import window
-    from nsdrill.errors import FileError, InputError, NsdrillError, StudyError
-    from nsdrill.store import open_results, read_trace
-    from nsdrill.study import Study, load_study, parse_study
+    from nsdrill.api import (
+        Progress,
+        Study,
+        attractors,
+        check,
+        classify,
+        diff,
+        hysteresis,
+        load_study,
+        open_results,
+        plot,
+        replay,
+        run,
+        save,
+        show,
+        simulate,
+        window,
+    )
+    from nsdrill.errors import FileError, InputError, NsdrillError, RunWarning, StudyError
 
 __version__ = "0.1.0"
-
-_HOME = {
-    "FileError": "errors",
-    "InputError": "errors",
-    "NsdrillError": "errors",
-    "Study": "study",
-    "StudyError": "errors",
-    "attractors": "app.attractors",
-    "check": "app.check",
-    "diff": "app.diff",
-    "hysteresis": "app.hysteresis",
-    "load_study": "study",
-    "open_results": "store",
-    "parse_study": "study",
-    "read_trace": "store",
-    "replay": "app.trajectory",
-    "run": "app.run",
-    "simulate": "app.trajectory",
-    "window": "app.window",
-}
 
 __all__ = [
     "FileError",
     "InputError",
     "NsdrillError",
+    "Progress",
+    "RunWarning",
     "Study",
     "StudyError",
     "attractors",
     "check",
+    "classify",
     "diff",
     "hysteresis",
     "load_study",
     "open_results",
-    "parse_study",
-    "read_trace",
+    "plot",
     "replay",
     "run",
+    "save",
+    "show",
     "simulate",
     "window",
 ]
 
+_HOME = {
+    "FileError": "errors",
+    "InputError": "errors",
+    "NsdrillError": "errors",
+    "Progress": "progress",
+    "RunWarning": "errors",
+    "Study": "study",
+    "StudyError": "errors",
+}
+
 
 # Names arrive when they are first used: numba alone takes half a second, and `nsdrill --help` needs none of it.
 def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(import_module(f"nsdrill.{_HOME[name]}"), name)
+    if name in ("api", "plot"):  # the room that has the name of the function plot can be called like it
+        return import_module(f"nsdrill.{name}")
+    if name in __all__:
+        return getattr(import_module(f"nsdrill.{_HOME.get(name, 'api')}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOME])
+    return sorted({*globals(), *__all__})

@@ -16,6 +16,7 @@ import numpy as np
 from nsdrill.variables import Axis
 
 Array = np.ndarray[Any, np.dtype[Any]]
+IN_MEMORY = "the results"  # what messages call those that are in no file
 OVERRIDES, THRESHOLDS = "study_overrides", "classification"  # root attributes: the --set of run, and of classify
 
 

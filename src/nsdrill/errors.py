@@ -44,6 +44,11 @@ class CacheWarning(UserWarning):
     """Compiled code cannot be kept, or what was kept is not used. A run takes longer; its numbers are the same."""
 
 
+class RunWarning(UserWarning):
+    """A run that was asked for from Python is not all that it might be: points failed, or the run ended early, or not
+    in the state that it ended in before."""
+
+
 @dataclass(frozen=True)
 class Fault:
     """One thing wrong with a study file.

@@ -1,4 +1,4 @@
-"""The package from Python: load, run, open, simulate, replay, check."""
+"""Sweeps run from Python: the same bits however they are run, interrupts, and what is refused before it begins."""
 
 from __future__ import annotations
 
@@ -8,30 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray
 from interrupts import Interrupt
 
 import nsdrill
 from nsdrill.app.run import Interrupted, run_study
-from nsdrill.data import Results
-from nsdrill.store import read_results, write_trace
-
-
-def test_the_lines_of_the_readme(small: Path, tmp_path: Path) -> None:
-    study = nsdrill.load_study(small)
-    results = nsdrill.run(study, tmp_path / "out.h5")
-    with results, nsdrill.open_results(tmp_path / "out.h5") as data:
-        assert isinstance(data, xarray.Dataset)
-        assert data.equals(results)
-
-
-def test_run_in_memory_gives_the_numbers_of_the_file(shared: Path, small: Path) -> None:
-    made = nsdrill.run(nsdrill.load_study(small), workers=1)
-    kept = read_results(shared / "small.h5")
-    assert isinstance(made, Results)
-    assert list(made.variables) == list(kept.variables)
-    for name, values in kept.variables.items():
-        assert made[name].tobytes() == values.tobytes(), name
+from nsdrill.store import read_results
 
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
@@ -101,40 +82,6 @@ def test_dask_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
         pass
 
 
-def test_simulate_starts_as_the_study_says(small: Path, tmp_path: Path) -> None:
-    study = nsdrill.load_study(small, ["initial.x=5 mm", "initial.vy=3 cm/s"])
-    result = nsdrill.simulate(study, duration=1.0, sample=0.25)
-    assert result.trace.time.tolist() == [0, 0.25, 0.5, 0.75, 1]
-    assert result.trace["x"][0] == 0.005
-    assert result.trace["vy"][0] == 0.03
-    assert result.trace["drive_angle"].tolist() == [0, 0.75, 1.5, 2.25, 3]
-    write_trace(tmp_path / "trace.h5", result.trace)
-    assert nsdrill.read_trace(tmp_path / "trace.h5")["z"].tobytes() == result.trace["z"].tobytes()
-
-
-def test_simulate_is_the_point_of_a_sweep(shared: Path) -> None:
-    """A sweep from one initial state and a simulation at one of its points are the same run."""
-    study, results = nsdrill.load_study(shared / "map.yaml"), read_results(shared / "map.h5")
-    wob, speed = results["wob"][3], results["rotary_speed"][2]
-    result = nsdrill.simulate(study, wob=wob, rotary_speed=speed)
-    assert result.trace.attrs["final_state"].tobytes() == results["final_state"][0, 0, 3, 2].tobytes()
-
-
-def test_replay(shared: Path) -> None:
-    result = nsdrill.replay(shared / "map.h5", wob=41e3, rotary_speed=6.3)
-    assert result.same_bits
-    assert result.trace.attrs["wob"] == 40e3
-    with pytest.raises(nsdrill.InputError, match="--wob"):
-        nsdrill.replay(shared / "map.h5", wob=200e3, rotary_speed=6.3)
-
-
-def test_check(small: Path) -> None:
-    report = nsdrill.check(nsdrill.load_study(small))
-    assert report.coefficients.gap == pytest.approx(0.0762, rel=1e-12)
-    assert report.points == 16
-    assert any(warning.startswith("Short") for warning in report.warnings)
-
-
 def test_wrong_workers(small: Path, tmp_path: Path) -> None:
     with pytest.raises(nsdrill.InputError, match="workers"):
         nsdrill.run(nsdrill.load_study(small), tmp_path / "out.h5", workers=-1)
@@ -166,6 +113,8 @@ def test_importing_nsdrill_is_cheap() -> None:
     assert done.stdout == "[]\n"
     assert set(nsdrill.__all__) <= set(dir(nsdrill))
     assert all(getattr(nsdrill, name) is not None for name in nsdrill.__all__)
+    with pytest.raises(AttributeError, match="no attribute 'lod_study'"):
+        nsdrill.lod_study  # noqa: B018
 
 
 HUGE = """
@@ -179,7 +128,7 @@ sweep:
 def test_a_sweep_too_large_for_the_memory_is_refused_before_it_begins(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    study = nsdrill.parse_study(HUGE)  # 464^3 points: 4.0 GB at 40 bytes, 115 GB at the 1100 bytes of a record
+    study = nsdrill.load_study(HUGE)  # 464^3 points: 4.0 GB at 40 bytes, 115 GB at the 1100 bytes of a record
     monkeypatch.setattr("nsdrill.app.size.memory_free", lambda: 3e9)
     with pytest.raises(nsdrill.InputError, match=r"99897344 points, which takes 4.3 GB of memory; allowed: up to 3 GB"):
         nsdrill.run(study, tmp_path / "out.h5")

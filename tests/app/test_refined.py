@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from interrupts import Interrupt, look_often
 
-import nsdrill
 from nsdrill.app.check import check
 from nsdrill.app.report import reclassify, summarize
-from nsdrill.app.run import Interrupted, run_study
+from nsdrill.app.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.trajectory import replay
 from nsdrill.errors import InputError, StudyError
 from nsdrill.store import part_path, read_attributes, read_partial, read_results
@@ -48,7 +47,7 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_what_was_run_has_the_bits_of_the_full_grid(whole: Path) -> None:
-    full = nsdrill.run(study_of(GRID.replace("points: 4", "points: 13").replace("points: 5", "points: 17"),
+    full = run_in_memory(study_of(GRID.replace("points: 4", "points: 13").replace("points: 5", "points: 17"),
                                 "sweep.refine=0"))
     found = read_results(whole)
     for axis in ("wob", "rotary_speed"):
@@ -131,7 +130,7 @@ def test_chains_are_run_whole_and_where_neighbours_differ(tmp_path: Path) -> Non
     assert chains.sum() < 33
     for left in np.flatnonzero(~chains):
         assert np.array_equal(kind[:, left], kind[:, left - 1])
-    one = nsdrill.run(study_of(CHAINS.replace("from: 1 rad/s, to: 9 rad/s, points: 9", "from: 1 rad/s, to: 9 rad/s, "
+    one = run_in_memory(study_of(CHAINS.replace("from: 1 rad/s, to: 9 rad/s, points: 9", "from: 1 rad/s, to: 9 rad/s, "
                                               "points: 33"), "sweep.refine=0"))
     for name, values in found.variables.items():
         assert values[found["status"] == OK].tobytes() == one[name][found["status"] == OK].tobytes()
@@ -190,7 +189,7 @@ def test_an_inferred_point_cannot_be_replayed(whole: Path) -> None:
 
 
 def test_without_a_file(whole: Path) -> None:
-    found, there = nsdrill.run(study_of(GRID)), read_results(whole)
+    found, there = run_in_memory(study_of(GRID)), read_results(whole)
     assert all(found[name].tobytes() == there[name].tobytes() for name in there.variables)
     assert found.attrs["points_run"] == there.attrs["points_run"]
     assert not np.any(found["status"] == PENDING)

@@ -13,6 +13,8 @@ import xarray
 
 import nsdrill
 from nsdrill.app.run import run_study
+from nsdrill.app.trajectory import replay
+from nsdrill.study import parse_study
 
 # name -> units; the names that scripts of users rely on.
 POINTS = {
@@ -150,8 +152,8 @@ def test_study_digest_is_of_the_resolved_study(shared: Path) -> None:
     study = nsdrill.load_study(shared / "small.yaml")
     text = (shared / "small.yaml").read_text()
     same = "# A comment\n" + text.replace("Small", "Another").replace("2000 m,", "2 km,")
-    assert nsdrill.parse_study(same).sha256 == study.sha256
-    assert nsdrill.parse_study(text.replace("22.24", "22.25")).sha256 != study.sha256
+    assert parse_study(same).sha256 == study.sha256
+    assert parse_study(text.replace("22.24", "22.25")).sha256 != study.sha256
     with h5py.File(shared / "small.h5") as file:
         attrs = dict(file.attrs)
     assert attrs["study_sha256"] == study.sha256
@@ -179,7 +181,7 @@ def test_overrides_are_on_record(shared: Path, tmp_path: Path) -> None:
 def test_trace_file(shared: Path, tmp_path: Path) -> None:
     from nsdrill.store import write_trace
 
-    write_trace(tmp_path / "trace.h5", nsdrill.replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
+    write_trace(tmp_path / "trace.h5", replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
     with xarray.open_dataset(tmp_path / "trace.h5", engine="h5netcdf") as data:
         for name in ("x", "vx", "y", "vy", "z", "vz", "radius", "whirl_angle", "twist", "bit_speed", "bit_force",
                      "bit_torque", "wall_force"):  # fmt: skip
@@ -212,7 +214,7 @@ def test_a_study_that_is_not_that_of_the_points(
         resolved = json.loads(file.attrs["study_resolved"])
         resolved["sweep"][key] = value
         file.attrs["study_resolved"] = json.dumps(resolved)
-    for ask in (lambda: reclassify(path, []), lambda: nsdrill.replay(path, rotary_speed=3.0, procedure="up")):
+    for ask in (lambda: reclassify(path, []), lambda: replay(path, rotary_speed=3.0, procedure="up")):
         with pytest.raises(nsdrill.FileError, match=words):
             ask()
 

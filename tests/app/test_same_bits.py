@@ -22,6 +22,7 @@ from nsdrill.abi import COMPILED
 from nsdrill.app.cluster import _compared, dask_executor
 from nsdrill.app.provenance import model_digest, unlike, versions
 from nsdrill.app.run import Interrupted, run_study
+from nsdrill.app.trajectory import replay
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.kernel import controller
 from nsdrill.kernel.tableau import TSITOURAS
@@ -71,7 +72,8 @@ BITS = """
 import hashlib, json, sys
 import nsdrill
 from nsdrill.app.provenance import versions
-made = nsdrill.run(nsdrill.load_study(sys.argv[1]), workers=1)
+from nsdrill.app.run import run_in_memory
+made = run_in_memory(nsdrill.load_study(sys.argv[1]), workers=1)
 print(json.dumps([versions(), {name: hashlib.sha256(made[name].tobytes()).hexdigest() for name in made.variables}]))
 """
 
@@ -258,7 +260,7 @@ def test_files_say_what_computed_them(shared: Path) -> None:
 
 def test_replay_says_what_differs(shared: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     other(monkeypatch, python="3.99.1", numpy="99.9")
-    result = nsdrill.replay(shared / "map.h5", wob=40e3, rotary_speed=6.3)
+    result = replay(shared / "map.h5", wob=40e3, rotary_speed=6.3)
     assert result.same_bits
     assert result.differing[0].endswith("there, 99.9 here")
     assert result.differing[1] == f"Python {HERE} there, 3.99 here"

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from nsdrill import StudyError, parse_study, run
+from nsdrill import StudyError
+from nsdrill.app.run import run_in_memory
+from nsdrill.study import parse_study
 from nsdrill.variables import STATE_NAMES
 
 # 67 kN buckle the span, so the collar leans on the wall, and at 10 rad/s it rolls all the time.
@@ -20,13 +22,13 @@ UNITS = {"x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s", "t
 
 
 def test_the_final_state_of_a_rolling_run_is_the_start_of_another() -> None:
-    first = run(parse_study(ROLLING))
+    first = run_in_memory(parse_study(ROLLING))
     assert first["wall_contact_fraction"].item() == 1.0
     final = first["final_state"].ravel()
     gap = (0.381 - 0.2286) / 2
     assert np.hypot(final[0], final[2]) > gap + 1e-3
     given = [f"initial.{name}={value!r} {UNITS[name]}" for name, value in zip(STATE_NAMES, final.tolist(), strict=True)]
-    second = run(parse_study(ROLLING, "s", [*given, "simulation.transient=0 s"]))
+    second = run_in_memory(parse_study(ROLLING, "s", [*given, "simulation.transient=0 s"]))
     assert second["initial_state"].tobytes() == first["final_state"].tobytes()
     assert second["wall_contact_fraction"].item() == 1.0
     assert second["rolling_ratio"].item() == pytest.approx(1.0, abs=0.1)

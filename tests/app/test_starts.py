@@ -12,8 +12,9 @@ from interrupts import Interrupt, look_often
 
 import nsdrill
 from nsdrill.analysis.attractors import wilson
+from nsdrill.app.attractors import attractors
 from nsdrill.app.report import reclassify, summarize
-from nsdrill.app.run import Interrupted, run_study
+from nsdrill.app.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.trajectory import replay, simulate
 from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError
@@ -71,9 +72,9 @@ def test_the_same_bits(made: Path, tmp_path: Path, workers: int, lanes: int) -> 
 def test_in_memory(made: Path) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("nsdrill.app.attractors._BLOCK", 1)  # one operating point after the other
-        results = nsdrill.run(parse_study(TEXT), workers=1)
+        results = run_in_memory(parse_study(TEXT), workers=1)
     assert same(results, read_results(made))
-    assert nsdrill.attractors(results) == nsdrill.attractors(made)
+    assert attractors(results) == nsdrill.attractors(made)
 
 
 def test_resumed(made: Path, tmp_path: Path) -> None:

@@ -9,12 +9,11 @@ import numpy as np
 import pytest
 from interrupts import Interrupt, look_often
 
-import nsdrill
 from nsdrill.analysis.window import classes
 from nsdrill.app import trust
 from nsdrill.app.check import check
 from nsdrill.app.report import reclassify, summarize
-from nsdrill.app.run import Interrupted, run_study
+from nsdrill.app.run import Interrupted, run_in_memory, run_study
 from nsdrill.observe.trust import RESPONSE_DIFFERS, verdict
 from nsdrill.store import part_path, read_partial, read_results
 from nsdrill.study import Study, parse_study
@@ -45,7 +44,7 @@ def same(one: Path, two: Path) -> bool:
 
 @TEXTS
 def test_the_runs_are_those_of_the_unchecked_sweep(text: str) -> None:
-    plain, checked = nsdrill.run(study_of(text, "simulation.verify=false")), nsdrill.run(study_of(text))
+    plain, checked = run_in_memory(study_of(text, "simulation.verify=false")), run_in_memory(study_of(text))
     for name, values in plain.variables.items():
         assert values.tobytes() == checked[name].tobytes(), name
     more = set(checked.variables) - set(plain.variables)
@@ -61,7 +60,7 @@ def test_each_check_is_the_run_that_it_says(tmp_path: Path) -> None:
     """The same simulations made by hand: to a hundredth of the tolerance from the stored initial state, and on from the
     stored final state. In a carried sweep these states are no points of another study, so one axis of one value."""
     text = CHAINS.replace("{from: 20 kN, to: 100 kN, points: 3}", "40 kN")
-    found = nsdrill.run(study_of(text))
+    found = run_in_memory(study_of(text))
     tight, long = trust.checks(study_of(text).simulation)
     assert (tight.simulation.rtol, long.simulation.rtol) == (1e-8, 1e-6)
     for check_, row in ((tight, "initial_state"), (long, "final_state")):
@@ -74,7 +73,7 @@ def test_each_check_is_the_run_that_it_says(tmp_path: Path) -> None:
             units = ("m", "m/s", "m", "m/s", "m", "m/s", "rad", "rad/s", "rad")
             given = [f"initial.{n}={v!r} {u}" for n, v, u in zip(names, state.tolist(), units, strict=True)]
             speed = float(found.coords["rotary_speed"][i])
-            one = nsdrill.run(study_of(
+            one = run_in_memory(study_of(
                 text.split("  procedure")[0].replace("{from: 2 rad/s, to: 9 rad/s, points: 8}", f"{speed!r} rad/s"),
                 "simulation.verify=false", f"simulation.rtol={check_.simulation.rtol!r}", *given))
             for name in ("lift_off_fraction", "stick_slip_index", "wall_contact_fraction"):
@@ -84,7 +83,7 @@ def test_each_check_is_the_run_that_it_says(tmp_path: Path) -> None:
 
 def test_run_again_alike_nothing_differs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("nsdrill.app.trust.TIGHTER", 1.0)
-    found = nsdrill.run(study_of(CHAINS))
+    found = run_in_memory(study_of(CHAINS))
     assert np.all(found["tight_difference"] == 0)
     assert np.array_equal(found["tight_response"], found["response"])
     assert np.any(found["long_difference"] > 0)
@@ -114,7 +113,7 @@ def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monke
 def test_checks_that_failed_are_retried(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A check may take so many times the steps of the run; here as many, and most need more."""
     monkeypatch.setattr("nsdrill.app.trust.MORE_STEPS", 1)
-    free = nsdrill.run(study_of(GRID))
+    free = run_in_memory(study_of(GRID))
     limit = int((free["steps"] + free["rejected"]).max())
     out, whole = tmp_path / "out.h5", tmp_path / "whole.h5"
     outcome = run_study(study_of(GRID, f"simulation.max_steps={limit}"), out)
@@ -148,7 +147,7 @@ def test_new_thresholds_give_new_trust(tmp_path: Path) -> None:
 
 
 def test_what_is_said_of_it() -> None:
-    found = nsdrill.run(study_of(REFINED))
+    found = run_in_memory(study_of(REFINED))
     told = summarize(found)["trust"]
     ran = int(np.count_nonzero(found["status"] == OK))
     assert told["agree"] + told["features_differ"] + told["response_differs"] == ran < found["status"].size
@@ -162,7 +161,7 @@ def test_what_is_said_of_it() -> None:
 
 def test_what_was_inferred_is_no_cause_of_distrust() -> None:
     """For the safe window: it was not checked because it was not run."""
-    found = nsdrill.run(study_of(REFINED))
+    found = run_in_memory(study_of(REFINED))
     inferred = found["status"] == INFERRED
     assert inferred.any()
     distrusted = classes(found).distrusted
@@ -171,7 +170,7 @@ def test_what_was_inferred_is_no_cause_of_distrust() -> None:
 
 
 def test_starts_of_an_ensemble_are_checked_too() -> None:
-    found = nsdrill.run(study_of(GRID, "initial.ensemble=3", "sweep.wob=40 kN"))
+    found = run_in_memory(study_of(GRID, "initial.ensemble=3", "sweep.wob=40 kN"))
     assert found["trusted"].shape == (1, 1, 1, 8, 3)
     assert np.all(found["tight_status"] == OK)
     told = summarize(found)["trust"]

@@ -12,6 +12,7 @@ import nsdrill
 from nsdrill.plot import draw
 from nsdrill.plot.traces import title_of
 from nsdrill.store import read_results, read_trace
+from nsdrill.study import parse_study
 
 from .helpers import Call
 
@@ -27,7 +28,7 @@ simulation: {transient: 0.1 s, observe: 0.1 s}
 @pytest.fixture(scope="module")
 def rock(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("rock")
-    nsdrill.run(nsdrill.parse_study(STUDY), folder / "rock.h5", workers=1)
+    nsdrill.run(parse_study(STUDY), folder / "rock.h5", workers=1)
     return folder / "rock.h5"
 
 
@@ -73,7 +74,7 @@ def test_pictures_name_what_is_held(tmp_path: Path) -> None:
         "simulation: {transient: 0 s, observe: 0.1 s}\n")
     axes = "{bit.rock_stiffness: [10 MN/m, 20 MN/m], initial.x: [1 mm, 2 mm], mud.drag: [0.5, 1, 2]}"
     for name, study in {"one": head, "three": f"{head}sweep: {axes}\n"}.items():
-        nsdrill.run(nsdrill.parse_study(study), tmp_path / f"{name}.h5", workers=1)
+        nsdrill.run(parse_study(study), tmp_path / f"{name}.h5", workers=1)
     one = draw(read_results(tmp_path / "one.h5"))
     assert one.get_suptitle() == "2000 m, 20 kN, 5 rad/s"
     three = read_results(tmp_path / "three.h5")
@@ -88,7 +89,7 @@ def test_the_window_over_three_axes_has_rows_in_field_units(call: Call, tmp_path
 sweep: {rotary_speed: [5 rad/s, 6 rad/s], well.friction.dynamic: [0.1, 0.2], bit.rock_stiffness: [10 MN/m, 80 MN/m]}
 simulation: {transient: 0.1 s, observe: 0.1 s}
 """
-    nsdrill.run(nsdrill.parse_study(text), tmp_path / "three.h5", workers=1)
+    nsdrill.run(parse_study(text), tmp_path / "three.h5", workers=1)
     rows = call("window", tmp_path / "three.h5", "--units", "field").out.splitlines()
     [row] = [row for row in rows if row.startswith("57101 lbf/in")]
     assert "100.0 %" in row

@@ -11,6 +11,7 @@ import pytest
 
 import nsdrill
 from nsdrill.app.report import reclassify
+from nsdrill.app.trajectory import simulate
 from nsdrill.store import log_from_results, write_trace
 
 from .helpers import Call
@@ -77,7 +78,7 @@ def test_a_study_that_is_none(call: Call, shared: Path, text: str) -> None:
 
 
 def test_traces(call: Call, shared: Path) -> None:
-    one, other = (nsdrill.simulate(nsdrill.load_study(shared / "small.yaml"), rotary_speed=speed, duration=1.0).trace
+    one, other = (simulate(nsdrill.load_study(shared / "small.yaml"), rotary_speed=speed, duration=1.0).trace
                   for speed in (3.0, 4.0))
     write_trace("one.h5", one)
     write_trace("other.h5", other)

@@ -16,6 +16,7 @@ import nsdrill
 from nsdrill import plot
 from nsdrill.app.overrides import overrides_of
 from nsdrill.app.report import reclassify
+from nsdrill.app.trajectory import replay
 from nsdrill.cli.reading import read
 from nsdrill.store import log_from_results, write_trace
 
@@ -51,7 +52,7 @@ def test_traces(call: Call, shared: Path) -> None:
 
 def test_a_replay_has_those_of_its_sweep(call: Call, shared: Path, old: Path) -> None:
     for file in (shared / "failing.h5", old):
-        trace = nsdrill.replay(file, rotary_speed=1.0, procedure="up").trace
+        trace = replay(file, rotary_speed=1.0, procedure="up").trace
         assert json.loads(trace.attrs["study_overrides"]) == ["simulation.max_steps=1000"]
     # As early versions wrote it.
     write_trace("early.h5", trace)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from nsdrill.cli.progress import pace
+from nsdrill.progress import pace
 from nsdrill.store import read_results
 
 from .helpers import SCRIPT, Call, finish, start
@@ -147,8 +147,8 @@ def _points(folder: Path) -> int:
 
 @pytest.fixture(scope="session")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    from nsdrill import parse_study
     from nsdrill.app.run import run_study
+    from nsdrill.study import parse_study
 
     folder = tmp_path_factory.mktemp("undisturbed")
     made = {}

@@ -23,8 +23,8 @@ record: {peaks: 3}
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    from nsdrill import parse_study
     from nsdrill.app.run import run_study
+    from nsdrill.study import parse_study
 
     path = tmp_path_factory.mktemp("starts") / "out.h5"
     run_study(parse_study(TEXT), path, workers=1)

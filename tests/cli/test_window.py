@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from analysis.grids import grid
 
-import nsdrill
 from nsdrill.analysis.window import find_window
+from nsdrill.app.trajectory import replay
 from nsdrill.cli.window_note import lines
 from nsdrill.store import log_from_results, part_path, write_trace
 
@@ -119,7 +119,7 @@ def test_a_real_run(call: Call, shared: Path) -> None:
 
 
 def test_what_is_no_sweep(call: Call, shared: Path) -> None:
-    write_trace("trace.h5", nsdrill.replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
+    write_trace("trace.h5", replay(shared / "map.h5", wob=40e3, rotary_speed=6.0).trace)
     assert "a results file is needed" in call("window", "trace.h5").err
     assert "there is no such file" in call("window", "nothing.h5").err
     Path("text.h5").write_text("no")

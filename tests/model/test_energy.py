@@ -15,9 +15,9 @@ from reference import Case
 from scipy.integrate import simpson
 from sweep.runs import run_from, work_for
 
-import nsdrill
 from model.buffers import slopes
 from model.cases import operation_of, parameters_of, random_case, random_state, table_of
+from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.forces import energy, powers
 from nsdrill.model.rhs import STATES
@@ -99,7 +99,7 @@ def test_energy_balances_along_trajectories_through_all_contacts(law: str, softe
     1e-8 of the work at h = 1/8 ms (found to fall with h^2 down to 3e-9 at 1/20 ms, whatever the tolerance below 1e-9).
     """
     study = chaotic(law, softening, mass)
-    trajectory = nsdrill.simulate(study, duration=20.0, sample=1.25e-4)
+    trajectory = simulate(study, duration=20.0, sample=1.25e-4)
     trace = trajectory.trace
     defect, through = balance(trajectory, study)
     assert defect < 1e-7 * through
@@ -113,7 +113,7 @@ def test_energy_defect_falls_with_the_tolerance() -> None:
     defects = []
     for rtol in (1e-4, 1e-6, 1e-8):
         study = replace(base, simulation=replace(base.simulation, rtol=rtol))
-        defect, through = balance(nsdrill.simulate(study, duration=20.0, sample=5e-5), study)
+        defect, through = balance(simulate(study, duration=20.0, sample=5e-5), study)
         defects.append(defect / through)
     assert defects[0] < 1e-3
     assert defects[1] < 0.1 * defects[0]

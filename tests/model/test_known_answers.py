@@ -11,8 +11,8 @@ from reference import Case
 from scipy.optimize import brentq
 from sweep.runs import run_from, run_work, work_for
 
-import nsdrill
 from model.cases import operation_of, parameters_of
+from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.coefficients import derive
 from nsdrill.model.figures import lift_off_wob, wall_speed
@@ -63,7 +63,7 @@ initial: {{x: 0 mm, twist: {twist} rad, bit_speed: 4 rad/s}}
 sweep: {{depth: [2000 m]}}
 simulation: {{rtol: 1e-8}}
 """)
-    trace = nsdrill.simulate(study, duration=32.0, sample=1e-3).trace
+    trace = simulate(study, duration=32.0, sample=1e-3).trace
     speed, t, level = trace["bit_speed"], trace.time, 0.01 * c.speed
     rises = t[np.flatnonzero((speed[:-1] <= level) & (speed[1:] > level))]
     falls = t[np.flatnonzero((speed[:-1] > level) & (speed[1:] <= level))]

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_simpson, solve_ivp
 
-import nsdrill
 from nsdrill.app.ramped import follow, scheduled
+from nsdrill.app.run import run_in_memory
+from nsdrill.app.trajectory import simulate
 from nsdrill.model.coefficients import derive
 from nsdrill.model.forces import energy, powers
 from nsdrill.model.parameters import Operation, Parameters
@@ -38,8 +39,8 @@ def state_of(trace) -> dict[str, np.ndarray]:  # type: ignore[no-untyped-def]
 def test_a_ramp_that_changes_nothing_is_the_plain_run() -> None:
     """Not to the bit: its middle knot cuts a step."""
     study = calm(speed="{ramp: [[0 s, 4 rad/s], [3 s, 4 rad/s], [5 s, 4 rad/s]]}")
-    ramp = nsdrill.simulate(study).trace
-    plain = nsdrill.simulate(study, rotary_speed=4.0, duration=5.0).trace
+    ramp = simulate(study).trace
+    plain = simulate(study, rotary_speed=4.0, duration=5.0).trace
     assert "ramps" in ramp.attrs
     assert "ramps" not in plain.attrs
     for name, values in plain.variables.items():
@@ -61,7 +62,7 @@ def test_the_free_string_follows_the_drive_as_the_exact_solution_does() -> None:
     """J psi'' + c psi' + k psi = -(J Omega' + c Omega) with Omega linear has a particular solution linear in time and
     free vibrations about it."""
     study = parse_study(FREE)
-    trace = nsdrill.simulate(study, duration=30.0).trace
+    trace = simulate(study, duration=30.0).trace
     k = derive(study.parameters, 5000.0, 0.0, 3.0)
     J, c, k_t = k.J, 40.0, k.k_t
     w0, decay = np.sqrt(k_t / J), c / (2 * J)
@@ -92,7 +93,7 @@ def test_the_free_string_follows_the_drive_as_the_exact_solution_does() -> None:
 
 def test_twist_and_drive_angle_are_continuous_and_their_sum_turns_with_the_bit() -> None:
     speed = "{ramp: [[0 s, 2 rad/s], [1 s, 6 rad/s], [1.5 s, 6 rad/s], [3 s, 3 rad/s]]}"
-    trace = nsdrill.simulate(calm(speed=speed), duration=4.0, sample=1e-3).trace
+    trace = simulate(calm(speed=speed), duration=4.0, sample=1e-3).trace
     angle = trace["twist"] + trace["drive_angle"]
     turned = cumulative_simpson(trace["bit_speed"], x=trace.time, initial=0.0)
     assert angle - angle[0] == pytest.approx(turned, abs=1e-7)
@@ -115,7 +116,7 @@ def test_the_energy_balance_holds_along_a_ramp(softening: str) -> None:
         depth="3000 m", wob="{ramp: [[0 s, 10 kN], [4 s, 40 kN]]}",
         speed="{ramp: [[0 s, 3 rad/s], [3 s, 8 rad/s], [5 s, 4 rad/s]]}").replace(
             "{twist: -2 rad", "{x: 75 mm, vy: -1 m/s, twist: -2 rad") + more)
-    trace = nsdrill.simulate(study, duration=6.0, sample=2e-4).trace
+    trace = simulate(study, duration=6.0, sample=2e-4).trace
     assert np.max(trace["wall_force"]) > 0
     assert np.any(trace["bit_force"] == 0)
     point = scheduled(study, {}).at(trace.time)
@@ -131,7 +132,7 @@ def test_the_energy_balance_holds_along_a_ramp(softening: str) -> None:
 def test_a_changing_depth_is_the_equation_with_coefficients_of_the_moment() -> None:
     """Against SciPy on the torsional and axial equations, quasi-static in depth."""
     study = parse_study(FREE.replace("wob: 0 N,", "wob: 0 N, depth: {ramp: [[0 s, 1000 m], [20 s, 3000 m]]},"))
-    trace = nsdrill.simulate(study, duration=20.0, sample=0.1).trace
+    trace = simulate(study, duration=20.0, sample=0.1).trace
     speed = Ramp((0.0, 12.0, 20.0), (3.0, 9.0, 5.0))
 
     def slope(t, y):  # type: ignore[no-untyped-def]
@@ -168,9 +169,9 @@ drillstring: {axial_damping: 60 kN*s/m}
 bit: {surface_amplitude: 0.1 mm}
 simulation: {transient: 400 s, observe: 10 s}
 """
-    sweep = nsdrill.run(parse_study(
+    sweep = run_in_memory(parse_study(
         text.replace("SPEED", "4 rad/s") + "sweep: {rotary_speed: [4.5 rad/s, 5 rad/s, 5.5 rad/s], procedure: up}"))
-    ramp = nsdrill.simulate(parse_study(text.replace(
+    ramp = simulate(parse_study(text.replace(
         "SPEED", "{ramp: [[0 s, 4 rad/s], [40 s, 4 rad/s], [840 s, 6 rad/s]]}"))).trace
     assert np.max(sweep["lift_off_fraction"]) == 0.0
     heights = []
@@ -220,7 +221,7 @@ def test_a_ramp_that_stops_early_gives_the_samples_it_reached() -> None:
     limited = parse_study(CALM.format(
         depth="2000 m", wob="22 kN", speed="{ramp: [[0 s, 4 rad/s], [50 s, 8 rad/s]]}").replace(
             "rtol: 1e-10", "rtol: 1e-12, max_steps: 1000"))
-    result = nsdrill.simulate(limited)
+    result = simulate(limited)
     assert result.trace.attrs["status"] == "step_limit"
     assert result.trace.attrs["steps"] + result.trace.attrs["rejected"] == 1000
     assert 0 < len(result.trace.time) < 5001

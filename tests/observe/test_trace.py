@@ -9,6 +9,8 @@ import pytest
 from reference import Case, contacts, solve
 
 import nsdrill
+from nsdrill.app.run import run_in_memory
+from nsdrill.app.trajectory import replay, simulate
 from nsdrill.model.rhs import STATES
 from nsdrill.study import parse_study
 from nsdrill.variables import OK, STEP_LIMIT, TRACE_VARIABLES
@@ -28,7 +30,7 @@ def test_samples_equal_scipy() -> None:
     """Every state and force, in and out of contact, every 10 ms for 3 s. The error depends on where steps meet the
     kinks of contact: from 5e-8 to 1e-6 of the scale at rtol 1e-10, below 1e-7 at 1e-11."""
     fine = replace(STUDY, simulation=replace(STUDY.simulation, rtol=1e-11))
-    trace = nsdrill.simulate(fine, duration=3.0).trace
+    trace = simulate(fine, duration=3.0).trace
     z = -CASE.wob / (CASE.k_a + CASE.rock_stiffness)
     start = np.array([0.03, 0.0, 0.0, 0.2, z, 0.0, -2.0, 3.0])
     exact = solve(CASE, start, 3.0, phase=0.7, dense=True).sol(trace.time)
@@ -42,7 +44,7 @@ def test_samples_equal_scipy() -> None:
 
 
 def test_a_trace_has_all_its_variables_at_even_times() -> None:
-    trajectory = nsdrill.simulate(STUDY, duration=1.0, sample=0.01)
+    trajectory = simulate(STUDY, duration=1.0, sample=0.01)
     trace = trajectory.trace
     assert trajectory.status == OK
     assert set(trace.variables) == {v.name for v in TRACE_VARIABLES}
@@ -51,29 +53,29 @@ def test_a_trace_has_all_its_variables_at_even_times() -> None:
 
 
 def test_the_first_sample_is_the_initial_state() -> None:
-    trace = nsdrill.simulate(STUDY, duration=1.0).trace
+    trace = simulate(STUDY, duration=1.0).trace
     initial = trace.attrs["initial_state"]
     assert [trace[name][0] for name in STATES] == pytest.approx(initial[:8], rel=1e-15)
     assert trace["drive_angle"][0] == initial[8] == 0.7
 
 
 def test_the_last_sample_is_the_final_state() -> None:
-    trace = nsdrill.simulate(STUDY, duration=1.0, sample=0.25).trace
+    trace = simulate(STUDY, duration=1.0, sample=0.25).trace
     final = trace.attrs["final_state"]
     assert [trace[name][-1] for name in STATES] == pytest.approx(final[:8], rel=1e-12)
     assert trace["drive_angle"][-1] == pytest.approx(final[8], rel=1e-15)
 
 
 def test_sampling_does_not_change_the_run() -> None:
-    ends = [nsdrill.simulate(STUDY, duration=2.0, sample=sample).trace.attrs for sample in (1e-4, 0.01, 0.3, 2.0)]
+    ends = [simulate(STUDY, duration=2.0, sample=sample).trace.attrs for sample in (1e-4, 0.01, 0.3, 2.0)]
     for attrs in ends[1:]:
         assert attrs["final_state"].tobytes() == ends[0]["final_state"].tobytes()
         assert attrs["steps"] == ends[0]["steps"]
 
 
 def test_coarse_samples_are_among_the_fine_ones() -> None:
-    fine = nsdrill.simulate(STUDY, duration=2.0, sample=1 / 256).trace
-    coarse = nsdrill.simulate(STUDY, duration=2.0, sample=1 / 16).trace
+    fine = simulate(STUDY, duration=2.0, sample=1 / 256).trace
+    coarse = simulate(STUDY, duration=2.0, sample=1 / 16).trace
     for name in STATES:
         assert np.array_equal(fine[name][::16], coarse[name]), name
 
@@ -87,22 +89,22 @@ def test_replay_has_the_stored_bits(procedure: str, tmp_path) -> None:  # type: 
     nsdrill.run(study, path, workers=2).close()
     for way in ("up", "down") if procedure == "up-down" else ("same",):
         for speed in (2.0, 3.0, 8.0):
-            again = nsdrill.replay(path, rotary_speed=speed, procedure=way, sample=0.05)
+            again = replay(path, rotary_speed=speed, procedure=way, sample=0.05)
             assert again.same_bits, (way, speed)
 
 
 def test_simulate_is_the_run_of_that_point() -> None:
     """With its transient and window the marks fall alike, and so do the bits."""
     study = parse_study(TEXT.replace("PROCEDURE", "same").replace(", along: rotary_speed", ""))
-    results = nsdrill.run(study)
+    results = run_in_memory(study)
     for i, speed in enumerate((2.0, 3.0, 8.0)):
-        end = nsdrill.simulate(study, rotary_speed=speed).trace.attrs["final_state"]
+        end = simulate(study, rotary_speed=speed).trace.attrs["final_state"]
         assert end.tobytes() == results["final_state"][0, 0, 0, i].tobytes()
 
 
 def test_a_run_that_stops_early_gives_the_samples_it_reached() -> None:
     study = parse_study(TEXT.replace("PROCEDURE", "up").replace("rtol: 1e-10", "rtol: 1e-12, max_steps: 1000"))
-    trajectory = nsdrill.simulate(study, rotary_speed=8.0)
+    trajectory = simulate(study, rotary_speed=8.0)
     assert trajectory.status == STEP_LIMIT
     assert 0 < len(trajectory.trace.time) < 501
     assert all(len(values) == len(trajectory.trace.time) for values in trajectory.trace.variables.values())

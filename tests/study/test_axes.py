@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nsdrill.app.refinement import summary
-from nsdrill.app.run import run
+from nsdrill.app.run import run_in_memory, run_study
 from nsdrill.errors import StudyError
 from nsdrill.model.leaves import further_axes
 from nsdrill.plot.labels import quantity
@@ -94,7 +94,7 @@ def test_what_cannot_be_an_axis_is_said(sweep: str, words: list[str]) -> None:
 
 def test_an_axis_is_a_dimension_of_the_file(tmp_path) -> None:  # type: ignore[no-untyped-def]
     study = parse_study(ROCK)
-    run(study, tmp_path / "rock.h5", workers=1)
+    run_study(study, tmp_path / "rock.h5", workers=1)
     data = open_results(tmp_path / "rock.h5")
     rock = data.bit_rock_stiffness
     assert data.status.dims == ("bit_rock_stiffness", "rotary_speed"), "in the order of the study"
@@ -109,7 +109,7 @@ def test_an_axis_is_a_dimension_of_the_file(tmp_path) -> None:  # type: ignore[n
 
 def test_a_study_without_a_sweep_is_one_operating_point() -> None:
     study = parse_study("operation: {depth: 3000 m}\nsimulation: {transient: 0.1 s, observe: 0.1 s}")
-    results = run(study)
+    results = run_in_memory(study)
     assert results["status"].shape == (1, 1, 1, 1)
     assert results.coords["depth"].tolist() == [3000.0]
 

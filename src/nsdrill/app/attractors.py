@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.analysis.attractors import IF_THERE, NEEDED, SHOWN, Attractor, describe, label, places
 from nsdrill.analysis.branches import Places, number
-from nsdrill.data import Array, Results
+from nsdrill.data import IN_MEMORY, Array, Results
 from nsdrill.errors import FileError
 from nsdrill.model.leaves import values_at
 from nsdrill.models.registry import model_named
@@ -86,7 +86,7 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
     """
     results = source if isinstance(source, Results) else read_results(source)
     if "start" not in results.coords:
-        name = "the results" if isinstance(source, Results) else os.fspath(source)
+        name = IN_MEMORY if isinstance(source, Results) else os.fspath(source)
         raise FileError(
             f"{name}: every operating point has one start, so no attractors were told apart. Run a study with "
             "initial.ensemble, say --set initial.ensemble=64.")

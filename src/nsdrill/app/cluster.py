@@ -33,8 +33,13 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
         count = workers or processors()
         with _deaf_children():
             # Not its warnings: that a worker which computes is killed at the end after some seconds is no news.
-            cluster = LocalCluster(
-                n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR)
+            try:
+                cluster = LocalCluster(
+                    n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR)
+            except RuntimeError as error:
+                raise NsdrillError(
+                    f"The Dask workers on this machine did not start ({error}). Nothing has run. A Python script is "
+                    "read again by each of them: put its calls below `if __name__ == \"__main__\":`.") from error
         with cluster, Client(cluster) as client:
             yield _Cluster(client), count
         return

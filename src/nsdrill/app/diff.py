@@ -20,8 +20,11 @@ OF_A_RUN = {"depth": "m", "wob": "N", "rotary_speed": "rad/s", "procedure": "", 
             "observe": "s", "status": "", "steps": "", "rejected": ""}  # attributes of a trace
 
 
-def diff(a: str | os.PathLike[str], b: str | os.PathLike[str]) -> dict[str, Any]:
-    """What differs between the files ``a`` and ``b``, results, unfinished runs or traces, as plain data in SI units.
+def diff(
+    a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str | os.PathLike[str]
+) -> dict[str, Any]:
+    """What differs between ``a`` and ``b``, results, unfinished runs or traces, in memory or files, as plain data in SI
+    units.
 
     ``same_study`` (but for the title) and ``same_numbers``, to the bit; ``study``: the keys that differ, with both
     values as a study file has them (None: not there), the thresholds those in force; ``run``: the attributes of two
@@ -29,15 +32,18 @@ def diff(a: str | os.PathLike[str], b: str | os.PathLike[str]) -> dict[str, Any]
     of two of one kind what :func:`nsdrill.analysis.comparison.compare_results` or ``compare_traces`` give: ``axes``,
     ``points``, ``responses``, ``variables``, ``only_a``, ``only_b``. FileError for a file that cannot be read.
     """
-    one, two = read_any(a), read_any(b)
+    one, two = (data if isinstance(data, Results | Trace) else read_any(data) for data in (a, b))
+    names = [f"Dataset {label}" if isinstance(data, Results | Trace) else os.fspath(data)
+             for label, data in (("a", a), ("b", b))]
     try:
         differing = changes(_study(one.attrs), _study(two.attrs))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise FileError(f"{a} or {b}: study_resolved in the file does not hold a study ({error}). {EDITED}") from error
+        where = " or ".join(names)
+        raise FileError(f"{where}: study_resolved in the file does not hold a study ({error}). {EDITED}") from error
     study = [{"key": key, "a": old, "b": new} for key, old, new in differing]
     found: dict[str, Any] = {
         "kind": "diff",
-        "files": [os.fspath(a), os.fspath(b)],
+        "files": names,
         "kinds": [_kind(one), _kind(two)],
         "same_study": all(row["key"] == "title" for row in study),
         "same_numbers": False,

@@ -6,10 +6,13 @@ import os
 from typing import Any
 
 from nsdrill.analysis import hysteresis as analysis
+from nsdrill.data import Results
 from nsdrill.store import read_results
 
+NEEDED = ("status", "response", "whirl_kind")
 
-def hysteresis(path: str | os.PathLike[str]) -> list[dict[str, Any]]:
-    """The intervals in which up and down differ in the results file ``path``: see
+
+def hysteresis(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]:
+    """The intervals in which up and down differ in the results, or the results file, ``source``: see
     :func:`nsdrill.analysis.hysteresis.hysteresis`. Empty for a sweep that is not up-down."""
-    return analysis.hysteresis(read_results(path, ["status", "response", "whirl_kind"]))
+    return analysis.hysteresis(source if isinstance(source, Results) else read_results(source, NEEDED))

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
 
 from nsdrill.app.overrides import with_overrides
 from nsdrill.data import Results, Trace
 from nsdrill.errors import FileError
-from nsdrill.store import kind_of, part_path, read_partial, read_results, read_trace
+from nsdrill.store import kind_of, part_path, read_partial, read_results, read_trace, variables_in
 
 
 def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -> Results | Trace:
@@ -21,3 +24,15 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
     if kind == "trace":
         return with_overrides(read_trace(path))
     return with_overrides(read_partial(path, names) if kind == "partial" else read_results(path, names))
+
+
+def outline(path: str | os.PathLike[str]) -> Results | Trace:
+    """As :func:`read_any`, but a sweep has zeros for its variables, which take no memory: to see what there is."""
+    data = read_any(path, ())
+    return data if isinstance(data, Trace) else outlined(data, (v.name for v in variables_in(path)))
+
+
+def outlined(results: Results, names: Iterable[str]) -> Results:
+    """``results`` with zeros, which take no memory, for the variables ``names``."""
+    zeros = np.broadcast_to(np.int8(0), results.shape)
+    return replace(results, variables={name: zeros for name in names})

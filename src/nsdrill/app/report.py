@@ -15,7 +15,7 @@ from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.app.attractors import attractors, labels_of
 from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
-from nsdrill.data import Results, Trace, json_text, overrides
+from nsdrill.data import IN_MEMORY, Results, Trace, json_text, overrides
 from nsdrill.errors import InputError
 from nsdrill.model.leaves import values_at
 from nsdrill.models.registry import model_named
@@ -43,6 +43,7 @@ SHOWN = (
 )  # fmt: skip
 SEVERITIES = ("bounce_severity", "stick_slip_severity", "whirl_severity")
 NEEDED = tuple(variable.name for variable in VARIABLES if variable.dims == POINT)  # not peaks, returns, states
+MEASURED = ("feature", "label", "section", "trust")  # the rooms of variables from which labels are made
 VERDICTS = {"agree": AGREES, "features_differ": FEATURES_DIFFER, "response_differs": RESPONSE_DIFFERS,
             "check_failed": CHECK_FAILED}
 
@@ -212,14 +213,33 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
 
     Gives, for each label, how many points changed and how many there are.
     """
+    results = read_results(path, [v.name for v in VARIABLES if v.room in MEASURED] + ["status"])
+    labels, line, attrs = new_labels(results, overrides, path)
+    changed = {
+        name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
+    rewrite_labels(path, labels, line, attrs)
+    return changed
+
+
+def relabelled(results: Results, overrides: list[str]) -> Results:
+    """A copy of ``results`` with new labels, as :func:`reclassify` gives them to a file."""
+    labels, line, attrs = new_labels(results, overrides, IN_MEMORY)
+    history = str(results.attrs.get("history", ""))
+    attrs = {**results.attrs, **attrs, "history": f"{history}\n{line}" if history else line}
+    kept = {name: labels.get(name, values).astype(values.dtype) for name, values in results.variables.items()}
+    return Results(results.coords, kept, attrs, results.more)
+
+
+def new_labels(
+    results: Results, overrides: list[str], path: str | os.PathLike[str]
+) -> tuple[dict[str, np.ndarray], str, dict[str, str]]:
+    """The labels of ``results``, which came from ``path``, with changed thresholds; the line for their history, and the
+    root attributes that say the thresholds."""
     from nsdrill.app.refinement import infer_again
     from nsdrill.study import change_thresholds
 
-    there = read_results(path, ())
-    study = stored_study(path, there.attrs, there.coords)
+    study = stored_study(path, results.attrs, results.coords)
     thresholds = change_thresholds(study.thresholds, overrides)
-    rooms = ("feature", "label", "section", "trust")
-    results = read_results(path, [v.name for v in VARIABLES if v.room in rooms] + ["status"])
     size = _sizes(study, results)
     labels = model_named(study.model).classify(results.variables, results["status"], thresholds, size)
     if "start" in results.coords:
@@ -235,10 +255,7 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
                 f"at least {missing} more points would have to be run. Nothing was changed. Run the study with these "
                 "thresholds: nsdrill run with the same --set.")
     labels = {name: values for name, values in labels.items() if name in results.variables}
-    changed = {
-        name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     now = datetime.now(UTC).isoformat(timespec="seconds")
     line = f"{now} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
-    rewrite_labels(path, labels, line, {
-        "classification": json_text(overrides), "classification_resolved": json_text(asdict(thresholds))})
-    return changed
+    return labels, line, {
+        "classification": json_text(overrides), "classification_resolved": json_text(asdict(thresholds))}

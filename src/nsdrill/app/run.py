@@ -21,7 +21,7 @@ from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import Refining
 from nsdrill.app.size import check_memory
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
-from nsdrill.data import json_text
+from nsdrill.data import Results, json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
 from nsdrill.models.base import PHASE
@@ -34,7 +34,6 @@ from nsdrill.store import (
     claim,
     collect,
     log_from_results,
-    open_results,
     part_path,
     renew,
     write_results,
@@ -69,29 +68,17 @@ class Interrupted(KeyboardInterrupt):
         self.part, self.done, self.total = log.path, int(np.count_nonzero(log.done())), log.n_points
 
 
-def run(
-    study: Study,
-    path: str | os.PathLike[str] | None = None,
-    *,
-    workers: int | None = None,
-    overwrite: bool = False,
-    resume: bool = False,
-    retry_failed: bool = False,
-) -> Any:
-    """Run ``study`` and write the results file ``path``; without a path, keep the results in memory.
-
-    Gives the results as :func:`nsdrill.open_results` does (an xarray Dataset), or as
-    :class:`nsdrill.data.Results` without a path. ``workers`` defaults to the processors at hand. InputError and
-    FileError as the command ``nsdrill run`` reports them.
-    """
+def run_in_memory(
+    study: Study, *, workers: int | None = None, watch: Watch = lambda progress: None, executor: Executor | None = None
+) -> Results:
+    """Run ``study`` and keep the results in memory. ``workers`` defaults to the processors at hand; ``executor``
+    replaces the threads of this machine."""
     check_sweep(study)
-    if path is None:
-        check_memory(plan_of(study), kept_of(study), in_file=False)
-        log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
-        _compute(study, log, workers or processors(), lambda progress: None, None)
-        return collect(_results(study, plan_of(study), log))
-    run_study(study, path, workers=workers, overwrite=overwrite, resume=resume, retry_failed=retry_failed)
-    return open_results(path)
+    workers = _checked_workers(workers)
+    check_memory(plan_of(study), kept_of(study), in_file=False)
+    log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
+    _compute(study, log, workers, watch, executor)
+    return collect(_results(study, plan_of(study), log))
 
 
 def run_study(
@@ -113,9 +100,7 @@ def run_study(
     """
     check_sweep(study)
     path = Path(path)
-    workers = workers or processors()
-    if workers < 1:
-        raise InputError(f"--workers: found {workers}; allowed: 1 or more.")
+    workers = _checked_workers(workers)
     plan = plan_of(study)
     check_memory(plan, kept_of(study), in_file=True)
     state = claim(path, overwrite=overwrite, resume=resume or retry_failed)
@@ -206,6 +191,12 @@ def _listed(names: tuple[str, ...]) -> str:
 def processors() -> int:
     """How many processors this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _checked_workers(workers: int | None) -> int:
+    if workers is not None and workers < 1:
+        raise InputError(f"--workers: found {workers}; allowed: 1 or more.")
+    return workers or processors()
 
 
 def _header(study: Study) -> dict[str, Any]:

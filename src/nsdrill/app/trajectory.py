@@ -13,7 +13,7 @@ from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
-from nsdrill.data import Trace, json_text
+from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, printable
 from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.kernel.settings import LONGEST, Simulation
@@ -81,7 +81,7 @@ def simulate(
 
 
 def replay(
-    path: str | os.PathLike[str],
+    source: Results | str | os.PathLike[str],
     *,
     depth: float | None = None,
     wob: float | None = None,
@@ -91,14 +91,16 @@ def replay(
     start: int | None = None,
     sample: float = DEFAULT_SAMPLE,
 ) -> Trajectory:
-    """Run the point of the results file ``path`` nearest to these values again, from its stored initial state.
+    """Run the point of the results file, or of the whole results, ``source`` nearest to these values again, from its
+    stored initial state.
 
     ``at`` holds values of axes by their keys, in SI, those of the operation among them if they are not given apart. An
     axis with a single value may be left out, and so may the procedure where there is one only; the number of the
     ``start`` is needed where every operating point has several, and only there. InputError for
     values beyond the sweep.
     """
-    there = read_results(path, ())
+    there = source if isinstance(source, Results) else read_results(source, ())
+    path = IN_MEMORY if isinstance(source, Results) else source
     study = stored_study(path, there.attrs, there.coords)
     plan, units = plan_of(study), units_of(study)
     wanted: dict[str, float] = {}
@@ -120,11 +122,14 @@ def replay(
         number, found = plan.find(wanted, procedure, begun)
     except ValueError as error:
         raise InputError(f"{path}: {error}.") from error
-    point = read_point(path, *(int(i) for i in np.unravel_index(number, plan.grid)))
+    place = tuple(int(i) for i in np.unravel_index(number, plan.grid))
+    names = ("status", "initial_state", "final_state")
+    point = {name: source[name][place] for name in names} if isinstance(source, Results) else read_point(path, *place)
     if point["status"] == PENDING:
         raise InputError(f"{path}: that point has not been run. Finish the sweep with nsdrill run --resume.")
     if point["status"] == INFERRED:
-        raise InputError(f"{path}: {_not_run(path, plan, number, units)}")
+        status = (there if isinstance(source, Results) else read_results(source, ["status"]))["status"]
+        raise InputError(f"{path}: {_not_run(status, plan, number, units)}")
     here = values_at(study.parameters, study.initial, found)
     study = replace(study, parameters=here.parameters, axes={key: np.array([value]) for key, value in found.items()})
     schedule = Schedule(Operation(*here.operation), {})
@@ -154,9 +159,8 @@ def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int
     return start
 
 
-def _not_run(path: str | os.PathLike[str], plan: Plan, number: int, units: Mapping[str, str]) -> str:
+def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -> str:
     """That a point was inferred, and which point of the same procedure was run next to it, counted in steps."""
-    status = read_results(path, ["status"])["status"]
     here = np.array(np.unravel_index(number, plan.shape))
     ran = np.argwhere(status[here[0]] != INFERRED)
     nearest = ran[np.argmin(np.sum((ran - here[1:]) ** 2, axis=1))]

@@ -7,23 +7,24 @@ from typing import Any
 
 from nsdrill.analysis.window import find_window, needed
 from nsdrill.app.overrides import with_overrides
-from nsdrill.data import Results
+from nsdrill.data import IN_MEMORY, Results
 from nsdrill.errors import FileError, InputError
 from nsdrill.store import read_results
 from nsdrill.variables import TRUST
 
 
-def window(path: str | os.PathLike[str], severity: int | None = None) -> dict[str, Any]:
-    """The safe window of the results file ``path`` as plain data in SI units; by severity where that is given, the
-    greatest one allowed (0 to 4)."""
-    return find_window(read_for_window(path, severity), severity)
+def window(source: Results | str | os.PathLike[str], severity: int | None = None) -> dict[str, Any]:
+    """The safe window of the results, or the results file, ``source`` as plain data in SI units; by severity where that
+    is given, the greatest one allowed (0 to 4)."""
+    return find_window(read_for_window(source, severity), severity)
 
 
-def read_for_window(path: str | os.PathLike[str], severity: int | None = None) -> Results:
-    """What the window of the results file ``path`` is made from, and no more."""
+def read_for_window(source: Results | str | os.PathLike[str], severity: int | None = None) -> Results:
+    """What the window of the results, or the results file, ``source`` is made from; of a file no more."""
     if severity is not None and severity not in range(5):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4.")
-    results = read_results(path, [*needed(severity), *TRUST])
+    path = IN_MEMORY if isinstance(source, Results) else source
+    results = source if isinstance(source, Results) else read_results(source, [*needed(severity), *TRUST])
     if lacking := [name for name in needed(severity) if name not in results.variables]:
         raise FileError(
             f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "

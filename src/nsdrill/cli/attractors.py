@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
-
-import click
 
 from nsdrill.cli.show import in_words, value_text
 
@@ -12,7 +11,7 @@ MOST_ROWS = 48
 MOST_OF_A_POINT = 5  # the smaller ones are told together
 
 
-def show_attractors(summary: dict[str, Any]) -> None:
+def show_attractors(summary: dict[str, Any]) -> Iterator[str]:
     """A line for each attractor: its share, with its interval where the starts are a sample, and what it is."""
     points, axes = summary["operating_points"], summary["axes"]
     swept = [name for name, axis in axes.items() if axis["points"] > 1]
@@ -20,12 +19,12 @@ def show_attractors(summary: dict[str, Any]) -> None:
     for point in points:
         where = ", ".join(value_text(name, point[name]) for name in swept) or "all starts"
         rows += [f"  {where if not number else '':22s} {text}" for number, text in enumerate(_lines(point))]
-    click.echo(f"\nAttractors, by their share of the {'slice' if summary['slice'] else 'starts (95 % interval)'}:")
+    yield f"\nAttractors, by their share of the {'slice' if summary['slice'] else 'starts (95 % interval)'}:"
     for row in rows[:MOST_ROWS]:
-        click.echo(row.rstrip())
+        yield row.rstrip()
     if len(rows) > MOST_ROWS:
-        click.echo(f"  and {len(rows) - MOST_ROWS} more lines (all with --json)")
-    _warn(points)
+        yield f"  and {len(rows) - MOST_ROWS} more lines (all with --json)"
+    yield from _warn(points)
 
 
 def _lines(point: dict[str, Any]) -> list[str]:
@@ -61,10 +60,10 @@ def _line(one: dict[str, Any]) -> str:
     return f"{one['number']:2d} {100 * one['share']:5.1f} %{interval}  {', '.join(words)}"
 
 
-def _warn(points: list[dict[str, Any]]) -> None:
+def _warn(points: list[dict[str, Any]]) -> Iterator[str]:
     loose = sum(point["unsettled"] for point in points)
     total = sum(point["starts"] - point["failed"] - point["pending"] for point in points)
     if total and loose > 0.05 * total:
-        click.echo(
+        yield (
             f"  {loose} of {total} starts are unsettled: chaotic, or still on their way. A motion that loses its share "
             "as simulation.transient grows is no attractor.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from contextlib import nullcontext
 from typing import Any
 
@@ -68,13 +67,13 @@ def command(
 
     from nsdrill.app.cluster import dask_executor
     from nsdrill.app.run import check_sweep, run_study
-    from nsdrill.cli.progress import progress_bar
+    from nsdrill.progress import reporting
     from nsdrill.store import check_target
 
     check_sweep(loaded)
     check_target(output)  # before a cluster is started for nothing
     crew = dask_executor(scheduler, workers) if engine == "dask" else nullcontext((None, workers))
-    with crew as (executor, count), progress_bar(enabled=not quiet and sys.stderr.isatty()) as watch:
+    with crew as (executor, count), reporting(not quiet) as watch:
         outcome = run_study(
             loaded, output, workers=count, resume=resume, retry_failed=retry_failed, overwrite=overwrite, watch=watch,
             executor=executor)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import click
@@ -46,11 +46,15 @@ def command(file: str, as_json: bool, study: bool) -> int:
     summary = summarize(read(file, NEEDED))
     if as_json:
         click.echo(json_text(summary, indent=2))
-    elif summary["kind"] == "trace":
-        _show_trace(file, summary)
     else:
-        _show_results(file, summary)
+        for line in lines(file, summary):
+            click.echo(line)
     return 0
+
+
+def lines(name: str, summary: dict[str, Any]) -> Iterator[str]:
+    """A summary of the file or data called ``name``, in words."""
+    return (_show_trace if summary["kind"] == "trace" else _show_results)(name, summary)
 
 
 def value_text(name: str, value: float, *, field: bool = False) -> str:
@@ -87,92 +91,92 @@ def label_of(name: str) -> str:
     return words_of(name)
 
 
-def _show_results(file: str, s: dict[str, Any]) -> None:
+def _show_results(file: str, s: dict[str, Any]) -> Iterator[str]:
     # The log of a run may hold every point already and still wait for its last step, the file.
     what = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
-    click.echo(printable(f"{file}: {what}. {s['title']}".rstrip()))
-    click.echo(f"  made           {s['created']} by nsdrill {s['nsdrill_version']}")
-    _show_overrides(s["overrides"])
+    yield printable(f"{file}: {what}. {s['title']}".rstrip())
+    yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
+    yield from _show_overrides(s["overrides"])
     for name, axis in s["axes"].items():
         label = label_of(name)
         text = value_text(name, axis["from"], field=axis["points"] == 1)
         if axis["points"] > 1:
             text += f" to {value_text(name, axis['to'])}, {axis['points']} values"
-        click.echo(f"  {label:14s} {text}")
+        yield f"  {label:14s} {text}"
     status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
     if starts := s.get("starts"):
         kind = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"
-        click.echo(f"  starts         {starts} of every operating point, {kind}")
-    click.echo(f"  points         {s['points']}: {status}; {s['settled']} settled")
+        yield f"  starts         {starts} of every operating point, {kind}"
+    yield f"  points         {s['points']}: {status}; {s['settled']} settled"
     if refinement := s.get("refinement"):
         from nsdrill.cli.refined import saving
 
-        click.echo(f"  refined        {saving(refinement)}")
+        yield f"  refined        {saving(refinement)}"
     if trust := s.get("trust"):
-        _show_trust(trust)
+        yield from _show_trust(trust)
     if s["thresholds"]:
-        click.echo(printable(f"  labels         with {', '.join(s['thresholds'])}"))
+        yield printable(f"  labels         with {', '.join(s['thresholds'])}")
     for procedure in s["procedures"]:
         counts = s["responses"][procedure]
         total = sum(counts.values())
         if total:
             runs = s["points"] // len(s["procedures"])
             known = f", of the {total} of {runs} points that are known" if total < runs else ""
-            click.echo(f"\nResponses, {procedure}{known}:")
+            yield f"\nResponses, {procedure}{known}:"
         for word, count in counts.items():
-            click.echo(f"  {in_words(word):32s} {count:8d}  {100 * count / total:5.1f} %")
+            yield f"  {in_words(word):32s} {count:8d}  {100 * count / total:5.1f} %"
         if kinds := s["whirl_kinds"][procedure]:
-            click.echo("  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items()))
+            yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
         if motions := s.get("motions", {}).get(procedure):
-            click.echo("  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items()))
+            yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())
         for name, grades in s["severities"][procedure].items():
             if set(grades) - {"none"}:
                 what = in_words(name).removesuffix(" severity")
                 counted = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
-                click.echo(f"  severity, {what}: {counted}")
+                yield f"  severity, {what}: {counted}"
     if intervals := s.get("intervals"):
-        _show_intervals(intervals)
+        yield from _show_intervals(intervals)
     if "operating_points" in s:
         from nsdrill.cli.attractors import show_attractors
 
-        show_attractors(s)
+        yield from show_attractors(s)
     if hysteresis := s.get("hysteresis"):
-        _show_hysteresis(hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1])
+        yield from _show_hysteresis(hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1])
     if s["ranges"]:
-        click.echo("\nLeast and greatest over all points:")
-        _show_ranges(s["ranges"])
+        yield "\nLeast and greatest over all points:"
+        yield from _show_ranges(s["ranges"])
     if failed := s["failed"]:
-        click.echo(f"\nFailed points ({len(failed)}), to look at with nsdrill replay:")
+        yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
         for point in failed[:MOST_FAILED]:
             where = point_text({name: point[name] for name in s["axes"]})
             where += f", start {point['start']}" if "start" in point else ""
-            click.echo(f"  {in_words(point['status'])}: {where}, {point['procedure']}")
+            yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
         if len(failed) > MOST_FAILED:
-            click.echo(f"  and {len(failed) - MOST_FAILED} more (all with --json)")
+            yield f"  and {len(failed) - MOST_FAILED} more (all with --json)"
 
 
-def _show_overrides(overrides: dict[str, str]) -> None:
+def _show_overrides(overrides: dict[str, str]) -> Iterator[str]:
     if overrides:
-        click.echo(f"  overrides      {'; '.join(f'{key} = {value}' for key, value in overrides.items())}")
+        yield f"  overrides      {'; '.join(f'{key} = {value}' for key, value in overrides.items())}"
 
 
 CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 
 
-def _show_trust(trust: dict[str, Any]) -> None:
+def _show_trust(trust: dict[str, Any]) -> Iterator[str]:
     checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
     failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
-    click.echo(
+    yield (
         f"  checked        {checked} points: {trust['agree']} agree, {trust['features_differ']} keep their response "
         f"but not their numbers (chaotic, or not settled), {trust['response_differs']} change response{failed_checks}")
     for check, failed in trust["failed_checks"].items():
         if failed:
-            click.echo(f"    {CHECKS[check]}: {failed} did not end well")
+            yield f"    {CHECKS[check]}: {failed} did not end well"
     for row in trust["changed"][:MOST_CHANGED]:
         change = f"{in_words(row['from'])} -> {in_words(row['to'])}"
-        click.echo(f"    {CHECKS[row['check']]:18s}{row['points']:6d}  {change}")
+        yield f"    {CHECKS[row['check']]:18s}{row['points']:6d}  {change}"
     if len(trust["changed"]) > MOST_CHANGED:
-        click.echo(f"    and {len(trust['changed']) - MOST_CHANGED} more kinds of change (all with --json)")
+        yield f"    and {len(trust['changed']) - MOST_CHANGED} more kinds of change (all with --json)"
 
 
 def in_words(flag: str) -> str:
@@ -182,71 +186,71 @@ def in_words(flag: str) -> str:
     return flag.replace("+", " + ")
 
 
-def _show_intervals(intervals: list[dict[str, Any]]) -> None:
-    click.echo("\nAlong the sweep:")
+def _show_intervals(intervals: list[dict[str, Any]]) -> Iterator[str]:
+    yield "\nAlong the sweep:"
     for row in intervals[:MOST_INTERVALS]:
         name = row["axis"]
         ends = value_text(name, row["from"])
         if row["points"] > 1:
             ends += f" to {value_text(name, row['to'])}"
         points = "1 point" if row["points"] == 1 else f"{row['points']} points"
-        click.echo(f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {in_words(row['response'])}")
+        yield f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {in_words(row['response'])}"
     if len(intervals) > MOST_INTERVALS:
-        click.echo(f"  and {len(intervals) - MOST_INTERVALS} more (all with --json)")
+        yield f"  and {len(intervals) - MOST_INTERVALS} more (all with --json)"
 
 
-def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str]) -> None:
+def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str]) -> Iterator[str]:
     axis = rows[0]["axis"]
     held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
-    click.echo(f"\nWhere up and down differ, along the {label_of(axis)}:")
+    yield f"\nWhere up and down differ, along the {label_of(axis)}:"
     before = None
     for row in rows[:MOST_INTERVALS]:
         here = ", ".join(f"start {row[name]}" if name == "start" else point_text({name: row[name]}) for name in held)
         if here and here != before:
-            click.echo(f"  at {here}")
+            yield f"  at {here}"
         before = here
         ends = value_text(axis, row["from"])
         if row["points"] > 1:
             ends += f" to {value_text(axis, row['to'])}"
         points = "1 point" if row["points"] == 1 else f"{row['points']} points"
-        click.echo(f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up {in_words(row['up'])}; "
+        yield (f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up {in_words(row['up'])}; "
                    f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}")
     if len(rows) > MOST_INTERVALS:
-        click.echo(f"  and {len(rows) - MOST_INTERVALS} more (all with --json)")
+        yield f"  and {len(rows) - MOST_INTERVALS} more (all with --json)"
     steps = [row["step"] for row in rows if row["step"] is not None]
     if steps:
-        click.echo(f"  The true ends lie outside, within one step of the axis: up to {value_text(axis, max(steps))}.")
+        yield f"  The true ends lie outside, within one step of the axis: up to {value_text(axis, max(steps))}."
     if any(row["open"] for row in rows):
-        click.echo("  An end is open where the sweep ended or a point failed: nothing bounds it there.")
+        yield "  An end is open where the sweep ended or a point failed: nothing bounds it there."
 
 
-def _show_ranges(ranges: dict[str, Any]) -> None:
+def _show_ranges(ranges: dict[str, Any]) -> Iterator[str]:
     for name, r in ranges.items():
         units = "" if r["units"] == "1" else r["units"]
         # Adding zero turns -0 into 0.
-        click.echo(f"  {name:25s} {r['min'] + 0.0:12.5g} to {r['max'] + 0.0:12.5g} {units:8s} {r['meaning']}")
+        yield f"  {name:25s} {r['min'] + 0.0:12.5g} to {r['max'] + 0.0:12.5g} {units:8s} {r['meaning']}"
 
 
-def _show_trace(file: str, s: dict[str, Any]) -> None:
+def _show_trace(file: str, s: dict[str, Any]) -> Iterator[str]:
     from nsdrill.variables import dimension_of
 
-    click.echo(printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip()))
-    click.echo(f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}")
-    _show_overrides(s["overrides"])
+    yield printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
+    yield f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}"
+    yield from _show_overrides(s["overrides"])
     for name, (label, _, _) in AXES.items():
         if name in s.get("ramps", {}):
             ramp = s["ramps"][name]
-            click.echo(f"  {label:14s} ramp: {knots_text(ramp['time'], ramp['value'], AXES[name][1])}")
+            yield f"  {label:14s} ramp: {knots_text(ramp['time'], ramp['value'], AXES[name][1])}"
         elif name in s:
-            click.echo(f"  {label:14s} {value_text(name, s[name], field=True)}")
+            yield f"  {label:14s} {value_text(name, s[name], field=True)}"
     for key, value in s.get("at", {}).items():
         name = dimension_of(key)
-        click.echo(f"  {label_of(name):14s} {value_text(name, value)}")
+        yield f"  {label_of(name):14s} {value_text(name, value)}"
     if "procedure" in s:
-        click.echo(f"  procedure      {s['procedure']}")
-    click.echo(
+        yield f"  procedure      {s['procedure']}"
+    yield (
         f"  samples        {s['samples']} over {s['duration']:g} s; {s.get('steps', '?')} steps; "
         f"ended {in_words(str(s.get('status', '')))}")
     if s["ranges"]:
-        click.echo("\nLeast and greatest:")
-        _show_ranges(s["ranges"])
+        yield "\nLeast and greatest:"
+        yield from _show_ranges(s["ranges"])

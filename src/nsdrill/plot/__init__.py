@@ -5,8 +5,11 @@ matplotlib is imported when something is drawn, and pyplot never: no window, no 
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from inspect import Signature, signature
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
@@ -127,3 +130,24 @@ def _draw_sweep(data: Results, kind: str | None, units: str, states: Sequence[st
     if kind in SWEEP_KINDS or len(data.swept) < 2:
         return summary.draw(data, kind, units)
     return maps.draw(data, kind, units)
+
+
+class _Room(ModuleType):
+    """Python gives the name ``nsdrill.plot`` to this room once it is imported, and users know it as a function."""
+
+    def __call__(self, data: Any, kind: str | None = None, **options: Any) -> Figure:
+        """Draw a file or a Dataset: see :func:`nsdrill.api.plot`."""
+        import nsdrill
+
+        figure: Figure = nsdrill.api.plot(data, kind, **options)
+        return figure
+
+    @property
+    def __signature__(self) -> Signature:
+        """What editors and notebooks show of the call."""
+        import nsdrill
+
+        return signature(nsdrill.api.plot)
+
+
+sys.modules[__name__].__class__ = _Room

@@ -6,8 +6,10 @@ that a picture survives a grey printer.
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -19,6 +21,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
+NOTEBOOK_DPI = 110
 RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF and SVG
 MANY_MARKERS = 20_000  # above this a vector file is slow to open, so its markers become an image; the text stays text
 
@@ -108,9 +111,25 @@ def house_style() -> Iterator[None]:
         yield
 
 
+class Picture(Figure):
+    """A figure that a notebook shows by itself, without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        image = io.BytesIO()
+        with house_style():
+            self.savefig(image, format="png", dpi=NOTEBOOK_DPI)
+        return image.getvalue()
+
+
+target: ContextVar[Figure | None] = ContextVar("target", default=None)
+"""What is drawn into, where that is not a figure of its own: see :mod:`nsdrill.plot.into`."""
+
+
 def new_figure(width: float, height: float) -> Figure:
     """A figure in inches that no window system and no pyplot knows of."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+    if (given := target.get()) is not None:
+        return given
+    figure = Picture(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)

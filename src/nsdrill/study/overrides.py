@@ -16,7 +16,7 @@ def apply(document: Document, overrides: Sequence[str]) -> None:
         document.data = {}
     for text in overrides:
         key, equals, value = text.partition("=")
-        path = _path(key.strip())
+        path = path_of(key.strip())
         if not equals or not all(path) or odd_character(key):
             document.faults.append(Fault("", f"--set {text[:80]}", "--set key=value, as in --set operation.wob=30kN"))
             continue
@@ -31,7 +31,7 @@ def apply(document: Document, overrides: Sequence[str]) -> None:
         _put(document, path, parsed.data if value.strip() else None, Place(override=label))
 
 
-def _path(key: str) -> KeyPath:
+def path_of(key: str) -> KeyPath:
     """The place of a dotted key; an axis of the sweep is one part, however many dots it has."""
     first, *rest = key.split(".")
     for length in range(len(rest), 1, -1):

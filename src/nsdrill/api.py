@@ -1,0 +1,492 @@
+"""The functions of ``nsdrill`` for Python: studies, files and quantities in any form in, xarray Datasets out.
+
+Wherever a *study* is taken, it is a :class:`Study`, the name of a YAML file, YAML text, or a mapping. Wherever
+*results* are taken, they are a Dataset or the name of a file. Wherever a *quantity* is taken, it is a number in SI
+units or a text with its unit, ``"60 rpm"``. Errors are :class:`InputError` and the others of :mod:`nsdrill.errors`.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar, cast
+
+from nsdrill.app.arguments import is_whole, keep_apart, name_in, number_in, seconds_in, study_in, texts_in, values_in
+from nsdrill.app.datasets import (
+    checked,
+    data_in,
+    is_dataset,
+    is_figure,
+    of_whole,
+    outline_in,
+    results_in,
+    with_variables,
+)
+from nsdrill.app.wording import python_words
+from nsdrill.errors import InputError, NsdrillError, RunWarning, StudyError
+from nsdrill.progress import Progress, reporting
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from xarray import Dataset
+
+    from nsdrill.app.check import Report
+    from nsdrill.app.trajectory import Trajectory
+    from nsdrill.data import Results, Trace
+    from nsdrill.study.study import Study
+
+    PathLike: TypeAlias = str | os.PathLike[str]
+    StudyLike: TypeAlias = Study | PathLike | Mapping[str, Any]
+    ResultsLike: TypeAlias = Any  # a Dataset, of whose type mypy knows nothing, or a PathLike
+    Quantity: TypeAlias = float | str
+    Settings: TypeAlias = Mapping[str, Any] | Sequence[str] | None
+
+_P = ParamSpec("_P")
+_R = TypeVar("_R")
+
+
+def _in_words_of_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
+    """``function`` with errors that name its arguments, where the layers below name options of the command line."""
+
+    @functools.wraps(function)
+    def call(*args: _P.args, **more: _P.kwargs) -> _R:
+        try:
+            return function(*args, **more)
+        except (NsdrillError, KeyboardInterrupt) as error:
+            error.args = tuple(python_words(text) if isinstance(text, str) else text for text in error.args)
+            if isinstance(error, StudyError):
+                error.faults = [
+                    replace(fault, found=python_words(fault.found), allowed=python_words(fault.allowed),
+                            suggestion=fault.suggestion and python_words(fault.suggestion))
+                    for fault in error.faults]
+            raise
+
+    return call
+
+
+@_in_words_of_python
+def load_study(study: StudyLike, set: Settings = None) -> Study:
+    """The study in a file, a text or a mapping, checked, with the defaults filled in.
+
+    ``study``: the name of a YAML file; or the YAML itself, which a string is that has a line break or a colon and a
+    blank in it; or a mapping with the keys of a study file, nested (``{"operation": {"wob": "30 kN"}}``) or dotted
+    (``{"operation.wob": "30 kN"}``). In a mapping values are as in a file: a quantity is a text with its unit, and a
+    bare number for one is an error, as nobody sees in which unit it was meant.
+
+    ``set``: keys to change, a mapping by dotted keys with values of the same kind, or texts ``"key=value"`` as the
+    command line takes them. FileError where a file cannot be read, StudyError, with all its faults, where the study is
+    not valid.
+    """
+    return study_in(study, set)
+
+
+@_in_words_of_python
+def run(
+    study: StudyLike,
+    path: PathLike | None = None,
+    *,
+    set: Settings = None,
+    workers: int | None = None,
+    engine: str = "threads",
+    scheduler: str | None = None,
+    resume: bool = False,
+    retry_failed: bool = False,
+    overwrite: bool = False,
+    progress: bool | Callable[[Progress], object] = True,
+) -> Dataset:
+    """Run a study and give its results: into the file ``path``, or in memory without one.
+
+    ``set`` changes keys of the study, as in :func:`load_study`. ``workers`` run side by side, by default as many as
+    there are processors; ``engine`` is ``"threads"`` or ``"dask"``, with the address of a ``scheduler`` where one is
+    running. The numbers do not depend on any of them.
+
+    With a path, finished points are safe in ``path.part`` at every moment: after an interrupt, which is a
+    KeyboardInterrupt, the same call with ``resume=True`` runs what is missing. ``retry_failed=True`` also runs failed
+    points again. An existing file is an error without ``overwrite=True``.
+
+    ``progress``: True for a bar on stderr in terminals and notebooks, or a line every 10 s where there is neither;
+    False for nothing; or a function that is called with a :class:`Progress` some times a second. What it raises ends
+    the run, which can be resumed. Gives the Dataset of the results, opened from ``path`` and read when it is used. A
+    RunWarning says how many points failed; they are marked in ``status``. InputError, before anything has run, where
+    the study is no sweep, an argument is wrong, or memory or disk are too small.
+    """
+    from nsdrill.app.run import check_sweep, run_in_memory, run_study
+    from nsdrill.store import check_target, open_results
+    from nsdrill.store.dataset import to_dataset
+
+    loaded = study_in(study, set)
+    _check_engine(engine, scheduler)
+    if workers is not None and not is_whole(workers):
+        raise InputError(f"workers: found {workers!r}; allowed: a whole number, 1 or more, or None.")
+    if path is None:
+        for name, on in (("resume", resume), ("retry_failed", retry_failed), ("overwrite", overwrite)):
+            if on:
+                raise InputError(f"{name}: found without a path; allowed: with the path of a results file.")
+    check_sweep(loaded)
+    if path is not None:
+        path = name_in(path, "path")
+        keep_apart(study, path)
+        check_target(path)  # before a cluster is started for nothing
+    with _crew(engine, scheduler, workers) as (executor, count), reporting(progress) as watch:
+        if path is None:
+            results = run_in_memory(loaded, workers=count, watch=watch, executor=executor)
+        else:
+            outcome = run_study(
+                loaded, path, workers=count, resume=resume, retry_failed=retry_failed, overwrite=overwrite,
+                watch=watch, executor=executor)
+    if path is not None:
+        _warn_failed(outcome.failed, outcome.points)
+        return open_results(path)
+    from nsdrill.variables import has_failed
+
+    _warn_failed(int(has_failed(results["status"]).sum()), results["status"].size)
+    return to_dataset(results)
+
+
+@_in_words_of_python
+def simulate(
+    study: StudyLike,
+    *,
+    at: Mapping[str, Quantity] | None = None,
+    depth: Quantity | None = None,
+    wob: Quantity | None = None,
+    rotary_speed: Quantity | None = None,
+    start: int | None = None,
+    duration: Quantity | None = None,
+    sample: Quantity = "10 ms",
+    set: Settings = None,
+) -> Dataset:
+    """Simulate one operating point of a study, or along its ramps, and give the trace: variables over ``time`` [s].
+
+    ``depth`` [m], ``wob`` [N] and ``rotary_speed`` [rad/s] are by default those of the study's ``operation``; a value
+    given here takes the place of a ramp. ``at`` holds those, or any other number of the study, by key:
+    ``at={"bit.rock_stiffness": "25 MN/m"}``. ``start`` is the number of the start where the study has several. The run
+    takes ``duration`` [s], by default the study's transient and observed time, or until the last knot of a ramp, and is
+    sampled every ``sample`` [s]. ``set`` changes keys of the study, as in :func:`load_study`.
+
+    A RunWarning says where the run ended early; the trace then holds what was computed before, and its attribute
+    ``status`` says why. InputError for values outside the model.
+    """
+    from nsdrill.app import trajectory
+    from nsdrill.study.keys import STIFFNESS, axis_leaves
+    from nsdrill.units import exact_text
+
+    loaded = study_in(study, set)
+    law = loaded.parameters.well.law
+    given = values_in(at, law, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    leaves = axis_leaves()
+    further = []
+    for key, value in given.items():
+        if key not in _OPERATION:  # one of the numbers of the study, checked as if it stood there
+            text = exact_text(value, STIFFNESS[law]) if key == "well.stiffness" else leaves[key].text(value)
+            further.append(f"{key}={text}")
+    result = trajectory.simulate(
+        study_in(loaded, further), depth=given.get("depth"), wob=given.get("wob"),
+        rotary_speed=given.get("rotary_speed"), start=number_in("start", start),
+        duration=None if duration is None else seconds_in("duration", duration), sample=seconds_in("sample", sample))
+    return _trace(result)
+
+
+@_in_words_of_python
+def replay(
+    results: ResultsLike,
+    *,
+    at: Mapping[str, Quantity] | None = None,
+    depth: Quantity | None = None,
+    wob: Quantity | None = None,
+    rotary_speed: Quantity | None = None,
+    procedure: str | None = None,
+    start: int | None = None,
+    sample: Quantity = "10 ms",
+) -> Dataset:
+    """Run one point of results again, from its stored initial state, and give its trace.
+
+    ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] and ``at``, which holds values of any axes by key, say which
+    point; the nearest of the sweep is taken. An axis with a single value may be left out, and so may ``procedure``
+    (``"same"``, ``"up"``, ``"down"``) where there is one only. ``start`` is the number of the start where every
+    operating point has several. The run is sampled every ``sample`` [s]. A Dataset has to be whole, as :func:`run` or
+    :func:`open_results` gave it.
+
+    The attribute ``same_bits`` of the trace is 1 where the run ends in the stored final state, bit for bit; a
+    RunWarning says where it does not, and what differs. InputError for a point beyond the sweep, or one that has not
+    been run.
+    """
+    from nsdrill.app import trajectory
+
+    source: Any = results
+    if is_dataset(results):
+        names = ("status", "initial_state", "final_state")
+        source = with_variables(data_in(results, names), "replay", names)
+    asked = values_in(at, "linear", depth=depth, wob=wob, rotary_speed=rotary_speed)
+    if procedure is not None and procedure not in _PROCEDURES:
+        raise InputError(f"procedure: found {procedure!r}; allowed: {', '.join(_PROCEDURES)}.")
+    result = trajectory.replay(
+        source if source is not results else name_in(results), at=asked, procedure=procedure,
+        start=number_in("start", start), sample=seconds_in("sample", sample))
+    if not result.same_bits:
+        cause = "; ".join(result.differing) or "nothing that the file records, so this is a fault: please report it"
+        warnings.warn(
+            f"The run does not end in the stored final state. What differs: {cause}. Where the motion is chaotic, the "
+            "trajectory is then another one of the same kind.", RunWarning, stacklevel=3)
+    return _trace(result).assign_attrs(same_bits=int(bool(result.same_bits)))
+
+
+@_in_words_of_python
+def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
+    """Give results new labels with other thresholds; nothing is run again.
+
+    ``changes`` are keys of ``classify`` with their new values, ``{"classify.stick_slip.stick_slip_index": 60}``, or
+    texts ``"key=value"``; without any, the thresholds of the study are restored. Given the name of a file, the file
+    gets the new labels, in one step, and is opened; given a Dataset, which has to be whole, another one with the new
+    labels comes back, and the Dataset stays as it was. What was done is added to the attribute ``history``.
+    """
+    from nsdrill.app.report import MEASURED, reclassify, relabelled
+    from nsdrill.store import open_results
+    from nsdrill.store.dataset import to_dataset
+    from nsdrill.variables import BY_NAME
+
+    texts = texts_in(changes, "changes")
+    measured = [name for name, v in BY_NAME.items() if v.room in MEASURED and v.only is None and v.room != "label"]
+    try:
+        if is_dataset(results):
+            data = results_in(results, "classify", ("status", "response", *measured))
+            return to_dataset(relabelled(data, texts))
+        reclassify(name_in(results), texts)
+    except StudyError as error:
+        raise StudyError("changes", error.faults) from None
+    return open_results(name_in(results))
+
+
+@_in_words_of_python
+def show(data: ResultsLike) -> str:
+    """What is in results, an unfinished run or a trace, in words and numbers, as the command ``nsdrill show`` says
+    it."""
+    from nsdrill.app.report import NEEDED, summarize
+    from nsdrill.cli.show import lines
+
+    name = "Dataset" if is_dataset(data) else os.fspath(name_in(data))
+    with of_whole("show"):
+        return "\n".join(lines(name, summarize(data_in(data, NEEDED))))
+
+
+@_in_words_of_python
+def plot(
+    data: ResultsLike,
+    kind: str | None = None,
+    *,
+    ax: Axes | None = None,
+    units: str = "si",
+    at: Mapping[str, Quantity] | None = None,
+    depth: Quantity | None = None,
+    wob: Quantity | None = None,
+    rotary_speed: Quantity | None = None,
+    start: int | None = None,
+    states: Sequence[str] | None = None,
+    over: ResultsLike | None = None,
+    severity: int | None = None,
+) -> Figure:
+    """Draw results, an unfinished run or a trace, and give the matplotlib Figure.
+
+    A notebook shows the figure where it is the value of a cell; ``figure.savefig`` or :func:`save` writes it to a file.
+    pyplot knows nothing of it. ``kind`` says what to draw, by default what fits the data; a wrong one is told with all
+    that fit. ``ax`` is drawn into, for kinds that have one axes, say ``orbit`` of a trace, or ``map`` of one procedure;
+    its title is left alone, and the Figure that it belongs to comes back.
+
+    ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm). ``depth``, ``wob``, ``rotary_speed`` and ``at``
+    cut a sweep at the nearest values of these axes; ``start`` draws one start of several; ``states`` are the two of a
+    basin drawn from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace; ``severity`` (0 to 4) is that of a
+    ``window``. InputError where the kind, or an argument, does not fit.
+    """
+    from nsdrill.data import Trace
+    from nsdrill.plot import cut, draw, draw_window, needed
+    from nsdrill.variables import PEAKS
+
+    chosen = values_in(at, "linear", depth=depth, wob=wob, rotary_speed=rotary_speed)
+    start = number_in("start", start)
+    outline = outline_in(data)
+    if isinstance(outline, Trace):
+        for name, value in (*chosen.items(), ("start", start), ("states", states), ("severity", severity)):
+            if value is not None:
+                raise InputError(f"{name}: found with a trace, which is of one point; allowed: with results.")
+        drawn: Results | Trace = outline
+    elif severity is not None:
+        if kind != "window":
+            raise InputError(f"severity: found with kind={kind!r}; allowed: with kind='window'.")
+        from nsdrill.app.window import read_for_window
+
+        drawn = read_for_window(data_in(data, None) if is_dataset(data) else name_in(data), severity)  # type: ignore[arg-type]
+    else:
+        drawn = data_in(data, needed(outline, kind, chosen, start))
+    behind = None if over is None else results_in(over, "over", ("status", *PEAKS))
+
+    def picture() -> Figure:
+        if severity is not None:
+            assert not isinstance(drawn, Trace)
+            return draw_window(cut(drawn, chosen or None, start), severity, units=units)
+        return draw(drawn, kind, units=units, at=chosen or None, over=behind, start=start, states=states)
+
+    with of_whole("plot"):
+        if ax is None:
+            return picture()
+        from nsdrill.plot.into import into_axes
+
+        return into_axes(picture, ax, kind)
+
+
+@_in_words_of_python
+def window(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
+    """The safe window of results: where one may run whatever the history, as plain data in SI units.
+
+    Safe are points without critical response in every procedure, or with ``severity`` those of which no severity
+    exceeds it (0 to 4). The keys are those of ``nsdrill window --json``.
+    """
+    from nsdrill.analysis.window import needed
+    from nsdrill.app import window as app
+
+    if severity is not None and (not is_whole(severity) or severity not in range(5)):
+        raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
+    if not is_dataset(results):
+        return app.window(name_in(results), severity)
+    return app.window(results_in(results, "window", ["status", *needed(severity)]), severity)
+
+
+@_in_words_of_python
+def hysteresis(results: ResultsLike) -> list[dict[str, Any]]:
+    """Where the two directions of an up-down sweep differ: one mapping for each interval, in SI units, as in ``nsdrill
+    show --json``. Empty for a sweep that is not up-down."""
+    from nsdrill.app import hysteresis as app
+
+    return app.hysteresis(results_in(results, "hysteresis", app.NEEDED) if is_dataset(results) else name_in(results))
+
+
+@_in_words_of_python
+def attractors(results: ResultsLike) -> list[dict[str, Any]]:
+    """The attractors of each operating point of results that have several starts.
+
+    A list with one entry for each operating point in the order of the results: the values of the axes in SI units, the
+    numbers of ``starts``, ``failed``, ``pending``, ``unsettled`` and ``ungrouped`` ones, and ``attractors``, by falling
+    share: ``number``, the same for one attractor in all entries, ``response``, ``whirl_kind``, ``motion`` and
+    ``period`` where recorded, ``members``, ``unsettled`` members, ``share`` of the starts that ended well and its 95 %
+    interval ``low`` to ``high`` (None in a slice, whose starts are no sample), and the median ``features`` in SI (None
+    where not finite). FileError where every operating point has one start.
+    """
+    from nsdrill.analysis.attractors import NEEDED
+    from nsdrill.app import attractors as app
+
+    return app.attractors(results_in(results, "attractors", NEEDED) if is_dataset(results) else name_in(results))
+
+
+@_in_words_of_python
+def check(study: StudyLike, set: Settings = None) -> Report:
+    """Check a study without running it.
+
+    The report has the ``coefficients`` at the study's ``operation`` in SI units (``report.coefficients.k_t``),
+    ``figures`` that follow from them, ``warnings`` in plain sentences, the numbers of ``points`` and ``chains``, and
+    the bytes of ``disk`` and ``memory`` that a run takes; ``report.as_json()`` is all of it as plain data. ``set``
+    changes keys of the study, as in :func:`load_study`.
+    """
+    from nsdrill.app import check as app
+
+    return app.check(study_in(study, set))
+
+
+@_in_words_of_python
+def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
+    """What differs between two results or traces, ``a`` and ``b``, as plain data in SI units: ``same_study`` (but for
+    the title), ``same_numbers`` (to the bit), and in ``study``, ``made``, ``axes``, ``points``, ``responses`` and
+    ``variables`` what, as in ``nsdrill diff --json``."""
+    from nsdrill.app import diff as app
+
+    one, two = (data_in(data, None) if is_dataset(data) else name_in(data) for data in (a, b))
+    return app.diff(one, two)
+
+
+@_in_words_of_python
+def open_results(path: PathLike) -> Dataset:
+    """The file ``path`` as a Dataset: results, which are read when they are used; a trace; or the points so far of an
+    unfinished run (``path.part``). Close it, or use ``with``, when done. FileError where it cannot be read."""
+    from nsdrill.app.reading import read_any
+    from nsdrill.store import kind_of, open_results
+    from nsdrill.store.dataset import to_dataset
+
+    path = name_in(path, "path")
+    if os.path.lexists(path) and kind_of(path) == "results":
+        return open_results(path)
+    return to_dataset(read_any(path))
+
+
+@_in_words_of_python
+def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> None:
+    """Write results or a trace to the file ``path``, whole or not at all: HDF5 (``.h5``), netCDF (``.nc``) or a table
+    (``.csv``, one row for each point or sample, with units in the headings); or a figure of :func:`plot` (``.png``,
+    ``.pdf``, ``.svg``).
+
+    FileError where the file is there already, unless ``overwrite``; InputError for other endings, or a Dataset that
+    lacks variables or has others than nsdrill's, which no file of nsdrill holds.
+    """
+    from nsdrill.app import saving
+    from nsdrill.plot import check_suffix
+    from nsdrill.plot import save as save_figure
+    from nsdrill.store import claim_file
+    from nsdrill.store.dataset import from_dataset
+    from nsdrill.variables import BY_NAME, TRACE_VARIABLES
+
+    path = name_in(path, "path")
+    if is_figure(data):
+        check_suffix(path)
+        claim_file(path, overwrite)
+        save_figure(cast("Figure", data), path, overwrite=overwrite)
+        return
+    if not is_dataset(data):
+        raise InputError(f"save: found a value of the type {type(data).__name__}; allowed: a Dataset, or a figure.")
+    known = {*BY_NAME, *(v.name for v in TRACE_VARIABLES)}
+    dataset: Any = data
+    if extra := [str(name) for name in dataset.data_vars if name not in known]:
+        raise InputError(
+            f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its own variables. Leave "
+            "the others out with drop_vars, or write all with to_netcdf.")
+    saving.save(checked(from_dataset(dataset)), path, overwrite=overwrite)
+
+
+_OPERATION = ("depth", "wob", "rotary_speed")
+_PROCEDURES = ("same", "up", "down")
+
+
+def _check_engine(engine: Any, scheduler: Any) -> None:
+    if engine not in ("threads", "dask"):
+        raise InputError(f"engine: found {engine!r}; allowed: 'threads' or 'dask'.")
+    if scheduler is not None and engine != "dask":
+        raise InputError("scheduler: found with engine='threads'; allowed: with engine='dask'.")
+
+
+def _crew(engine: str, scheduler: str | None, workers: int | None) -> Any:
+    """A context with the executor, None for threads of this process, and the number of workers."""
+    if engine != "dask":
+        return nullcontext((None, workers))
+    from nsdrill.app.cluster import dask_executor
+
+    return dask_executor(scheduler, workers)
+
+
+def _warn_failed(failed: int, points: int) -> None:
+    if failed:
+        text = f"{failed} of {points} points failed; status says which and how, and nsdrill.show lists them."
+        warnings.warn(text, RunWarning, stacklevel=4)
+
+
+def _trace(result: Trajectory) -> Dataset:
+    """The trace of a run, with a warning where it ended early."""
+    from nsdrill.cli.simulate import ENDINGS
+    from nsdrill.store.dataset import to_dataset
+    from nsdrill.variables import OK
+
+    if result.status != OK:
+        status = str(result.trace.attrs["status"])
+        words = f"The run ended early ({status}): {ENDINGS.get(status, status)}."
+        warnings.warn(f"{words} The trace holds what was computed before.", RunWarning, stacklevel=4)
+    return to_dataset(result.trace)

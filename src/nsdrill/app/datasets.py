@@ -1,0 +1,107 @@
+"""Results and traces that Python users give, as Datasets or names of files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsdrill.app.arguments import name_in
+from nsdrill.data import OVERRIDES, Results, Trace, json_text
+from nsdrill.errors import InputError
+
+if TYPE_CHECKING:
+    from xarray import Dataset
+
+
+def is_dataset(data: Any) -> bool:
+    """Whether ``data`` are a Dataset; xarray is imported only where they may be one."""
+    if isinstance(data, str | os.PathLike):
+        return False
+    from xarray import Dataset
+
+    return isinstance(data, Dataset)
+
+
+def is_figure(data: Any) -> bool:
+    """Whether ``data`` are a figure of matplotlib."""
+    from matplotlib.figure import Figure
+
+    return isinstance(data, Figure)
+
+
+def _only(data: Any, names: Iterable[str]) -> Dataset:
+    """A Dataset with these of its variables, and all of its coordinates."""
+    wanted = {*names}
+    kept: Dataset = data.drop_vars([name for name in data.data_vars if name not in wanted])
+    return kept
+
+
+def data_in(data: Any, names: Iterable[str] | None) -> Results | Trace:
+    """The results or trace in a Dataset or file, of results only the variables ``names``, if given."""
+    from nsdrill.app.overrides import overrides_of
+    from nsdrill.app.reading import read_any
+    from nsdrill.store.dataset import from_dataset
+
+    if not is_dataset(data):
+        return read_any(name_in(data), names)
+    found = checked(from_dataset(data if names is None or "time" in data.dims else _only(data, names)))
+    found.attrs[OVERRIDES] = json_text(overrides_of(found.attrs))
+    return found
+
+
+def checked(data: Results | Trace) -> Results | Trace:
+    """``data``; InputError where a selection has left nothing of them, or a trace goes back in time."""
+    if isinstance(data, Trace):
+        if not len(data.time) or not np.all(np.diff(data.time) > 0.0):
+            raise InputError(
+                "the Dataset: found a trace whose time is empty or does not ascend; allowed: samples in order.")
+    elif empty := [name for name, length in zip(data.grid, data.shape, strict=True) if not length]:
+        raise InputError(f"the Dataset: found no values of {', '.join(empty)}; allowed: one or more of each axis.")
+    return data
+
+
+def results_in(data: Any, name: str, names: Iterable[str]) -> Results:
+    """The results in a Dataset or file, which have to have the variables ``names``; of a file only these."""
+    return with_variables(data_in(data, None if is_dataset(data) else names), name, names)
+
+
+def with_variables(data: Results | Trace, name: str, names: Iterable[str]) -> Results:
+    """``data``, which have to be results with the variables ``names``."""
+    if isinstance(data, Trace):
+        raise InputError(f"{name}: found a trace; allowed: results of a sweep.")
+    if lacking := [variable for variable in dict.fromkeys(names) if variable not in data.variables]:
+        raise InputError(f"{name}: found results without {_listed(lacking)}; allowed: results that have them.")
+    return data
+
+
+def _listed(names: Sequence[str]) -> str:
+    few = 4
+    return ", ".join(names) if len(names) <= few else f"{', '.join(names[:few])} and {len(names) - few} more"
+
+
+@contextmanager
+def of_whole(name: str) -> Iterator[None]:
+    """Where a variable is looked for that a Dataset does not have, an error that says so."""
+    try:
+        yield
+    except KeyError as error:
+        from nsdrill.variables import BY_NAME
+
+        if not error.args or error.args[0] not in BY_NAME:
+            raise
+        raise InputError(f"{name}: found results without {error.args[0]}; allowed: results that have it.") from error
+
+
+def outline_in(data: Any) -> Results | Trace:
+    """As :func:`data_in`, but results have zeros for their variables, which take no memory: to see what there is."""
+    from nsdrill.app.reading import outline, outlined
+    from nsdrill.variables import BY_NAME
+
+    if not is_dataset(data):
+        return outline(name_in(data))
+    found = data_in(data, ())
+    return found if isinstance(found, Trace) else outlined(found, [str(n) for n in data.data_vars if n in BY_NAME])

@@ -1,0 +1,88 @@
+"""Results and traces in memory to files."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from nsdrill.data import Array, Results, Trace
+from nsdrill.errors import InputError
+from nsdrill.files import replacing
+from nsdrill.store import claim_file, pending_records, recorded, to_csv, write_results, write_trace
+from nsdrill.variables import TRACE_VARIABLES, Kept
+
+ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
+
+
+class Stored:
+    """Results in memory as something that points can be read from, in order."""
+
+    def __init__(self, results: Results) -> None:
+        coords = results.coords
+        lengths = (len(coords.get(name, ())) for name in ("peak", "crossing", "start"))
+        peaks, returns, starts = lengths
+        self.kept = Kept(peaks, returns, exponent="lyapunov_exponent" in results.variables, starts=starts,
+                         verify="trusted" in results.variables, axes=results.more)
+        self.header = {
+            "coords": {name: values.tolist() for name, values in coords.items() if name in results.grid},
+            "attrs": results.attrs}
+        self.n_points = int(np.prod(results.shape))
+        dims = len(results.grid)
+        self._flat = {name: values.reshape(self.n_points, *values.shape[dims:])
+                      for name, values in results.variables.items()}
+
+    def read(self, start: int, stop: int) -> Array:
+        """Records [stop - start]; pending points have status 0 and NaN features."""
+        records = pending_records(stop - start, self.kept)
+        for name in records.dtype.names or ():
+            records[name] = self._flat[name][start:stop]
+        return records
+
+
+def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+    """Write ``data`` to ``path``, in one step: HDF5 (``.h5``, ``.hdf5``), which is netCDF-4 (``.nc``) as well, or a
+    table (``.csv``). FileError where the file is there already, unless ``overwrite``; InputError where something is
+    missing."""
+    suffix = Path(path).suffix.lower()
+    if suffix not in ENDINGS:
+        raise InputError(f"{os.fspath(path)}: found the ending {suffix or '(none)'}; allowed: {', '.join(ENDINGS)}.")
+    claim_file(path, overwrite)
+    if isinstance(data, Trace):
+        if suffix == ".csv":
+            _trace_table(data, path, overwrite)
+        else:
+            write_trace(path, data, overwrite=overwrite)
+        return
+    _check_whole(data)
+    if suffix == ".csv":
+        to_csv(data, path, overwrite=overwrite)
+    else:
+        write_results(path, Stored(data))
+
+
+def _check_whole(results: Results) -> None:
+    """InputError where a results file of these could not be read again."""
+    source = Stored(results)
+    if lacking := [v.name for v in recorded(source.kept) if v.name not in results.variables]:
+        few = f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
+        raise InputError(f"the Dataset: found results without {few}; allowed: results with all of their variables.")
+    for name in results.axes:
+        if not np.all(np.diff(results.coords[name]) > 0):
+            raise InputError(f"the Dataset: found values of {name} that do not ascend; allowed: sorted ones (sortby).")
+    for name in ("start", "peak", "crossing"):
+        values = results.coords.get(name, np.arange(0))
+        if not np.array_equal(values, np.arange(len(values))):
+            raise InputError(f"the Dataset: found a part of {name}; allowed: all of it, from 0 on.")
+
+
+def _trace_table(trace: Trace, path: str | os.PathLike[str], overwrite: bool) -> None:
+    """One row for each sample, the units in the headings; the numbers have as many digits as give back the same
+    bits."""
+    from nsdrill.store.dataset import to_dataset
+
+    columns = {v.name: f"{v.name} [{v.units}]" for v in TRACE_VARIABLES}
+    table = to_dataset(trace).to_dataframe()[list(columns)].rename(columns=columns)
+    with replacing(path, overwrite=overwrite) as temporary:
+        table.to_csv(temporary, index_label="time [s]", na_rep="nan")

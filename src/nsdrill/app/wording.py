@@ -1,0 +1,46 @@
+"""Messages that name options of the command line, in the words of a call from Python."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+
+def _setting(found: re.Match[str]) -> str:
+    """An override as a mapping; numbers, true and false are what they are in Python."""
+    key, value = found.groups()
+    bare = {"true": "True", "false": "False", "null": "None"}.get(value)
+    if bare is None:
+        bare = value if re.fullmatch(r"[-+]?[\d.]+(?:e[-+]?\d+)?", value) else repr(value)
+    return f"set={{'{key}': {bare}}}"
+
+
+# In this order. What is not an option, a path with two hyphens say, has no blank before the hyphens.
+_RULES: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
+    (r"the same command (with|and) (?=--)", r"the same call \1 "),
+    (r"`nsdrill show [^`]*`", "nsdrill.show"),
+    (r"nsdrill run --resume", "nsdrill.run and resume=True"),
+    (r"(?<![\w.`])nsdrill (run|simulate|replay|plot|window|show|check|classify)\b", r"nsdrill.\1"),
+    (r"--set key=value, as in --set operation\.wob=30kN", "a mapping by dotted keys, as {'operation.wob': '30 kN'}"),
+    (r"(?<=\()--set ([\w.]+)=([^()]*)(?=\))", _setting),
+    (r"(?<![\w-])--set ([\w.]+)=([^\s,;)]*[^\s,;.)])(?=[\s,;.)]|$)", _setting),
+    (r"(?<![\w-])--set(?![\w-])", "set"),
+    (r"(?<![\w-])--(overwrite|resume)(?![\w-])", r"\1=True"),
+    (r"(?<![\w-])--retry-failed(?![\w-])", "retry_failed=True"),
+    (r"(?<![\w-])--(engine|kind) (\w+)", r"\1='\2'"),
+    (r"(?<![\w-])--at ([\w.]+)=([-\d.][^\s;,]*[^\s;,.])", r"at={'\1': '\2'}"),
+    (r"(?<![\w-])--at ([\w.]+)=\.\.\.", r"at={'\1': ...}"),
+    (r"(?<![\w-])--(depth|wob) ([-\d.]\S*[^\s;,.])", r"\1='\2'"),
+    (r"(?<![\w-])--rotary-speed ([-\d.]\S*[^\s;,.])", r"rotary_speed='\1'"),
+    (r"(?<![\w-])--rotary-speed(?![\w-])", "rotary_speed"),
+    (r"(?<![\w-])--([a-z]+)(?![\w-])", r"\1"),
+    (r"(?<!nsdrill new) with -o(?![\w-])", " as path"),
+    (r"(?<!nsdrill new) -o(?![\w-])", " path"),
+)
+
+
+def python_words(text: str) -> str:
+    """``text`` with the arguments of Python functions in place of options."""
+    for pattern, words in _RULES:
+        text = re.sub(pattern, words, text)
+    return text
