@@ -179,7 +179,7 @@ def flags(variable: Variable) -> str:
 ROOMS = {"run": "bookkeeping", "feature": "feature", "label": "label", "peaks": "peaks", "section": "section",
          "states": "states", "trust": "check"}
 ONLY = {"peaks": "record.peaks", "returns": "record.poincare", "exponent": "record.exponent",
-        "starts": "initial.ensemble", "verify": "simulation.verify"}
+        "starts": "initial.ensemble", "verify": "simulation.verify", "driven": "drive.kind"}
 
 
 def results_variables() -> str:

@@ -272,7 +272,7 @@ def test_a_part_of_the_results_can_be_saved(small: xr.Dataset, tmp_path: Path) -
         (lambda d: d.isel(peak=[1]), "x.h5", "found a part of peak"),
         (lambda d: d.isel(rotary_speed=slice(0, 0)), "x.h5", "found no values of rotary_speed; allowed: one or more"),
         (lambda d: d, "", "^path: found an empty text"),
-        (lambda d: d.drop_vars("rotary_speed"), "x.h5", "found no coordinate rotary_speed"),
+        (lambda d: d.drop_vars("rotary_speed"), "x.h5", "coordinate rotary_speed is missing"),
         (lambda d: 3, "x.h5", "found a value of the type int; allowed: a Dataset, or a figure"),
         (lambda d: d, 3, r"^path: found a value of the type int; allowed: the name of a file\."),
         (lambda d: d, "nowhere/x.h5", "there is no folder"),
@@ -533,7 +533,7 @@ def test_parts_of_which_nothing_is_left(small: xr.Dataset, trace: xr.Dataset, tm
             call(small.isel(rotary_speed=slice(0, 0)))
     for part in (trace.isel(time=slice(0, 0)), trace.isel(time=slice(None, None, -1))):
         for call in (nsdrill.show, nsdrill.plot, lambda data: nsdrill.save(data, tmp_path / "x.h5")):
-            with pytest.raises(nsdrill.InputError, match="time is empty or does not ascend"):
+            with pytest.raises(nsdrill.InputError, match="time does not ascend"):
                 call(part)
     assert not list(tmp_path.iterdir())
     assert nsdrill.plot(trace.sel(time=slice(0.5, 1.0))).axes
@@ -556,7 +556,7 @@ def test_results_without_their_attributes(small: xr.Dataset, tmp_path: Path) -> 
 def test_something_else_than_nsdrill_made(tmp_path: Path) -> None:
     for data in (xr.Dataset(), xr.Dataset({"a": ("b", [1.0])}), xr.Dataset({"x": ("time", [1.0])}, {"time": [0.0]})):
         for call in (nsdrill.show, nsdrill.plot, nsdrill.window, nsdrill.classify):
-            with pytest.raises(nsdrill.InputError, match="the Dataset: found"):
+            with pytest.raises(nsdrill.InputError, match="the Dataset: "):
                 call(data)
 
 

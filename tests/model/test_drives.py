@@ -139,16 +139,16 @@ def test_without_a_bit_the_motion_is_that_of_the_linear_system() -> None:
         "drillstring: {eccentricity: 0 mm}\nbit: {surface_amplitude: 0 mm}\n"
         "initial: {x: 0 mm, z: 1 m, lag: 2 rad, drive_speed: 1 rad/s, twist: 5 rad}\n"
         "simulation: {rtol: 1.0e-10}")
-    found = nsdrill.simulate(study, duration=0.4, sample=0.05).trace  # it falls on the rock later
-    assert np.all(found["bit_force"] == 0.0)
+    found = nsdrill.simulate(study, duration=0.4, sample=0.05)  # it falls on the rock later
+    assert np.all(found["bit_force"].values == 0.0)
     matrix = linear(parameters)
     push = np.array([0, 0, 0, -50.0 * DEEP[2] / derive(parameters, *DEEP).J])
     exact = solve_ivp(lambda t, y: matrix @ y + push, (0, 0.4), [2.0, -2.0, 5.0, 0.0], "DOP853", rtol=1e-12, atol=1e-12,
-                      t_eval=found.time)
-    assert found["drive_speed"] == pytest.approx(exact.y[1] + DEEP[2], abs=1e-8)
-    assert found["twist"] == pytest.approx(exact.y[2], abs=1e-8)
+                      t_eval=found.time.values)
+    assert found["drive_speed"].values == pytest.approx(exact.y[1] + DEEP[2], abs=1e-8)
+    assert found["twist"].values == pytest.approx(exact.y[2], abs=1e-8)
     k_t = derive(parameters, *DEEP).k_t
-    assert found["surface_torque"] == pytest.approx(k_t * (exact.y[0] - exact.y[2]), rel=1e-7)
+    assert found["surface_torque"].values == pytest.approx(k_t * (exact.y[0] - exact.y[2]), rel=1e-7)
 
 
 def test_features_are_those_of_the_trace() -> None:
@@ -159,11 +159,11 @@ def test_features_are_those_of_the_trace() -> None:
     study = parse_study(text)
     work = replace(work_for(Case(wob=66.72e3, speed=2.0), study.simulation), parameters=study.parameters)
     found = run_work(work)
-    trace = nsdrill.simulate(study, duration=60.0, sample=0.001).trace
-    late = trace.time >= 20.0
+    trace = nsdrill.simulate(study, duration=60.0, sample=0.001)
+    late = trace.time.values >= 20.0
     assert found["bit_speed_max"][0] > 5.0
     for name in ("surface_torque", "drive_speed"):
-        values = trace[name][late]
+        values = trace[name].values[late]
         span = values.max() - values.min()
         assert found[f"{name}_max"][0] == pytest.approx(values.max(), abs=1e-4 * span)
         assert found[f"{name}_min"][0] == pytest.approx(values.min(), abs=1e-4 * span)
@@ -226,9 +226,9 @@ simulation: {{rtol: 1.0e-9}}
 def test_a_ramp_with_a_drive_keeps_the_set_point() -> None:
     """A very stiff drive follows the ramp; a soft one lags behind it by what its law says."""
     text = RAMP.format("kind: pi, inertia: 100 kg*m^2, stiffness: 100 kN*m/rad, damping: 5 kN*m*s/rad")
-    stiff = nsdrill.simulate(parse_study(text), sample=0.1).trace
-    assert stiff["drive_speed"] == pytest.approx(2.0 + 0.1 * stiff.time, abs=0.01)
-    soft = nsdrill.simulate(parse_study(RAMP.format("kind: soft_torque, matching: 1")), sample=0.1).trace
+    stiff = nsdrill.simulate(parse_study(text), sample=0.1)
+    assert stiff["drive_speed"].values == pytest.approx(2.0 + 0.1 * stiff.time.values, abs=0.01)
+    soft = nsdrill.simulate(parse_study(RAMP.format("kind: soft_torque, matching: 1")), sample=0.1)
     parameters = driven(kind="soft_torque", matching=1.0)
     k = derive(parameters, 5000.0, 0.0, 3.0)
     matrix = linear(parameters)
@@ -237,6 +237,6 @@ def test_a_ramp_with_a_drive_keeps_the_set_point() -> None:
     def rate(t: float, y: np.ndarray) -> np.ndarray:
         return matrix @ y + push + np.array([0, 0, 0, -50.0 * (2.0 + 0.1 * t) / k.J])
 
-    exact = solve_ivp(rate, (0, 40), [0, 0, 0, 0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=soft.time)
-    assert soft["drive_speed"] == pytest.approx(exact.y[1] + 2.0 + 0.1 * soft.time, abs=2e-6)
-    assert soft["twist"] == pytest.approx(exact.y[2], abs=2e-6)
+    exact = solve_ivp(rate, (0, 40), [0, 0, 0, 0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=soft.time.values)
+    assert soft["drive_speed"].values == pytest.approx(exact.y[1] + 2.0 + 0.1 * soft.time.values, abs=2e-6)
+    assert soft["twist"].values == pytest.approx(exact.y[2], abs=2e-6)

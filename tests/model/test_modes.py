@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.app.run import run
+from nsdrill.app.run import run_in_memory
 from nsdrill.model.coefficients import derive
 from nsdrill.model.forces import energy, powers
 from nsdrill.model.parameters import Operation
@@ -29,7 +29,7 @@ simulation: {{transient: 2000 s, observe: 50 s, rtol: 1.0e-9}}
 
 
 def features(text: str) -> dict[str, float]:
-    found = run(parse_study(text), workers=1)
+    found = run_in_memory(parse_study(text), workers=1)
     return {name: float(np.ravel(values)[0]) for name, values in found.variables.items() if values.dtype.kind == "f"
             and values.size == 1}
 
@@ -76,8 +76,8 @@ def test_synchronous_whirl(speed: float, radius: float) -> None:
 def test_energy_balance(modes: str) -> None:
     study = parse_study(
         f"modes: {modes}\noperation: {{wob: 66.72 kN, rotary_speed: 2 rad/s}}\nsimulation: {{rtol: 1.0e-9}}")
-    trace = nsdrill.simulate(study, duration=10.0, sample=0.0005).trace
-    state = dict(trace.variables)
+    trace = nsdrill.simulate(study, duration=10.0, sample=0.0005)
+    state = {name: values.values for name, values in trace.data_vars.items()}
     held = energy(study.parameters, Operation(5000.0, 66.72e3, 2.0), state)
     fed = powers(study.parameters, Operation(5000.0, 66.72e3, 2.0), state)
     total = sum(fed.values())

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from nsdrill.store import MemoryLog, RunLog, collect, columns, pending_records, record_dtype, recorded
-from nsdrill.variables import PENDING, POINT, VARIABLES, Kept
+from nsdrill.variables import DRIVEN_STATE_NAMES, PENDING, POINT, VARIABLES, Kept
 
 from .samples import POINTS, SHAPE, header, made
 
@@ -111,7 +111,7 @@ def test_collect_gives_results_on_the_grid(new_log):
 
 
 def test_records_follow_the_table_of_variables():
-    everything = Kept(peaks=5, returns=4, exponent=True, starts=2, verify=True)
+    everything = Kept(peaks=5, returns=4, exponent=True, starts=2, verify=True, states=DRIVEN_STATE_NAMES)
     assert record_dtype(everything).names == tuple(variable.name for variable in VARIABLES)
     assert not [name for name in record_dtype(Kept(0)).names if name.endswith("_peaks")]
     with pytest.raises(ValueError, match="negative"):

@@ -149,9 +149,9 @@ def test_a_replay_finds_its_point():
     """Its numbers are those of the present model, which may have changed since; that is said."""
     made = nsdrill.replay(FOLDER / "rock_map.h5", wob=60e3, rotary_speed=6.28, at={"bit.rock_stiffness": 1e8})
     point = read_point(FOLDER / "rock_map.h5", 0, 0, 1, 1, 2)
-    assert made.trace.attrs["wob"] == point["wob"]
-    assert made.trace.attrs["rotary_speed"] == point["rotary_speed"]
-    assert json.loads(made.trace.attrs["at"]) == {"bit.rock_stiffness": 1e8}
+    assert made.attrs["wob"] == point["wob"]
+    assert made.attrs["rotary_speed"] == point["rotary_speed"]
+    assert json.loads(made.attrs["at"]) == {"bit.rock_stiffness": 1e8}
 
 
 @pytest.fixture

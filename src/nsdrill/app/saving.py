@@ -7,38 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from nsdrill.data import Array, Results, Trace
+from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.files import replacing
-from nsdrill.store import claim_file, pending_records, recorded, to_csv, write_results, write_trace
-from nsdrill.variables import TRACE_VARIABLES, Kept
+from nsdrill.store import HeldResults, claim_file, kept_of, recorded, to_csv, write_results, write_trace
+from nsdrill.variables import TRACE_VARIABLES
 
 ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
-
-
-class Stored:
-    """Results in memory as something that points can be read from, in order."""
-
-    def __init__(self, results: Results) -> None:
-        coords = results.coords
-        lengths = (len(coords.get(name, ())) for name in ("peak", "crossing", "start"))
-        peaks, returns, starts = lengths
-        self.kept = Kept(peaks, returns, exponent="lyapunov_exponent" in results.variables, starts=starts,
-                         verify="trusted" in results.variables, axes=results.more)
-        self.header = {
-            "coords": {name: values.tolist() for name, values in coords.items() if name in results.grid},
-            "attrs": results.attrs}
-        self.n_points = int(np.prod(results.shape))
-        dims = len(results.grid)
-        self._flat = {name: values.reshape(self.n_points, *values.shape[dims:])
-                      for name, values in results.variables.items()}
-
-    def read(self, start: int, stop: int) -> Array:
-        """Records [stop - start]; pending points have status 0 and NaN features."""
-        records = pending_records(stop - start, self.kept)
-        for name in records.dtype.names or ():
-            records[name] = self._flat[name][start:stop]
-        return records
 
 
 def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
@@ -59,13 +34,13 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
     if suffix == ".csv":
         to_csv(data, path, overwrite=overwrite)
     else:
-        write_results(path, Stored(data))
+        write_results(path, HeldResults(data))
 
 
 def _check_whole(results: Results) -> None:
     """InputError where a results file of these could not be read again."""
-    source = Stored(results)
-    if lacking := [v.name for v in recorded(source.kept) if v.name not in results.variables]:
+    kept = kept_of(results.coords, results.more, results.variables)
+    if lacking := [v.name for v in recorded(kept) if v.name not in results.variables]:
         few = f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
         raise InputError(f"the Dataset: found results without {few}; allowed: results with all of their variables.")
     for name in results.axes:

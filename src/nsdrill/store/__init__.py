@@ -9,6 +9,7 @@ from nsdrill.store.log import RunLog, part_path
 from nsdrill.store.memory import MemoryLog
 from nsdrill.store.read import (
     collect,
+    kept_of,
     kind_of,
     log_from_results,
     read_attributes,
@@ -37,6 +38,7 @@ __all__ = [
     "columns",
     "flag_words",
     "from_dataset",
+    "kept_of",
     "kind_of",
     "log_from_results",
     "open_results",

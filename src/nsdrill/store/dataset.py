@@ -37,7 +37,7 @@ from nsdrill.variables import (
     Variable,
 )
 
-_NAME = "the dataset"
+_NAME = "the Dataset"
 _GIVE = "Give one of nsdrill.run or nsdrill.open_results, or a part of it by isel or sel."
 
 
@@ -48,10 +48,10 @@ def to_dataset(data: Results | Trace) -> Any:
 
 
 def from_dataset(data: Any, names: Iterable[str] | None = None) -> Results | Trace:
-    """The inverse of :func:`to_dataset`; its dimensions may be in any order, and selections of axes and procedures are
-    taken, too.
+    """The inverse of :func:`to_dataset`; its dimensions may be in any order, and selections are taken, too: of axes,
+    procedures, peaks, and of variables.
 
-    With ``names`` only these variables of results are taken, and others may be missing. FileError where ``data`` is no
+    With ``names`` only these variables of results are taken, and they have to be there. FileError where ``data`` is no
     Dataset of nsdrill.
     """
     import xarray
@@ -59,7 +59,9 @@ def from_dataset(data: Any, names: Iterable[str] | None = None) -> Results | Tra
     if not isinstance(data, xarray.Dataset):
         raise FileError(f"found an object of the type {type(data).__name__}; allowed: an xarray Dataset. {_GIVE}")
     attrs = {str(name): plain_value(value) for name, value in data.attrs.items()}
-    kind, version = attrs.get("nsdrill_kind"), attrs.get("format_version")
+    # Arithmetic of xarray may drop the attributes.
+    found = "trace" if "time" in data.coords else "results" if "procedure" in data.coords else None
+    kind, version = attrs.get("nsdrill_kind", found), attrs.get("format_version", FORMAT_VERSION)
     if kind not in ("results", "trace") or not isinstance(version, int):
         raise FileError(f"{_NAME}: found no attribute nsdrill_kind that says results or trace. {_GIVE}")
     if not 1 <= version <= FORMAT_VERSION:
@@ -139,13 +141,15 @@ def _attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | None) -> Results:
-    axes = tuple(_axis(data, name) for name in attrs.get("axes", "").split())
+    keys = {name: coordinate.attrs.get("key") for name, coordinate in data.coords.items() if name not in POINT}
+    named = attrs["axes"].split() if "axes" in attrs else [str(name) for name, key in keys.items() if key]
+    axes = tuple(_axis(data, name) for name in named)
     grid = (*POINT, *(axis.name for axis in axes), *(["start"] if "start" in data.coords else []))
     own = [name for name in ("peak", "crossing", "state") if name in data.dims or name in data.coords]
     coords = {name: _coordinate(data, name) for name in (*grid, *own)}
     if "state" not in data.dims:  # no variable with states was selected
         coords["state"] = np.array(DRIVEN_STATE_NAMES if "drive_speed_mean" in data else STATE_NAMES)
-    check_coordinates(_NAME, coords)
+    check_coordinates(_NAME, coords, whole=False)
     kept = kept_of(coords, axes, data.variables)
     there = [variable.name for variable in recorded(kept)]
     wanted = set(there) if names is None else set(names)
@@ -153,7 +157,7 @@ def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | No
         raise FileError(f"{_NAME}: no variable is called {', '.join(unknown)}.")
     variables = {
         name: _variable(data, BY_NAME[name], kept, coords)
-        for name in there if name in wanted and (name in data.data_vars or name not in LATER)
+        for name in there if name in wanted and (name in data.data_vars or not (names is None or name in LATER))
     }
     return Results(coords, variables, dict(attrs), axes)
 

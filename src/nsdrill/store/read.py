@@ -260,8 +260,9 @@ def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Containe
                 axes=axes, states=tuple(coords["state"].tolist()))
 
 
-def check_coordinates(where: PathLike, coords: Mapping[str, Array]) -> None:
-    """FileError unless the coordinates, as in memory, are such as nsdrill writes; ``where`` they are is said."""
+def check_coordinates(where: PathLike, coords: Mapping[str, Array], *, whole: bool = True) -> None:
+    """FileError unless the coordinates, as in memory, are such as nsdrill writes, or, if not ``whole``, parts of such;
+    ``where`` they are is said."""
     procedures = coords["procedure"].tolist()
     if not procedures or len(set(procedures)) < len(procedures) or not set(procedures) <= set(PROCEDURES):
         found = ", ".join(map(str, coords["procedure"]))
@@ -269,6 +270,8 @@ def check_coordinates(where: PathLike, coords: Mapping[str, Array]) -> None:
     if tuple(coords["state"].tolist()) not in (STATE_NAMES, DRIVEN_STATE_NAMES):
         found = ", ".join(map(str, coords["state"]))
         raise FileError(f"{where}: the states are {found}; they should be {', '.join(STATE_NAMES)}.")
+    if not whole:
+        return
     _check_axes(where, coords)
     for name in ("start", "peak", "crossing"):
         values = coords.get(name)
