@@ -1,10 +1,9 @@
-"""Quantities as people write them ("15 in", "5 klbf", "60 rpm") to SI floats and back; the home of the pint registry.
+"""Quantities as people write them ("15 in", "5 klbf", "60 rpm") to SI floats and back.
 
-The text is taken apart by a small grammar of our own, and pint is asked for the meaning of single unit names only: its
-own parser evaluates expressions, which a study file has no business doing. Factors are exact fractions, so that the
-result is the float nearest to the value written: "9 in" is 0.2286 and "5 klbf" is 22241.1080763025.
+The text is taken apart by a small grammar, which evaluates nothing, and each unit name is looked up in a table of exact
+factors. So the result is the float nearest to the value written: "9 in" is 0.2286 and "5 klbf" is 22241.1080763025.
 
-Angles are a dimension here. Pint leaves radians without one, and would take "1 Hz" for "1 rad/s", wrong by 2 pi.
+Angles are a dimension here: without one "1 Hz" would do for "1 rad/s", wrong by 2 pi.
 """
 
 from __future__ import annotations
@@ -12,10 +11,8 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
 
 from nsdrill.errors import InputError
 
@@ -66,13 +63,77 @@ _PLAIN = str.maketrans({"·": "*", "⋅": "*", "×": "*", "∙": "*", "−": "-"
 _SUPERSCRIPT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _SUPERSCRIPTS = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
 
-_DRILLING = (
-    f"pi = {Decimal(math.pi)} = π",  # the float, so that 60 rpm is the 2 pi of every other program
-    "radian = [angle] = rad",
-    "@alias revolution = rev",
-    "tonne_force = 1000 * kilogram_force",
-    "pound_per_gallon = pound / gallon = ppg",
-)
+_PI = Fraction(math.pi)  # the float, so that 60 rpm is the 2 pi of every other program
+_DEFINITIONS = f"""
+m meter metre = 1 [length]
+g gram = 1/1000 [mass]
+s sec second = 1 [time]
+rad radian = 1 [angle]
+pi = {_PI}
+min minute = 60 s
+h hr hrs hour = 60 min
+d day = 24 h
+week = 7 d
+year yr yrs = 365.25 d
+turn revolution rev cycle circle = {2 * _PI} rad
+deg degree arcdeg ° = {_PI / 180} rad
+arcmin arcminute = 1/60 deg
+arcsec arcsecond = 1/60 arcmin
+gon grad = {_PI / 200} rad
+rpm revolutions_per_minute = 1 rev/min
+rps revolutions_per_second = 1 rev/s
+Hz hertz = 1 1/s
+in inch inches international_inch = 0.0254 m
+ft foot feet international_foot = 12 in
+yd yard = 3 ft
+mi mile = 5280 ft
+thou = 1/1000 in
+nmi nautical_mile = 1852 m
+µ micron = 1/1000000 m
+l L liter litre = 1/1000 m^3
+cc = 1/1000000 m^3
+gal gallon = 231 in^3
+oil_barrel oil_bbl = 42 gal
+lb pound avoirdupois_pound = 453.59237 g
+oz ounce = 1/16 lb
+gr grain = 1/7000 lb
+ton short_ton = 2000 lb
+long_ton = 2240 lb
+t tonne metric_ton = 1000000 g
+ppg pound_per_gallon = 1 lb/gal
+gravity standard_gravity g_0 g_n = 9.80665 m/s^2
+slug = 1 lbf*s^2/ft
+N newton = 1 kg*m/s^2
+dyn dyne = 1/100000 N
+gf gram_force = 1 g*gravity
+kgf kilogram_force = 1 kg*gravity
+tf tonne_force metric_ton_force = 1 t*gravity
+lbf pound_force = 1 lb*gravity
+ozf ounce_force = 1 oz*gravity
+ton_force short_ton_force = 1 ton*gravity
+kip = 1000 lbf
+pdl poundal = 1 lb*ft/s^2
+Pa pascal = 1 N/m^2
+bar = 100000 Pa
+atm atmosphere standard_atmosphere = 101325 Pa
+psi pound_force_per_square_inch = 1 lbf/in^2
+ksi = 1000 psi
+J joule = 1 N*m
+foot_pound ft_lb = 1 ft*lbf
+W watt = 1 J/s
+hp horsepower = 550 ft*lbf/s
+kn kt knot = 1 nmi/h
+mph mile_per_hour = 1 mi/h
+kph = 1 km/h
+mps = 1 m/s
+fps = 1 ft/s
+"""
+_FORCES = {"klb klbs": "klbf", "lb lbs pound pounds": "lbf", "t tonne tonnes": "tonne_force"}
+_PREFIXES = {
+    name: Fraction(10) ** power for names, power in (
+        ("n nano", -9), ("µ μ u micro", -6), ("m milli", -3), ("c centi", -2), ("d deci", -1), ("da deca deka", 1),
+        ("h hecto", 2), ("k kilo", 3), ("M mega", 6), ("G giga", 9), ("T tera", 12)) for name in names.split()
+}  # fmt: skip
 
 Dimensions = dict[str, Fraction]
 
@@ -115,8 +176,8 @@ def from_si(value: float, units: str) -> float:
     """An SI ``value`` expressed in ``units``, any name that :func:`to_si` reads. NaN and infinities stay."""
     if not math.isfinite(value):
         return value
-    factor, dimensions = _meaning(units, units, units)
-    return float(Fraction(value) / (factor / _si_factor(dimensions)))
+    factor, _ = _meaning(units, units, units)
+    return float(Fraction(value) / factor)
 
 
 def format_quantity(value: float, units: str, digits: int = 6) -> str:
@@ -181,9 +242,11 @@ def _tidy(text: str) -> str:
 
 def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -> QuantityError:
     if units == "N" and dimensions == {"[mass]": 1}:
+        meant = next((force for masses, force in _FORCES.items() if unit in masses.split()), None)
+        hint = f" Did you mean {meant}?" if meant else ""
         return QuantityError(
             f"{quoted(text)}, a mass", allowed_units(units),
-            f"'{unit}' is a unit of mass, not of force: write kN, klbf, lbf or tonne_force.",
+            f"'{unit}' is a unit of mass, not of force: write kN, klbf, lbf or tonne_force.{hint}",
         )
     if units == "rad/s" and dimensions == {"[time]": -1}:
         return QuantityError(
@@ -209,25 +272,18 @@ def _in_words(dimensions: Dimensions) -> str:
 
 
 @lru_cache(maxsize=1)
-def _registry() -> Any:
-    """The pint registry: its own definitions, exact, with angle as a dimension and the units of the rig floor.
-
-    Loaded definition by definition rather than by the default constructor, which fills its caches before the radian
-    can be redefined. Costs 0.4 s, hence only when first asked.
-    """
-    from pathlib import Path
-
-    import pint
-
-    registry: Any = pint.UnitRegistry(None, non_int_type=Fraction, on_redefinition="ignore")
-    registry.load_definitions(Path(pint.__file__).parent / "default_en.txt")
-    for line in _DRILLING:
-        registry.define(line)
-    return registry
+def _table() -> dict[str, tuple[Fraction, str]]:
+    """What each unit name stands for: how many of which compound unit; a dimension stands for itself."""
+    table = {}
+    for line in _DEFINITIONS.strip().splitlines():
+        names, _, meaning = line.partition(" = ")
+        number, _, unit = meaning.partition(" ")
+        table |= dict.fromkeys(names.split(), (Fraction(number), unit))
+    return table
 
 
 def _meaning(unit: str, text: str, wanted: str) -> tuple[Fraction, Dimensions]:
-    """Factor to pint's root units and dimensions of a compound unit; errors speak of ``text`` and ``wanted``."""
+    """Factor to SI and dimensions of a compound unit; errors speak of ``text`` and ``wanted``."""
     try:
         return _evaluate(_tidy(unit))
     except KeyError as error:
@@ -256,21 +312,19 @@ def _evaluate(unit: str) -> tuple[Fraction, Dimensions]:
 
 @lru_cache(maxsize=1024)
 def _named(name: str) -> tuple[Fraction, Dimensions]:
-    import pint
-
-    registry = _registry()
-    unit = registry.UnitsContainer({name: Fraction(1)})  # as a container, so that pint has nothing to evaluate
-    try:
-        factor = Fraction(registry.get_root_units(unit)[0])
-        dimensions = {str(part): Fraction(power) for part, power in registry.get_dimensionality(unit).items()}
-    except pint.errors.PintError:
-        raise KeyError(name) from None
-    return factor, dimensions
-
-
-def _si_factor(dimensions: Dimensions) -> Fraction:
-    """Root units to SI: pint's root unit of mass is the gram."""
-    return Fraction(1000) ** dimensions.get("[mass]", Fraction(0))  # type: ignore[return-value]
+    """Factor to SI and dimensions of a unit name, with a prefix or in the plural perhaps; KeyError(name) for none."""
+    # No plural of a short symbol: "Ns" is no number of newtons.
+    for singular in (name, name.removesuffix("s") if len(name) > 3 or name == "lbs" else name):
+        for length in range(len(name)):
+            prefix, unit = singular[:length], singular[length:]
+            if unit in _table() and (not prefix or prefix in _PREFIXES):
+                number, meaning = _table()[unit]
+                number *= _PREFIXES.get(prefix, Fraction(1))
+                if meaning.startswith("["):
+                    return number, {meaning: Fraction(1)}
+                factor, dimensions = _evaluate(meaning) if meaning else (Fraction(1), Dimensions())
+                return number * factor, dimensions
+    raise KeyError(name)
 
 
 def _powers(unit: str) -> list[tuple[str, Fraction]]:

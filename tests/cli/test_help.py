@@ -13,7 +13,7 @@ from nsdrill.cli.main import COMMANDS, group
 
 from .helpers import Call
 
-HEAVY = ("numba", "h5py", "matplotlib", "pint", "pydantic", "scipy", "xarray", "distributed", "ruamel.yaml", "numpy")
+HEAVY = ("numba", "h5py", "matplotlib", "pydantic", "scipy", "xarray", "distributed", "ruamel.yaml", "numpy")
 
 
 @pytest.mark.parametrize("words", [["--help"], *([name, "--help"] for name in COMMANDS)])

@@ -8,9 +8,8 @@ from itertools import product
 from operator import itemgetter
 from typing import Any
 
-from nsdrill.app.run import kept_of, plan_of
+from nsdrill.app.planned import kept_of, plan_of
 from nsdrill.app.size import disk, memory
-from nsdrill.app.trust import checks
 from nsdrill.model.coefficients import UNITS, Coefficients, derive
 from nsdrill.model.figures import Figure, figures, lateral_stiffness
 from nsdrill.model.leaves import Values, values_at
@@ -114,6 +113,8 @@ def _warnings(study: Study) -> list[str]:
 def _verified(study: Study) -> str | None:
     if not study.simulation.verify:
         return None
+    from nsdrill.app.trust import checks  # late: it brings the compiler, which nothing else here needs
+
     tight, _ = checks(study.simulation)
     return (
         f"Verify: every point is run again with the tolerance {tight.simulation.rtol:g} and continued for another "
