@@ -1,7 +1,7 @@
 """Every quantity that is shown, once: its words, its SI units, and the units in which people see it.
 
-The names, long names and SI units of what files hold come from :mod:`nsdrill.variables`, those of the numbers of a study
-from its parameters. Pictures, tables, messages and exports take words and units from here.
+The names, long names and SI units of what files hold come from :mod:`nsdrill.variables`, those of the numbers of a
+study from its parameters. Pictures, tables, messages and exports take words and units from here.
 """
 
 from __future__ import annotations
@@ -95,8 +95,8 @@ _LABELS = {
 @dataclass(frozen=True)
 class Quantity:
     """A quantity by its ``name`` in files and studies: ``long_name``, as files say it; ``words`` for a sentence;
-    ``label`` for the axis of a picture; its SI ``units`` as a study writes them, "" for a plain number; and in ``shown``
-    the units in which people see it in SI and in field units, as :mod:`nsdrill.units` reads them."""
+    ``label`` for the axis of a picture; its SI ``units`` as a study writes them, "" for a plain number; and in
+    ``shown`` the units in which people see it in SI and in field units, as :mod:`nsdrill.units` reads them."""
 
     name: str
     long_name: str

@@ -46,9 +46,6 @@ CF = {
 
 _PLAIN_OF_CF = {cf: plain for plain, cf in CF.items()}
 
-ENGINEERING = {"m": "m", "N": "kN", "rad/s": "rad/s", "N m": "kN*m", "N/m": "MN/m", "Pa": "GPa"}
-FIELD = {"m": "ft", "N": "klbf", "rad/s": "rpm", "N m": "ft*lbf", "N/m": "lbf/in", "Pa": "psi", "kg/m^3": "ppg"}
-
 _LONGEST = 80  # characters; no quantity needs more, and it bounds the work done on hostile input
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*(\S.*)?", re.ASCII)
@@ -147,6 +144,24 @@ class QuantityError(InputError, ValueError):
         super().__init__(f"{text} {suggestion}" if suggestion else text)
 
 
+class Asked(float):
+    """An SI value that remembers the ``unit`` in which it was asked for, so that the answer can name it in that."""
+
+    def __new__(cls, value: float, unit: str) -> Asked:
+        made = super().__new__(cls, value)
+        made.unit = unit
+        return made
+
+    unit: str
+
+
+def asked(text: str, units: str) -> Asked:
+    """As :func:`to_si`, and the unit that the text names."""
+    value = to_si(text, units)
+    match = _QUANTITY.fullmatch(_tidy(text))
+    return Asked(value, match[2] if match else units)
+
+
 def to_si(text: str, units: str) -> float:
     """The value of ``text`` in the SI ``units`` ("m", "N s/m", "N/m^1.5", ...).
 
@@ -188,9 +203,11 @@ def format_quantity(value: float, units: str, digits: int = 6) -> str:
 
 def readable(value: float, units: str, digits: int = 6) -> str:
     """An SI ``value`` for people, in the first of its usual units in which it is neither large nor small:
-    ``readable(2.2e4, "N")`` is "22 kN"; a plain number stays one."""
+    ``readable(2.2e4, "N")`` is "22 kN"; a plain number stays one. A value that was asked for in a unit is in that."""
     if units in ("", "percent"):
         return f"{value:.{digits}g}"
+    if isinstance(value, Asked):
+        return format_quantity(value, value.unit, digits)
     candidates = USUAL.get(units, (units,))
     fitting = [unit for unit in candidates if 1.0 <= abs(from_si(value, unit)) < 1e4]
     return format_quantity(value, (fitting or candidates)[0], digits)
@@ -274,7 +291,7 @@ def _in_words(dimensions: Dimensions) -> str:
 @lru_cache(maxsize=1)
 def _table() -> dict[str, tuple[Fraction, str]]:
     """What each unit name stands for: how many of which compound unit; a dimension stands for itself."""
-    table = {}
+    table: dict[str, tuple[Fraction, str]] = {}
     for line in _DEFINITIONS.strip().splitlines():
         names, _, meaning = line.partition(" = ")
         number, _, unit = meaning.partition(" ")

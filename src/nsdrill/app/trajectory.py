@@ -28,7 +28,7 @@ from nsdrill.observe.trace import make_tracer, samples_of, trace_store
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
-from nsdrill.units import readable
+from nsdrill.units import Asked, readable
 from nsdrill.variables import BY_NAME, INFERRED, OK, PENDING, SCHEDULED
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
@@ -60,13 +60,16 @@ def simulate(
     ``operation``, from the start number ``start`` where the study has several, for ``duration`` [s] (default: transient
     and observed time, or until the last knot where the study has ramps), sampled every ``sample`` [s]. A value given
     here takes the place of a ramp of the study."""
+    given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     try:
-        schedule = scheduled(study, {"depth": depth, "wob": wob, "rotary_speed": rotary_speed})
+        schedule = scheduled(study, {name: None if value is None else float(value) for name, value in given.items()})
         operation = schedule.start
         if operation.depth <= study.parameters.drillstring.collar.length:
-            raise ValueError(
-                f"depth: found {operation.depth:g} m, allowed: more than the collar length, "
-                f"{study.parameters.drillstring.collar.length:g} m")
+            length = study.parameters.drillstring.collar.length
+            found, least = f"{operation.depth:g} m", f"{length:g} m"
+            if isinstance(depth, Asked):
+                found, least = readable(depth, "m"), readable(Asked(length, depth.unit), "m")
+            raise ValueError(f"depth: found {found}, allowed: more than the collar length, {least}")
     except ValueError as error:
         raise InputError(f"The operating point is outside the model. {error}.") from error
     simulation = study.simulation
@@ -188,8 +191,9 @@ def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.n
     steps = np.diff(values)
     below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(values[0]),)
     if values[0] - below <= value <= values[-1] + above:
-        return value
-    first, last = readable(values[0], units), readable(values[-1], units)
+        return float(value)
+    ends = [Asked(end, value.unit) if isinstance(value, Asked) else end for end in (values[0], values[-1])]
+    first, last = (readable(end, units) for end in ends)
     allowed = f"from {first} to {last}, as the sweep" if len(steps) else f"{first}, the only value"
     raise InputError(f"{path}: {option_of(name)}: found {readable(value, units)}; allowed: {allowed}.")
 
