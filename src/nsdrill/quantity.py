@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from nsdrill.model.leaves import further_axes, words_of
-from nsdrill.units import format_quantity, from_si, plain_units, readable, to_si
+from nsdrill.units import from_si, plain_units, readable, to_si
 from nsdrill.variables import AXES, COORDINATES, TRACE_VARIABLES, VARIABLES, dimension_of
 
 SYSTEMS = ("si", "field")
@@ -117,12 +117,14 @@ class Quantity:
 
 
 def amount(value: float, unit: str, digits: int = 6) -> str:
-    """An SI ``value`` in ``unit``, to so many digits or to the last one before the point: ``16404 ft``."""
+    """An SI ``value`` in ``unit``, to so many digits or to the last one before the point: ``16404.2 ft``."""
     if unit in ("", "percent"):
         return f"{value:.{digits}g} {sign(unit)}".strip()
     number = from_si(value, unit)
-    return f"{number:.0f} {sign(unit)}" if 1e4 <= abs(number) < 1e9 else format_quantity(value, unit, digits).replace(
-        unit, sign(unit))
+    text = f"{number:.{digits}g}"
+    if "e+" in text and abs(number) < 1e9:
+        text = f"{number:.0f}"
+    return f"{text} {sign(unit)}"
 
 
 def sign(unit: str) -> str:

@@ -84,8 +84,8 @@ class Report:
 
 def check(study: Study, units: str = "si") -> Report:
     """Coefficients and figures at the operating point of ``study``, for a ramp that at its start, and warnings over its
-    whole sweep and its ramps, whose sentences are in the ``units`` "si" or "field". ``points`` and ``chains`` are 0 where a ramp
-    stands in place of a sweep."""
+    whole sweep and its ramps, whose sentences are in the ``units`` "si" or "field". ``points`` and ``chains`` are 0
+    where a ramp stands in place of a sweep."""
     plan = plan_of(study)
     operation = study.operation
     if "depth" in study.swept and not operation.depth > study.parameters.drillstring.collar.length:
@@ -162,7 +162,8 @@ def _buckled(study: Study, units: str) -> str | None:
     return (
         f"Buckled: at {_told(worst, 'N', 'kN', units)} the lateral stiffness of the span is negative "
         f"({_told(least, 'N/m', 'N/m', units)}; Euler load {_told(load, 'N', 'kN', units)}). The collar leans on the "
-        "wall there; that is allowed, but no whirl inside the hole exists. Shorten the span or lower the weight on bit if it is not meant."
+        "wall there; that is allowed, but no whirl inside the hole exists. Shorten the span or "
+        "lower the weight on bit if it is not meant."
     )
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from nsdrill.errors import InputError
 
@@ -31,6 +32,9 @@ class FileName(click.ParamType):
                 f"{what}: found '-'; allowed: the name of a file. Standard input is for studies (check, run, "
                 "simulate), standard output for a study (new) and for CSV (export). A file of that name is ./-.")
         return str(value)
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return [CompletionItem(incomplete, type="file")]
 
 
 class Quantity(click.ParamType):

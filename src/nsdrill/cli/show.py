@@ -134,8 +134,9 @@ def _show_trust(trust: dict[str, Any]) -> None:
     checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
     failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
     click.echo(
-        f"  checked        {number_of(checked, 'point')}: {trust['agree']} agree, {trust['features_differ']} keep their "
-        f"response but not their numbers (chaotic, or not settled), {trust['response_differs']} change response{failed_checks}")
+        f"  checked        {number_of(checked, 'point')}: {trust['agree']} agree, {trust['features_differ']} keep "
+        "their response but not their numbers (chaotic, or not settled), "
+        f"{trust['response_differs']} change response{failed_checks}")
     for check, failed in trust["failed_checks"].items():
         if failed:
             click.echo(f"    {CHECKS[check]}: {failed} did not end well")
