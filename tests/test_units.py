@@ -1,7 +1,9 @@
 """Quantities: exact factors, dimensions with angle among them, and input that means no good."""
 
 import contextlib
+import copy
 import math
+import pickle
 import subprocess
 import sys
 import time
@@ -10,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nsdrill import quantity, units
+from nsdrill import quantity, unit_table, units
 from nsdrill.units import QuantityError, exact_text, format_quantity, from_si, to_si
 
 LBF = 4.4482216152605  # N, exact: 0.45359237 kg x 9.80665 m/s^2
@@ -97,8 +99,8 @@ def test_anything_else_is_a_clear_error_at_once(text: str) -> None:
 
 
 def test_every_unit_of_the_table_is_read_or_refused() -> None:
-    names = [f"{prefix}{name}{s}" for prefix in ("", *units._PREFIXES) for name in units._table() for s in ("", "s")]
-    for name in names:
+    prefixes = ("", *unit_table.PREFIXES)
+    for name in [f"{prefix}{unit}{s}" for prefix in prefixes for unit in unit_table.TABLE for s in ("", "s")]:
         for si in ("m", "rad/s"):
             with contextlib.suppress(QuantityError):
                 assert math.isfinite(to_si(f"5 {name}", si))
@@ -181,3 +183,13 @@ def test_the_study_needs_no_parser_until_one_is_read() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_value_remembers_the_unit_in_which_it_was_asked_for() -> None:
+    value = units.asked("10 klbf", "N")
+    assert value == to_si("10 klbf", "N")
+    for same in (value, copy.copy(value), pickle.loads(pickle.dumps(value))):
+        assert (same, same.unit) == (value, "klbf")
+        assert units.readable(same, "N") == "10 klbf"
+    assert units.readable(float(value), "N") == "44.4822 kN"
+    assert type(value * 2) is float

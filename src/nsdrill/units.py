@@ -15,6 +15,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from nsdrill.errors import InputError
+from nsdrill.unit_table import PREFIXES, TABLE
 
 USUAL: dict[str, tuple[str, ...]] = {
     "m": ("m", "mm", "in", "ft"),
@@ -60,77 +61,7 @@ _PLAIN = str.maketrans({"·": "*", "⋅": "*", "×": "*", "∙": "*", "−": "-"
 _SUPERSCRIPT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _SUPERSCRIPTS = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
 
-_PI = Fraction(math.pi)  # the float, so that 60 rpm is the 2 pi of every other program
-_DEFINITIONS = f"""
-m meter metre = 1 [length]
-g gram = 1/1000 [mass]
-s sec second = 1 [time]
-rad radian = 1 [angle]
-pi = {_PI}
-min minute = 60 s
-h hr hrs hour = 60 min
-d day = 24 h
-week = 7 d
-year yr yrs = 365.25 d
-turn revolution rev cycle circle = {2 * _PI} rad
-deg degree arcdeg ° = {_PI / 180} rad
-arcmin arcminute = 1/60 deg
-arcsec arcsecond = 1/60 arcmin
-gon grad = {_PI / 200} rad
-rpm revolutions_per_minute = 1 rev/min
-rps revolutions_per_second = 1 rev/s
-Hz hertz = 1 1/s
-in inch inches international_inch = 0.0254 m
-ft foot feet international_foot = 12 in
-yd yard = 3 ft
-mi mile = 5280 ft
-thou = 1/1000 in
-nmi nautical_mile = 1852 m
-µ micron = 1/1000000 m
-l L liter litre = 1/1000 m^3
-cc = 1/1000000 m^3
-gal gallon = 231 in^3
-oil_barrel oil_bbl = 42 gal
-lb pound avoirdupois_pound = 453.59237 g
-oz ounce = 1/16 lb
-gr grain = 1/7000 lb
-ton short_ton = 2000 lb
-long_ton = 2240 lb
-t tonne metric_ton = 1000000 g
-ppg pound_per_gallon = 1 lb/gal
-gravity standard_gravity g_0 g_n = 9.80665 m/s^2
-slug = 1 lbf*s^2/ft
-N newton = 1 kg*m/s^2
-dyn dyne = 1/100000 N
-gf gram_force = 1 g*gravity
-kgf kilogram_force = 1 kg*gravity
-tf tonne_force metric_ton_force = 1 t*gravity
-lbf pound_force = 1 lb*gravity
-ozf ounce_force = 1 oz*gravity
-ton_force short_ton_force = 1 ton*gravity
-kip = 1000 lbf
-pdl poundal = 1 lb*ft/s^2
-Pa pascal = 1 N/m^2
-bar = 100000 Pa
-atm atmosphere standard_atmosphere = 101325 Pa
-psi pound_force_per_square_inch = 1 lbf/in^2
-ksi = 1000 psi
-J joule = 1 N*m
-foot_pound ft_lb = 1 ft*lbf
-W watt = 1 J/s
-hp horsepower = 550 ft*lbf/s
-kn kt knot = 1 nmi/h
-mph mile_per_hour = 1 mi/h
-kph = 1 km/h
-mps = 1 m/s
-fps = 1 ft/s
-"""
 _FORCES = {"klb klbs": "klbf", "lb lbs pound pounds": "lbf", "t tonne tonnes": "tonne_force"}
-_PREFIXES = {
-    name: Fraction(10) ** power for names, power in (
-        ("n nano", -9), ("µ μ u micro", -6), ("m milli", -3), ("c centi", -2), ("d deci", -1), ("da deca deka", 1),
-        ("h hecto", 2), ("k kilo", 3), ("M mega", 6), ("G giga", 9), ("T tera", 12)) for name in names.split()
-}  # fmt: skip
 
 Dimensions = dict[str, Fraction]
 
@@ -151,6 +82,9 @@ class Asked(float):
         made = super().__new__(cls, value)
         made.unit = unit
         return made
+
+    def __getnewargs__(self) -> tuple[float, str]:  # to be copied
+        return float(self), self.unit
 
     unit: str
 
@@ -288,17 +222,6 @@ def _in_words(dimensions: Dimensions) -> str:
     return f"{above or '1'}/{below}" if " " not in below else f"{above or '1'}/({below})"
 
 
-@lru_cache(maxsize=1)
-def _table() -> dict[str, tuple[Fraction, str]]:
-    """What each unit name stands for: how many of which compound unit; a dimension stands for itself."""
-    table: dict[str, tuple[Fraction, str]] = {}
-    for line in _DEFINITIONS.strip().splitlines():
-        names, _, meaning = line.partition(" = ")
-        number, _, unit = meaning.partition(" ")
-        table |= dict.fromkeys(names.split(), (Fraction(number), unit))
-    return table
-
-
 def _meaning(unit: str, text: str, wanted: str) -> tuple[Fraction, Dimensions]:
     """Factor to SI and dimensions of a compound unit; errors speak of ``text`` and ``wanted``."""
     try:
@@ -334,9 +257,9 @@ def _named(name: str) -> tuple[Fraction, Dimensions]:
     for singular in (name, name.removesuffix("s") if len(name) > 3 or name == "lbs" else name):
         for length in range(len(name)):
             prefix, unit = singular[:length], singular[length:]
-            if unit in _table() and (not prefix or prefix in _PREFIXES):
-                number, meaning = _table()[unit]
-                number *= _PREFIXES.get(prefix, Fraction(1))
+            if unit in TABLE and (not prefix or prefix in PREFIXES):
+                number, meaning = TABLE[unit]
+                number *= PREFIXES.get(prefix, Fraction(1))
                 if meaning.startswith("["):
                     return number, {meaning: Fraction(1)}
                 factor, dimensions = _evaluate(meaning) if meaning else (Fraction(1), Dimensions())
