@@ -83,7 +83,7 @@ class Asked(float):
         made.unit = unit
         return made
 
-    def __getnewargs__(self) -> tuple[float, str]:  # to be copied
+    def __getnewargs__(self) -> tuple[float, str]:  # type: ignore[override]  # to be copied
         return float(self), self.unit
 
     unit: str

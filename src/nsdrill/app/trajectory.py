@@ -77,9 +77,10 @@ def simulate(
         duration = schedule.end
     if duration is not None:
         if not 0 < duration <= LONGEST:
-            raise InputError(f"--duration: found {duration:g} s; allowed: more than 0 s and at most {LONGEST:g} s.")
+            raise InputError(
+                f"--duration: found {_seconds(duration)}; allowed: more than 0 s and at most {LONGEST:g} s.")
         # The marks cut steps: without a transient of its own the run is one observed window.
-        simulation = replace(simulation, transient=0.0, observe=duration)
+        simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
     initial = starting_states(
         study.parameters, study.initial, operation.depth, operation.wob, operation.rotary_speed, number)[0]
@@ -185,6 +186,11 @@ def option_of(key: str, value: str = "") -> str:
     return f"--{key.replace('_', '-')} {value}".rstrip() if key in OPERATION else f"--at {key}={value or '...'}"
 
 
+def _seconds(value: float) -> str:
+    """A time as it was asked for, else in seconds."""
+    return readable(value, "s") if isinstance(value, Asked) else f"{value:g} s"
+
+
 def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.ndarray, units: str) -> float:
     """``value``, if the nearest of ``values`` may be meant by it: beyond the ends by half a step at most, and by one
     percent where there is a single value."""
@@ -209,9 +215,10 @@ def _trace(
 ) -> Trajectory:
     total = simulation.transient + simulation.observe
     if not sample > 0:
-        raise InputError(f"--sample: found {sample:g} s; allowed: more than 0 s.")
+        raise InputError(f"--sample: found {_seconds(sample)}; allowed: more than 0 s.")
     if sample > total:
-        raise InputError(f"--sample: found {sample:g} s; allowed: at most the {total:g} s of the run.")
+        raise InputError(f"--sample: found {_seconds(sample)}; allowed: at most the {total:g} s of the run.")
+    sample = float(sample)
     samples = int(np.floor(total / sample * (1 + 1e-12))) + 1
     if samples > MOST_SAMPLES:
         raise InputError(
