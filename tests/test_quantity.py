@@ -60,3 +60,8 @@ def test_values_for_programs() -> None:
     assert in_system(13558.179483314004, "N m", "field") == (pytest.approx(10.0), "kft*lbf")
     assert in_system(0.5, "1", "field") == (0.5, "1")
     assert in_system(10.0, "s", "field") == (10.0, "s")
+
+
+def test_an_amount_beside_another_is_short() -> None:
+    assert [amount(metres, "ft", 4) for metres in (5000.0, 3047.99, 2000.0, 12.5)] == [
+        "16404 ft", "10000 ft", "6562 ft", "41.01 ft"]

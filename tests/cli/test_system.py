@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from nsdrill.cli.words import in_units
 from nsdrill.store import read_results
 from nsdrill.units import from_si, to_si
 
@@ -229,3 +230,18 @@ def test_one_point_is_one(call: Call, tmp_path: Path, units: str) -> None:
     said += answer.err + call("show", "one.h5", "--units", units).out + call("diff", "one.h5", "one.h5").out
     assert "1 point" in said
     assert "1 points" not in said
+
+
+def test_only_values_of_quantities_are_changed() -> None:
+    data = {
+        "kind": "x", "wob": [4448.2216152605], "made": [{"name": "python", "value": 3.11, "from": 1.0}],
+        "points": 5, "share": 0.5, "depth": {"open": [[304.8, 609.6]], "closes": None, "share": {"safe": 0.5}},
+        "bit.rock_stiffness": 25e6, "size": {"value": 1.0, "units": "B"}, "time": 3.0,
+    }  # fmt: skip
+    assert in_units(data, "si") is data
+    found = in_units(data, "field")
+    assert found["wob"] == pytest.approx([1.0], rel=1e-15)
+    assert found["depth"] == {"open": [[1000.0, 2000.0]], "closes": None, "share": {"safe": 0.5}}
+    assert found["units"] == {"wob": "klbf", "depth": "ft", "bit.rock_stiffness": "lbf/in"}
+    for name in ("kind", "made", "points", "share", "size", "time"):
+        assert found[name] == data[name]

@@ -83,9 +83,9 @@ def _converted(node: Any, key: str | None, name: str | None, found: dict[str, st
             return _with_unit(node, node.get("name", name), found)
         about = node.get("axis", node.get("name", name))
         return {k: _converted(v, k, k if find(str(k)) else about, found) for k, v in node.items()}
-    if not isinstance(node, float) or name is None or not (key == name or key in _VALUES):
+    one = find(name) if name is not None else None
+    if not isinstance(node, float) or one is None or name is None or not (key == name or key in _VALUES):
         return node
-    one = quantity(name)
     number, unit = _in_field(node, one.units, name)
     if unit != one.units:
         found[name] = unit
