@@ -43,7 +43,7 @@ from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.study import load_study
 from nsdrill.sweep.work import compiled_parts
 work = work_of(load_study(sys.argv[1]))
-compiled_parts(8, *work.variant)
+compiled_parts(8, work.variant)
 gang = work.new_gang(8, 64)
 gang.add_many(np.arange(4), work.prepare(np.arange(4)))
 make_advance(8, gang.rows), STEPPERS["tsitouras"].make(8, gang.rows)

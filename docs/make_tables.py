@@ -30,7 +30,7 @@ from nsdrill.plot.kinds import (
     SWEEP_KINDS,
     TRACE_KINDS,
 )  # fmt: skip
-from nsdrill.study.keys import MANY, PHYSICAL, SECTIONS, SLICE, Leaf, all_leaves, leaves
+from nsdrill.study.keys import MANY, MODEL, PHYSICAL, SECTIONS, SLICE, Leaf, all_leaves, leaves
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
 from nsdrill.study.schema import ALONG, LONGEST_TITLE, POINTS, PROCEDURE, REFINE
@@ -116,6 +116,7 @@ def study_keys() -> str:
     """All sections in file order; the sweep, which is no dataclass, by hand from its own leaves."""
     text = "| key | unit | default | allowed | in the field | meaning |\n| --- | --- | --- | --- | --- | --- |\n"
     text += f"| `title` | text | empty | at most {LONGEST_TITLE} characters | | {MEANINGS['title']} |\n"
+    text += f"| `model` | | {code(MODEL.default_text)} | {allowed(MODEL)} | | {MEANINGS['model']} |\n"
     told: set[str] = set()
     for section, cls in SECTIONS.items():
         if section == "simulation":

@@ -43,8 +43,7 @@ class Nsdrill:
             from nsdrill.sweep.work import compiled_parts
 
             observer, marker = blind(self.lanes)
-            variant = work.variant if hasattr(work, "variant") else (work.hertz,)
-            parts = replace(compiled_parts(self.lanes, *variant), observer=observer, marker=marker)
+            parts = replace(compiled_parts(self.lanes, work.variant), observer=observer, marker=marker)
             points = np.arange(work.plan.points)
             gang = work.new_gang(self.lanes, len(points))
             end = np.empty((len(points), STATES))

@@ -266,3 +266,4 @@ CONTROL = (
     "attention",  # what the lane wants attention for
 )
 NOTHING, MARK, NONFINITE, UNDERFLOW, LIMIT = 0.0, 1.0, 2.0, 3.0, 4.0
+RATES = 3  # rows of the function of a contact: its value, slope and second derivative

@@ -22,11 +22,11 @@ TESTS = str(Path(__file__).parents[1])
 ASSEMBLY = """
 import sys
 from nsdrill.kernel.steppers import STEPPERS
-from nsdrill.model.parameters import Parameters
-from nsdrill.model.rhs import make_right_hand_side, model_for
+from nsdrill.model.rhs import make_right_hand_side
+from nsdrill.models.registry import DEFAULT, model_named
 from nsdrill.observe.events import make_events
 from nsdrill.observe.layout import OBSERVED
-rows = model_for(Parameters()).rows(len(OBSERVED))
+rows = model_named(DEFAULT).rows(len(OBSERVED))
 function = {
     "rhs": lambda: make_right_hand_side(8, False),
     **{name: lambda stepper=stepper: stepper.make(8, stepper.rows(rows)) for name, stepper in STEPPERS.items()},

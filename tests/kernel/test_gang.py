@@ -23,7 +23,7 @@ def test_an_empty_gang_is_idle_and_gives_nothing() -> None:
     gang = work.new_gang(8, 4)
     assert gang.idle
     assert gang.free == 4
-    assert len(gang.advance(compiled_parts(8, False), 0.01, True).job) == 0
+    assert len(gang.advance(compiled_parts(8, work.variant), 0.01, True).job) == 0
 
 
 def test_slots_are_taken_and_given_back() -> None:
@@ -71,7 +71,7 @@ def test_a_refilled_slot_keeps_nothing_of_its_last_run() -> None:
     """A gang with one slot more than lanes, used over and over, gives the bits of one with room for all."""
     work = work_for(Case(), BRIEF, rotary_speed=SPEEDS)
     gang = work.new_gang(8, 9)
-    parts, done, left = compiled_parts(8, False), [], list(range(13))
+    parts, done, left = compiled_parts(8, work.variant), [], list(range(13))
     while left or not gang.idle:
         batch = np.array([left.pop(0) for _ in range(min(gang.free, len(left)))], dtype=np.int64)
         if len(batch):
@@ -85,7 +85,7 @@ def test_a_gang_goes_on_after_a_journey_to_another_process() -> None:
     work = work_for(Case(), Simulation(transient=50.0, observe=50.0), rotary_speed=SPEEDS)
     gang = work.new_gang(8, 13)
     gang.add_many(np.arange(13), work.prepare(np.arange(13)))
-    done, parts = [], compiled_parts(8, False)
+    done, parts = [], compiled_parts(8, work.variant)
     while not gang.idle:
         gang = pickle.loads(pickle.dumps(gang))
         assert gang._buffer.ctypes.data % 64 == 0

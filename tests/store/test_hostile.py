@@ -309,6 +309,15 @@ def test_values_beyond_all_measure(path, unguarded):
         read_results(path)
 
 
+@pytest.mark.parametrize("name", ["DIMENSION_LIST", "REFERENCE_LIST"])
+def test_references_that_are_none(path, unguarded, name):
+    make_results(path)
+    with h5py.File(path, "r+") as file:
+        file["status" if name == "DIMENSION_LIST" else "wob"].attrs[name] = np.bytes_(b"x" * 50)
+    with pytest.raises(FileError, match="does not say which dimensions it has"):
+        open_results(path)
+
+
 def test_the_log_of_a_run_is_not_trusted_either(path):
     RunLog.create(part_path(path), header(study_resolved="[1, 2]"), POINTS, Kept(0)).close()
     with pytest.raises(FileError, match="study_resolved should be a study as JSON"):

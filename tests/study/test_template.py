@@ -40,7 +40,7 @@ def test_the_template_has_every_key_with_its_meaning() -> None:
 
 def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
     groups = {key.rpartition(".")[0] for key in all_leaves()}
-    groups |= {group.rpartition(".")[0] for group in groups} - {""}
+    groups = (groups | {group.rpartition(".")[0] for group in groups}) - {""}
     assert set(MEANINGS) == set(all_leaves()) | groups | set(SECTIONS) | SWEEP_KEYS | {"title", "sweep", SLICE}
 
 
@@ -58,7 +58,7 @@ def test_the_json_schema() -> None:
     schema = json.loads(json.dumps(json_schema(), allow_nan=False))
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert "required" not in schema  # without a sweep a study is one operating point
-    assert set(schema["properties"]) == {"title", "sweep", *SECTIONS}
+    assert set(schema["properties"]) == {"title", "model", "sweep", *SECTIONS}
     for part in objects(schema):
         assert part["additionalProperties"] is False
         assert all("description" in value for value in part["properties"].values())

@@ -73,7 +73,7 @@ def run_from(work: Work, states: np.ndarray, lanes: int = 8) -> dict[str, np.nda
 
 def finish(work: Work, gang: Any, seconds: float = 0.05) -> list[Finished]:
     """Advance a gang until it is idle."""
-    parts = compiled_parts(gang.lanes, *work.variant)
+    parts = compiled_parts(gang.lanes, work.variant)
     done = []
     while not gang.idle:
         done.append(gang.advance(parts, seconds, True))

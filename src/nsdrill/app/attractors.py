@@ -13,9 +13,8 @@ from nsdrill.analysis.attractors import IF_THERE, NEEDED, SHOWN, Attractor, desc
 from nsdrill.analysis.branches import Places, number
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
-from nsdrill.model.coefficients import derive
 from nsdrill.model.leaves import values_at
-from nsdrill.model.rhs import STATES, pack, sizes
+from nsdrill.models.registry import model_named
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, flag_words, points_in_block, read_results
 from nsdrill.study.study import Study
@@ -50,16 +49,19 @@ def labels_of(study: Study, plan: Plan, variables: Mapping[str, Array], threshol
 
 def _numbers(study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], thresholds: Attractors) -> Array:
     """The attractors of the points of ``plan``; ``blocks`` have the variables of whole operating points in turn."""
+    model = model_named(study.model)
+    fixed = model.variant(study.parameters)
     groups, found, done = [], [], 0
     for block in blocks:
         variables = {name: values.reshape(-1, plan.starts) for name, values in block.items()}
         size = len(variables["status"])
         points = np.arange(done, done + size)
         at = values_at(study.parameters, study.initial, plan.values(points * plan.starts))
-        natural, speed = sizes(pack(at.parameters, *at.operation)), at.operation[2]
-        gap = np.broadcast_to(derive(at.parameters, *at.operation).gap, size)
+        table = model.pack(at, study.thresholds)
+        natural, scale = model.sizes(table, fixed), model.scales(table)
+        speed, gap = scale["drive_speed"], scale["gap"]
         group = label(variables, speed, gap, thresholds.tolerance)
-        place = places(variables, group, speed, gap, natural[:, STATES.index("z")])
+        place = places(variables, group, speed, gap, natural[:, model.states(fixed).index("z")])
         groups.append(group)
         found.append(replace(place, point=done + place.point))
         done += size

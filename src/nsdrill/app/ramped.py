@@ -6,34 +6,34 @@ from dataclasses import replace
 
 import numpy as np
 
-from nsdrill.kernel.gang import Compiled, Gang, Runs
-from nsdrill.model.ramp import RAMPED, ahead, pack_ramp, ramped_model_for
-from nsdrill.model.rhs import STATES, drifts, first_step, phase_rate, sizes
+from nsdrill.errors import InputError
+from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.model.schedule import PIECES, Array, Schedule
-from nsdrill.observe.layout import OBSERVED
+from nsdrill.models.registry import model_named
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT
-
-TWIST = STATES.index("twist")
 
 
 def follow(
     study: Study, schedule: Schedule, duration: float, initial: Array, samples: int, interval: float,
     pieces: int = PIECES,
 ) -> tuple[Array, int, int, int, Array]:  # fmt: skip
-    """Integrate along ``schedule`` for ``duration`` [s] from ``initial`` (states and drive angle, shape (9,)).
+    """Integrate along ``schedule`` for ``duration`` [s] from ``initial`` (states and phase).
 
-    Gives the samples taken, shape (samples, states), with the true twist; the status; accepted and rejected steps; and
-    the final state, shape (9,).
+    Gives the samples taken, shape (samples, states); the status; accepted and rejected steps; and the final state.
+    InputError where the model follows no ramps.
     """
-    parameters = study.parameters
+    model = model_named(study.model)
+    if model.ramps is None:
+        raise InputError(f"The model {model.name} follows no ramps. Allowed: constant values of the operation.")
+    fixed = model.variant(study.parameters)
     cuts = schedule.cuts(duration, pieces)
-    table = pack_ramp(parameters, schedule, cuts, study.thresholds.stuck_below)
-    size, drift, rate, step = sizes(table), drifts(table), phase_rate(table), first_step(table)
-    model = ramped_model_for(parameters)
-    parts = Compiled(model.right_hand_side(1), *make_tracer(1, len(RAMPED)))
-    store = trace_store(samples, interval)
+    table = model.ramps.pack(study.parameters, schedule, cuts, study.thresholds)
+    rows = model.rows(fixed, columns=len(model.ramps.columns(fixed)))
+    states = len(model.states(fixed))
+    parts = Compiled(model.ramps.right_hand_side(1, fixed), *make_tracer(1, rows))
+    store = trace_store(samples, interval, states)
     state, status, accepted, rejected = initial, OK, 0, 0
     for i in range(len(table)):
         left = study.simulation.max_steps - accepted - rejected
@@ -43,9 +43,8 @@ def follow(
         store[BEGAN] = cuts[i]
         length = float(cuts[i + 1] - cuts[i])
         one = replace(study.simulation, transient=0.0, observe=length, max_steps=left)
-        gang = Gang(1, 1, model.rows(len(OBSERVED)), store, 0, one)
-        row = slice(i, i + 1)
-        gang.add(np.array([i]), Runs(table[row], size[row], drift[row], rate[row], step[row], state[np.newaxis]))
+        gang = Gang(1, 1, rows, store, 0, one)
+        gang.add(np.array([i]), model.runs(table[i : i + 1], fixed, state[np.newaxis]))
         done = gang.advance(parts, 0.2, True)
         while len(done.job) == 0:
             done = gang.advance(parts, 0.2, True)
@@ -53,8 +52,8 @@ def follow(
         accepted, rejected = accepted + int(done.accepted[0]), rejected + int(done.rejected[0])
         if status != OK:
             break
-    taken = samples_of(store).copy()
-    taken[:, TWIST] -= ahead(table, cuts, np.arange(len(taken)) * interval)
+    taken = samples_of(store, states).copy()
+    model.ramps.mend(taken, table, cuts, np.arange(len(taken)) * interval, fixed)
     return taken, status, accepted, rejected, state
 
 

@@ -200,12 +200,13 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
 
 
 def _sizes(study: Study, results: Results) -> np.ndarray:
-    """The natural sizes of the states at every point, shape (*grid, 8)."""
-    from nsdrill.model.rhs import pack, sizes
+    """The natural sizes of the states at every point, shape (*grid, states)."""
+    from nsdrill.models.registry import model_named
 
     axes = np.meshgrid(*(results.coords[name] for name in results.axes), indexing="ij")
     at = values_at(study.parameters, study.initial, dict(zip(study.axes, (axis.ravel() for axis in axes), strict=True)))
-    size = sizes(pack(at.parameters, *at.operation)).reshape(1, *axes[0].shape, -1)
+    model = model_named(study.model)
+    size = model.sizes(model.pack(at, study.thresholds), model.variant(study.parameters)).reshape(1, *axes[0].shape, -1)
     if "start" in results.coords:
         size = size[..., np.newaxis, :]
     return np.broadcast_to(size, (*results.shape, size.shape[-1]))
@@ -219,7 +220,7 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
     from nsdrill.app.attractors import labels_of
     from nsdrill.app.refinement import infer_again
     from nsdrill.app.stored import stored_study
-    from nsdrill.observe.classify import classify
+    from nsdrill.models.registry import model_named
     from nsdrill.observe.trust import trust_labels
     from nsdrill.study import change_thresholds
 
@@ -228,7 +229,8 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
     thresholds = change_thresholds(study.thresholds, overrides)
     rooms = ("feature", "label", "section", "trust")
     results = read_results(path, [v.name for v in VARIABLES if v.room in rooms] + ["status"])
-    labels = classify(results.variables, results["status"], thresholds, _sizes(study, results))
+    size = _sizes(study, results)
+    labels = model_named(study.model).classify(results.variables, results["status"], thresholds, size)
     if "start" in results.coords:
         plan = plan_of(study)
         labels["attractor"] = labels_of(study, plan, {**results.variables, **labels}, thresholds.attractors)

@@ -176,7 +176,8 @@ def kept_of(study: Study) -> Kept:
 def work_of(study: Study) -> Work:
     """All that decides the numbers of a study."""
     return Work(
-        plan_of(study), study.parameters, study.initial, study.simulation, study.thresholds, study.record)
+        plan_of(study), study.parameters, study.initial, study.simulation, study.thresholds, study.record,
+        study.model)
 
 
 def check_sweep(study: Study) -> None:
@@ -222,7 +223,7 @@ def _compute(
     work = work_of(study)
     if lanes is None:
         lanes = choose_lanes(-(-work.plan.chains // workers))
-    compiled_parts(lanes, *work.variant)
+    compiled_parts(lanes, work.variant)
     own: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with own as threads:
         passes = Passes(log, executor or threads, workers, lanes, watch, remote=executor is not None)

@@ -15,15 +15,12 @@ from nsdrill.app.run import plan_of
 from nsdrill.app.stored import stored_study
 from nsdrill.data import Trace, json_text
 from nsdrill.errors import InputError, printable
-from nsdrill.kernel.gang import Compiled, Gang, Runs
+from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.kernel.settings import LONGEST, Simulation
-from nsdrill.model.ensemble import starting_states
-from nsdrill.model.forces import forces
-from nsdrill.model.leaves import OPERATION, values_at
+from nsdrill.model.leaves import OPERATION, Values, values_at
 from nsdrill.model.parameters import Operation
-from nsdrill.model.rhs import STATES, drifts, first_step, model_for, pack, phase_rate, sizes
 from nsdrill.model.schedule import Schedule
-from nsdrill.observe.layout import OBSERVED
+from nsdrill.models.registry import model_named
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
@@ -82,8 +79,7 @@ def simulate(
         # The marks cut steps: without a transient of its own the run is one observed window.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
-    initial = starting_states(
-        study.parameters, study.initial, operation.depth, operation.wob, operation.rotary_speed, number)[0]
+    initial = model_named(study.model).starts(_points(study, operation), number)[0]
     extra = {"start": number} if study.initial.starts else {}
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
 
@@ -228,7 +224,9 @@ def _trace(
         study, schedule.operation, simulation, initial, samples, sample)
     taken, status, accepted, rejected, final = run
     time = np.arange(len(taken)) * sample
-    state = {name: taken[:, i].copy() for i, name in enumerate(STATES)}
+    model = model_named(study.model)
+    names = model.states(model.variant(study.parameters))
+    state = {name: taken[:, i].copy() for i, name in enumerate(names)}
     state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
     history = schedule.at(time)
     if schedule.ramps:
@@ -250,27 +248,32 @@ def _trace(
         "final_state": final,
         **extra,
     }
-    told = {SCHEDULED[name]: values for name, values in vars(history).items()}
+    told = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
     point = history if schedule.ramps else start
-    return Trajectory(Trace(time, {**state, **forces(study.parameters, point, state), **told}, attrs), status)
+    return Trajectory(Trace(time, {**state, **model.outputs(study.parameters, point, state), **told}, attrs), status)
+
+
+def _points(study: Study, operation: Operation) -> Values:
+    return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
 
 
 def _at_one_point(
     study: Study, operation: Operation, simulation: Simulation, initial: np.ndarray, samples: int, interval: float
 ) -> tuple[np.ndarray, int, int, int, np.ndarray]:
     """As :func:`nsdrill.app.ramped.follow`, at one operating point and with the marks of ``simulation``."""
-    parameters = study.parameters
-    model = model_for(parameters)
-    table = pack(parameters, operation.depth, operation.wob, operation.rotary_speed, study.thresholds.stuck_below)
-    store = trace_store(samples, interval)
-    gang = Gang(1, 1, model.rows(len(OBSERVED)), store, 0, simulation)
-    runs = Runs(table, sizes(table), drifts(table), phase_rate(table), first_step(table), initial[np.newaxis])
+    model = model_named(study.model)
+    fixed = model.variant(study.parameters)
+    table, rows = model.pack(_points(study, operation), study.thresholds), model.rows(fixed)
+    store = trace_store(samples, interval, len(model.states(fixed)))
+    gang = Gang(1, 1, rows, store, 0, simulation)
+    runs = model.runs(table, fixed, initial[np.newaxis])
     gang.add(np.array([0]), runs)
-    parts = Compiled(model.right_hand_side(1), *make_tracer(1))
+    parts = Compiled(model.right_hand_side(1, fixed), *make_tracer(1, rows))
     done = gang.advance(parts, 0.2, True)
     while len(done.job) == 0:
         done = gang.advance(parts, 0.2, True)
-    return samples_of(store), int(done.status[0]), int(done.accepted[0]), int(done.rejected[0]), done.final[0]
+    taken = samples_of(store, len(model.states(fixed)))
+    return taken, int(done.status[0]), int(done.accepted[0]), int(done.rejected[0]), done.final[0]
 
 
 __all__ = ["DEFAULT_SAMPLE", "OK", "Trajectory", "replay", "simulate"]

@@ -72,7 +72,7 @@ def _run(passes: Passes, work: Work, check: Check, points: Array) -> None:
         passes.write(done, records)
 
     lanes = max(passes.lanes, choose_lanes(-(-len(points) // passes.workers)))
-    compiled_parts(lanes, *again.variant)
+    compiled_parts(lanes, again.variant)
     replace(passes, lanes=lanes).run(again, store, None, points, f"check: {check.name}")
 
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.model.coefficients import derive
+from nsdrill.model.drives import Gains, gains
 from nsdrill.model.parameters import Friction, Operation, Parameters
 from nsdrill.model.schedule import History
 
@@ -28,8 +29,9 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
     """Contact forces and what follows from the state.
 
     ``state`` holds x, vx, y, vy [m, m/s], z, vz, twist [rad], bit_speed [rad/s] and drive_angle [rad], arrays of one
-    shape. Gives radius, radial_velocity, whirl_angle (unwrapped along the array), whirl_speed, bit_force, bit_torque,
-    wall_force, wall_friction, surface_torque, all SI. ``operation`` may change along the array.
+    shape; and, of a drive that is not ideal, lag [rad] and drive_speed [rad/s]. Gives radius, radial_velocity,
+    whirl_angle (unwrapped along the array), whirl_speed, bit_force, bit_torque, wall_force, wall_friction,
+    surface_torque, all SI. ``operation`` may change along the array.
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     well, bit = parameters.well, parameters.bit
@@ -53,7 +55,7 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
         "bit_torque": bit_force * (2 / 3 * k.bit_radius * friction(bit.friction, omega) + cutting),
         "wall_force": wall_force,
         "wall_friction": wall_force * friction(well.friction, slip),
-        "surface_torque": -k.k_t * state["twist"],
+        "surface_torque": -k.k_t * (state["twist"] - state.get("lag", 0.0)),
     }
 
 
@@ -81,12 +83,26 @@ def energy(parameters: Parameters, operation: Operation | History, state: Mappin
     exponent = 2.5 if well.law == "hertz" else 2.0
     potential = (
         0.5 * k.k_bend * r2
-        + 0.5 * k.k_t * state["twist"] ** 2
+        + 0.5 * k.k_t * (state["twist"] - state.get("lag", 0.0)) ** 2
         + 0.5 * k.k_a * state["z"] ** 2
         + operation.wob * state["z"]
         + well.stiffness * penetration**exponent / exponent
     )
+    if "lag" in state:  # the drive, and its controller's spring
+        law = gains(parameters, k)
+        kinetic = kinetic + 0.5 * law.inertia * state["drive_speed"] ** 2
+        potential = potential + 0.5 * law.stiffness * state["lag"] ** 2
     return np.asarray(kinetic + potential)
+
+
+def _power_of_drive(law: Gains, operation: Operation | History, state: Mapping[str, Array]) -> Array:
+    """What the controller feeds in [W], but for its spring, whose energy is counted; less what its damping takes."""
+    top, speed, omega = state["drive_speed"], operation.rotary_speed, state["bit_speed"]
+    torque = -(
+        law.stiffness * state["lag"] + law.damping * (top - speed)
+        + law.twist_gain * (state["twist"] - state["lag"]) + law.speed_gain * (omega - speed))
+    spring = law.stiffness * state["lag"] * (top - speed)
+    return np.asarray(torque * top + spring - law.shaft_damping * (top - omega) ** 2)
 
 
 def powers(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
@@ -110,7 +126,8 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
     return {
         # The spring's energy 1/2 k_t twist^2 changes at the rate k_t twist (omega - drive speed): the drive pays its
         # part.
-        "drive": -k.k_t * state["twist"] * operation.rotary_speed,
+        "drive": -k.k_t * state["twist"] * operation.rotary_speed if "lag" not in state else (
+            _power_of_drive(gains(parameters, k), operation, state)),
         "bit": f["bit_force"] * vz - f["bit_torque"] * omega,
         "drag": -k.c_h * np.hypot(vx, vy) ** 3,
         "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,

@@ -194,6 +194,45 @@ class Bit(Checked):
 
 
 @dataclass(frozen=True)
+class Drive(Checked):
+    """What turns the top of the string, and how it is controlled (:mod:`nsdrill.model.drives`).
+
+    Each kind reads its own keys: ``soft_torque`` ``matching``, ``frequency`` (None: that of the string) and
+    ``compensated_inertia``; ``z_torque`` ``a`` and ``high_pass``; ``lqr`` the two weights; ``pi`` ``stiffness``,
+    ``damping``, ``twist_gain`` and ``speed_gain``; all but ``ideal`` ``inertia`` and ``shaft_damping``.
+    """
+
+    kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi"] = choice(
+        "ideal", "P; the others as Simulator4nDOF has them")
+    inertia: float = parameter(2900.0, "kg m^2", "Simulator4nDOF", "medium", low=1e-3, high=1e7,
+                               usual="500 to 5000 kg m^2 at the string")
+    stiffness: float = parameter(14500.0, "N m/rad", "stiff PI: 5 /s^2 of the inertia", "medium", high=1e9,
+                                 usual="100 to 20 000 N m/rad")
+    damping: float = parameter(14853.0, "N m s/rad", "stiff PI: 50 pipe impedances", "medium", high=1e9,
+                               usual="300 to 20 000 N m s/rad")
+    twist_gain: float = parameter(0.0, "N m/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m/rad")
+    speed_gain: float = parameter(0.0, "N m s/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m s/rad")
+    shaft_damping: float = parameter(0.0, "N m s/rad", "J as reported", "low", high=1e7, usual="0 to 500 N m s/rad")
+    matching: float = parameter(4.0, "", "Simulator4nDOF", "medium", low=1e-3, high=1e3,
+                                usual="1 (the pipe's impedance) to 5")
+    frequency: float | None = parameter(None, "Hz", "the torsional frequency of the string", "medium", low=1e-4,
+                                        high=100.0, usual="0.05 to 0.5 Hz")
+    compensated_inertia: float = parameter(0.0, "kg m^2", high=1e7, usual="0 to 0.9 times the inertia")
+    a: float = parameter(0.25, "", "Simulator4nDOF", "medium", high=100.0, usual="0.1 to 1")
+    high_pass: float = parameter(20.0 / (2.0 * math.pi), "s", "Simulator4nDOF", "medium", low=1e-3, high=1e6,
+                                 usual="1 to 10 s")
+    state_weight: float = parameter(1.0, "", high=1e12, low=1e-12, usual="1")
+    torque_weight: float = parameter(1e-6, "", high=1e12, low=1e-15, usual="1e-8 to 1e-4")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.kind == "soft_torque" and not self.compensated_inertia < self.inertia:
+            raise ValueError(
+                f"compensated_inertia: found {self.compensated_inertia:g} kg m^2, allowed: less than the inertia, "
+                f"{self.inertia:g} kg m^2")
+
+
+@dataclass(frozen=True)
 class Parameters:
     """All that does not change during a sweep."""
 
@@ -201,6 +240,7 @@ class Parameters:
     mud: Mud = field(default_factory=Mud)
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
+    drive: Drive = field(default_factory=Drive)
 
     def __post_init__(self) -> None:
         collar = self.drillstring.collar.outer_diameter
@@ -231,7 +271,7 @@ def _state(default: float | None, units: str, reach: float, usual: str) -> Any:
 @dataclass(frozen=True)
 class Initial(Checked):
     """The state at the start. ``None`` stands for the natural value: ``z`` for the static position under the weight on
-    bit, ``bit_speed`` for the top-drive speed.
+    bit, ``bit_speed`` and ``drive_speed`` for the set speed of the top drive.
 
     With an ``ensemble`` of two or more every operating point is started from so many states, drawn as
     :mod:`nsdrill.model.ensemble` says; with a ``slice``, {state: {from, to, points}} of two states in SI, from all
@@ -246,6 +286,8 @@ class Initial(Checked):
     vz: float = _state(0.0, "m/s", 1e3, "up to 1 m/s")
     twist: float = _state(0.0, "rad", 1e5, "-150 to 0 rad: some 20 turns")
     bit_speed: float | None = _state(None, "rad/s", 1e4, "-10 to 60 rad/s")
+    lag: float = _state(0.0, "rad", 1e5, "-20 to 20 rad; a drive that is not ideal has one")
+    drive_speed: float | None = _state(None, "rad/s", 1e4, "0 to 30 rad/s; as the lag")
     drive_angle: float = _state(0.0, "rad", 1e9, "after a day at 120 rpm 1 million rad")
     ensemble: int = parameter(0, high=100_000, usual="16 to 1000")
     seed: int = parameter(0, high=10**15, usual="any")

@@ -10,63 +10,59 @@ segment. The true drive, with the speed Omega(t), is ahead of it by
     ahead(t) = integral of (Omega - Omega_middle) dt = slope t (t - length) / 2 ,
 
 which is zero at both ends of the segment: there the twist is the true one, and is carried on as it is. In between the
-true twist is less by that, so the spring's moment is corrected. The bit angle is the same for both.
+true twist is less by that, so the spring's moment is corrected. The bit angle is the same for both. The lag of a drive
+that is not ideal is less by the same, so the spring needs nothing, but the controller has the set point that moves.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.abi import BUFFER, compiled
 from nsdrill.elementary import fma
 from nsdrill.model.parameters import Parameters
-from nsdrill.model.rhs import AUX, INDEX, PARAMETERS, STATES, Model, make_right_hand_side, pack
+from nsdrill.model.rhs import INDEX, PARAMETERS, columns_of, make_right_hand_side, pack, rows_of
 from nsdrill.model.schedule import Array, Schedule
 
 DRIVE = 1  # the drive's speed, the first parameter, stays that of the constant drive
-MOVING = PARAMETERS[DRIVE:]
-RAMPED = (
-    *PARAMETERS,
-    *(f"{name}_start" for name in MOVING), *(f"{name}_slope" for name in MOVING),
-    "ahead_square", "ahead_linear",  # ahead = (ahead_square t + ahead_linear) t
-)  # fmt: skip
 
 
-@dataclass(frozen=True)
-class RampedModel(Model):
-    """As :class:`Model`, along a ramp."""
-
-    def right_hand_side(self, lanes: int) -> Any:
-        return make_ramped(lanes, self.hertz, self.lobes)
-
-
-def ramped_model_for(parameters: Parameters) -> RampedModel:
-    return RampedModel(STATES, AUX, RAMPED, parameters.well.law == "hertz", parameters.bit.lobes)
+def ramped_columns(driven: bool = False) -> tuple[str, ...]:
+    """The names of the lane parameters along a ramp."""
+    names = columns_of(driven)
+    moving = names[DRIVE:]
+    return (
+        *names, *(f"{name}_start" for name in moving), *(f"{name}_slope" for name in moving),
+        "ahead_square", "ahead_linear",  # ahead = (ahead_square t + ahead_linear) t
+    )  # fmt: skip
 
 
 @lru_cache
-def make_ramped(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
-    """The compiled right-hand side along a ramp for a number of lanes, a wall law and a number of lobes.
+def make_ramped(lanes: int, hertz: bool = False, lobes: int = 3, driven: bool = False) -> Any:
+    """The compiled right-hand side along a ramp for a number of lanes, a wall law and a number of lobes, with an ideal
+    drive or a ``driven`` one.
 
     All that the ordinary one reads and writes stands before the added parameters, so it runs in the same buffer.
     """
-    rows = Rows(len(STATES), len(AUX), len(RAMPED), 0)
-    W, moving = lanes, len(MOVING)
+    columns = len(columns_of(driven))
+    width, moving = len(ramped_columns(driven)), columns - DRIVE
+    rows = rows_of(driven, columns=width)
+    W = lanes
     time_ = W * rows.stage_time
-    ax_, ay_, alpha_ = (W * (rows.acceleration + i) for i in (0, 1, 3))
+    ax_, ay_, alpha_, pull_ = (W * (rows.acceleration + i) for i in (0, 1, 3, 4))
     cosine_, sine_ = W * rows.aux_now, W * (rows.aux_now + 1)
-    now_, start_, slope_ = (W * (rows.parameter + i) for i in (DRIVE, len(PARAMETERS), len(PARAMETERS) + moving))
-    square_, linear_ = (W * (rows.parameter + i) for i in (len(RAMPED) - 2, len(RAMPED) - 1))
+    now_, start_, slope_ = (W * (rows.parameter + i) for i in (DRIVE, columns, columns + moving))
+    square_, linear_ = (W * (rows.parameter + i) for i in (width - 2, width - 1))
     k_t_, iJ_, q_ = (
         W * (rows.parameter + INDEX[name]) for name in ("torsional_stiffness", "per_inertia", "unbalance_arm"))
-    motion = make_right_hand_side(lanes, hertz, lobes)
+    iJ_d_, K_i_, K_p_, _, G_w_, _ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
+    motion = make_right_hand_side(lanes, hertz, lobes, driven=driven)
 
-    @compiled(types.void(BUFFER), W, hertz, lobes)
+    @compiled(types.void(BUFFER), W, hertz, lobes, driven)
     def ramped(b):  # type: ignore[no-untyped-def]
         for j in range(moving):
             for i in range(W):
@@ -74,24 +70,29 @@ def make_ramped(lanes: int, hertz: bool = False, lobes: int = 3) -> Any:
         motion(b)
         for i in range(W):
             ahead = fma(b[square_ + i], b[time_ + i], b[linear_ + i]) * b[time_ + i]
-            more = b[k_t_ + i] * ahead * b[iJ_ + i]
-            b[alpha_ + i] += more
-            b[ax_ + i] = fma(b[q_ + i] * more, b[sine_ + i], b[ax_ + i])
-            b[ay_ + i] = fma(-b[q_ + i] * more, b[cosine_ + i], b[ay_ + i])
+            if driven:  # lag and twist are ahead alike, but not the set point
+                faster = fma(2.0 * b[square_ + i], b[time_ + i], b[linear_ + i])
+                b[pull_ + i] += fma(b[K_i_ + i], ahead, (b[K_p_ + i] + b[G_w_ + i]) * faster) * b[iJ_d_ + i]
+            else:
+                more = b[k_t_ + i] * ahead * b[iJ_ + i]
+                b[alpha_ + i] += more
+                b[ax_ + i] = fma(b[q_ + i] * more, b[sine_ + i], b[ax_ + i])
+                b[ay_ + i] = fma(-b[q_ + i] * more, b[cosine_ + i], b[ay_ + i])
 
     return ramped
 
 
 def pack_ramp(parameters: Parameters, schedule: Schedule, cuts: Array, stuck_below: float = 0.0) -> Array:
-    """Lane parameters of the segments between ``cuts`` [s], shape (segments, len(RAMPED))."""
+    """Lane parameters of the segments between ``cuts`` [s], shape (segments, columns)."""
     point = schedule.at(cuts)
     ends = pack(parameters, point.depth, point.wob, point.rotary_speed, stuck_below)
     length = np.diff(cuts)[:, np.newaxis]
     slope = np.diff(ends, axis=0) / length
     speed = INDEX["drive_speed"]
     acceleration = slope[:, speed]
-    n, moving = len(PARAMETERS), len(MOVING)
-    table = np.empty((len(cuts) - 1, len(RAMPED)))
+    n = ends.shape[1]
+    moving = n - DRIVE
+    table = np.empty((len(cuts) - 1, n + 2 * moving + 2))
     table[:, :n] = ends[:-1]
     table[:, speed] = 0.5 * (ends[:-1, speed] + ends[1:, speed])
     table[:, n : n + moving] = ends[:-1, DRIVE:]
@@ -103,7 +104,7 @@ def pack_ramp(parameters: Parameters, schedule: Schedule, cuts: Array, stuck_bel
 
 def ahead(table: Array, cuts: Array, time: Array) -> Array:
     """How far the true drive is ahead of the constant one of its segment [rad] at ``time`` [s], with the ``table`` of
-    :func:`pack_ramp`: what is to be taken off the kernel's twist."""
+    :func:`pack_ramp`: what is to be taken off the kernel's twist, and off its lag."""
     segment = np.clip(np.searchsorted(cuts, time, side="right") - 1, 0, len(table) - 1)
     within = np.clip(time - cuts[segment], 0.0, None)
     return (table[segment, -2] * within + table[segment, -1]) * within

@@ -7,7 +7,6 @@ have sign and index errors. States: x, vx, y, vy, z, vz, twist, bit_speed, all S
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -17,6 +16,7 @@ from numba import types
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
 from nsdrill.model.coefficients import Coefficients, derive, power
+from nsdrill.model.drives import gains
 from nsdrill.model.friction import slip_factors
 from nsdrill.model.lobes import multiple_sine
 from nsdrill.model.parameters import Initial, Parameters
@@ -35,34 +35,38 @@ PARAMETERS = (
     "stuck_below",
 )  # fmt: skip
 INDEX = {name: i for i, name in enumerate(PARAMETERS)}
+# A drive that is not ideal has two states and six parameters more.
+DRIVE_STATES = ("lag", "drive_speed")
+DRIVE_PARAMETERS = (
+    "per_drive_inertia", "drive_stiffness", "drive_damping", "twist_gain", "speed_gain", "shaft_damping")
 
 
-@dataclass(frozen=True)
-class Model:
-    """What the kernel and the observer need to know of a model: its sizes and its right-hand side for a lane count."""
-
-    states: tuple[str, ...]
-    aux: tuple[str, ...]
-    parameters: tuple[str, ...]
-    hertz: bool
-    lobes: int
-
-    def rows(self, observed: int) -> Rows:
-        return Rows(len(self.states), len(self.aux), len(self.parameters), observed)
-
-    def right_hand_side(self, lanes: int) -> Any:
-        return make_right_hand_side(lanes, self.hertz, self.lobes)
+def states_of(driven: bool) -> tuple[str, ...]:
+    """The names of the states, with an ideal drive or with another."""
+    return (*STATES, *DRIVE_STATES) if driven else STATES
 
 
-def model_for(parameters: Parameters) -> Model:
-    return Model(STATES, AUX, PARAMETERS, parameters.well.law == "hertz", parameters.bit.lobes)
+def columns_of(driven: bool) -> tuple[str, ...]:
+    """The names of the lane parameters."""
+    return (*PARAMETERS, *DRIVE_PARAMETERS) if driven else PARAMETERS
+
+
+def rows_of(driven: bool, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+    """The lane buffer for an observer with so many rows, with a deviation beside the states or without, and with so
+    many ``columns`` of parameters where there are more than those of the model."""
+    states = len(states_of(driven))
+    companions = states if tangent else 0
+    width = len(columns_of(driven)) if columns is None else columns
+    return Rows(states + companions, len(AUX), width, observed, companions)
 
 
 @lru_cache
-def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, companions: int = 0) -> Any:
-    """The compiled right-hand side for a number of lanes, a wall law and a number of lobes; in a buffer that has
-    ``companions`` more states, which it does not touch."""
-    rows = Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), 0, companions)
+def make_right_hand_side(
+    lanes: int, hertz: bool = False, lobes: int = 3, *, driven: bool = False, tangent: bool = False
+) -> Any:
+    """The compiled right-hand side for a number of lanes, a wall law and a number of lobes, with an ideal drive or a
+    ``driven`` one; in a buffer with a deviation, which it does not touch, or without."""
+    rows = rows_of(driven, tangent=tangent)
     W = lanes
     x_, vx_, y_, vy_, z_, vz_, twist_, speed_ = (W * (rows.stage + i) for i in range(8))
     ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
@@ -79,8 +83,11 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, compan
     eps_w_, tau_w_, rise_w_, mu_w_ = P["wall_smoothing"], P["wall_decay"], P["wall_rise"], P["wall_dynamic"]
     k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
     eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
+    # The rows of the drive, which an ideal one has not.
+    lag_, top_, pull_ = W * (rows.stage + 8), W * (rows.stage + 9), W * (rows.acceleration + 4)
+    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
 
-    @compiled(types.void(BUFFER), W, hertz, lobes, companions)
+    @compiled(types.void(BUFFER), W, hertz, lobes, driven, tangent)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
         # Bit: interference with the lobed surface, force, torque. Cutting and friction share their direction. The
         # collar's radius and slip are made ready here, where there is other work to do while a root is taken.
@@ -135,6 +142,14 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, compan
             F_x = fma(tangential, y, -fma(radial, x, drag * vx))
             F_y = -fma(tangential, x, fma(radial, y, drag * vy))
 
+            if driven:
+                lag, top, speed = b[lag_ + i], b[top_ + i], b[drive_ + i]
+                twist = twist - lag  # of the pipe
+                damped = b[c_s_ + i] * (top - omega)
+                law = fma(b[K_i_ + i], lag, fma(b[K_p_ + i], top - speed, fma(
+                    b[G_t_ + i], twist, b[G_w_ + i] * (omega - speed))))
+                b[pull_ + i] = (fma(b[k_t_ + i], twist, -damped) - law) * b[iJ_d_ + i]
+                torque = torque - damped
             q = b[q_ + i]
             moment = fma(b[c_t_ + i], omega, fma(b[k_t_ + i], twist, fma(friction, b[R_c_ + i], torque)))
             angular = -fma(q, fma(F_y, c, -(F_x * s)), moment) * b[iJ_ + i]
@@ -148,7 +163,7 @@ def make_right_hand_side(lanes: int, hertz: bool = False, lobes: int = 3, compan
 
 
 def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_below: float = 0.0) -> np.ndarray:
-    """Lane parameters of operating points, shape (points, len(PARAMETERS)), from 1-D arrays depth [m], wob [N] and
+    """Lane parameters of operating points, shape (points, columns), from 1-D arrays depth [m], wob [N] and
     rotary_speed [rad/s] of one length."""
     depth, wob, rotary_speed = _together(depth, wob, rotary_speed)
     k: Coefficients = derive(parameters, depth, wob, rotary_speed)
@@ -189,9 +204,14 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
         "bit_dynamic": friction_arm * bit.friction.dynamic + k.cutting_arm,
         "stuck_below": stuck_below,
     }
-    table = np.zeros((depth.size, len(PARAMETERS)))
-    for name, value in values.items():
-        table[:, INDEX[name]] = value
+    driven = parameters.drive.kind != "ideal"
+    if driven:
+        inertia, *law = gains(parameters, k)
+        values |= dict(zip(DRIVE_PARAMETERS, (1 / inertia, *law), strict=True))
+    names = columns_of(driven)
+    table = np.zeros((depth.size, len(names)))
+    for i, name in enumerate(names):
+        table[:, i] = values[name]
     return table
 
 
@@ -199,12 +219,13 @@ def _together(*values: Any) -> list[np.ndarray]:
     return list(np.broadcast_arrays(*(np.atleast_1d(value).astype(float) for value in values)))
 
 
-def sizes(table: np.ndarray) -> np.ndarray:
-    """Natural size of each state at operating points, shape (points, 8): the absolute tolerance is rtol times this.
+def sizes(table: np.ndarray, driven: bool = False) -> np.ndarray:
+    """Natural size of each state at operating points, (points, states): the absolute tolerance is rtol times this.
 
     Lateral: a tenth of the gap; axial: the static penetration of the rock under the weight on bit, at least a tenth of
     the lobe amplitude; twist and bit speed: a tenth of a radian, a tenth of the drive speed. Velocities: the position's
-    size times the frequency of the free mode, bending for the lateral one and in contact for the axial one.
+    size times the frequency of the free mode, bending for the lateral one and in contact for the axial one. A drive's
+    lag and speed have the sizes of twist and bit speed.
     """
     p = {name: table[:, i] for name, i in INDEX.items()}
     lateral = 0.1 * p["gap"]
@@ -212,17 +233,20 @@ def sizes(table: np.ndarray) -> np.ndarray:
     axial = np.maximum(p["wob"] / contact, np.maximum(0.1 * p["surface_amplitude"], 1e-6))
     bending_rate = np.sqrt(np.abs(p["bending"]) * p["per_lateral_mass"])
     axial_rate = np.sqrt(contact * p["per_axial_mass"])
-    columns = (
+    columns: tuple[np.ndarray, ...] = (
         lateral, lateral * bending_rate, lateral, lateral * bending_rate, axial, axial * axial_rate,
         np.full(len(table), 0.1), 0.1 * p["drive_speed"],
     )  # fmt: skip
+    if driven:
+        columns = (*columns, *columns[-2:])
     return np.stack(columns, axis=1)
 
 
-def drifts(table: np.ndarray) -> np.ndarray:
-    """What each position's rate has beyond its velocity, shape (points, 4): the twist is counted from the drive."""
-    drift = np.zeros((len(table), len(STATES) // 2))
-    drift[:, 3] = -table[:, INDEX["drive_speed"]]
+def drifts(table: np.ndarray, driven: bool = False) -> np.ndarray:
+    """What each position's rate has beyond its velocity, shape (points, slopes): twist and lag are counted from the set
+    point."""
+    drift = np.zeros((len(table), len(states_of(driven)) // 2))
+    drift[:, 3:] = -table[:, [INDEX["drive_speed"]]]
     return drift
 
 
@@ -231,24 +255,30 @@ def phase_rate(table: np.ndarray) -> np.ndarray:
     return table[:, INDEX["drive_speed"]]
 
 
-def first_step(table: np.ndarray) -> np.ndarray:
+def first_step(table: np.ndarray, driven: bool = False) -> np.ndarray:
     """A first step size [s] for each operating point: a hundredth of the shortest natural time, shape (points,)."""
     p = {name: table[:, i] for name, i in INDEX.items()}
     fastest = np.maximum(
         p["wall_stiffness"] * p["per_lateral_mass"],
         (p["axial_stiffness"] + p["rock_stiffness"]) * p["per_axial_mass"],
     )
+    if driven:
+        inverse, stiffness, damping = table[:, len(PARAMETERS) : len(PARAMETERS) + 3].T
+        fastest = np.maximum(fastest, np.maximum(stiffness * inverse, (damping * inverse) ** 2))
     return 0.01 / np.sqrt(np.maximum(fastest, p["drive_speed"] ** 2))
 
 
 def initial_states(parameters: Parameters, initial: Initial, depth: Any, wob: Any, rotary_speed: Any) -> np.ndarray:
-    """Initial states with the drive angle last, shape (points, 9)."""
+    """Initial states with the drive angle last, shape (points, states + 1)."""
     depth, wob, rotary_speed = _together(depth, wob, rotary_speed)
     k = derive(parameters, depth, wob, rotary_speed)
-    states = np.zeros((depth.size, 9))
+    driven = parameters.drive.kind != "ideal"
+    states = np.zeros((depth.size, len(states_of(driven)) + 1))
     z = -wob / (k.k_a + parameters.bit.rock_stiffness) if initial.z is None else initial.z
     bit_speed = rotary_speed if initial.bit_speed is None else initial.bit_speed
-    for i, value in enumerate((initial.x, initial.vx, initial.y, initial.vy, z, initial.vz, initial.twist, bit_speed,
-                               initial.drive_angle)):
+    values = [initial.x, initial.vx, initial.y, initial.vy, z, initial.vz, initial.twist, bit_speed]
+    if driven:
+        values += [initial.lag, rotary_speed if initial.drive_speed is None else initial.drive_speed]
+    for i, value in enumerate((*values, initial.drive_angle)):
         states[:, i] = value
     return states

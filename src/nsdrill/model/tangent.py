@@ -16,29 +16,32 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.abi import BUFFER, RATES, compiled
 from nsdrill.elementary import fma
 from nsdrill.model.friction import coefficient, slip_factors
 from nsdrill.model.lobes import multiple_cosine, multiple_sine
-from nsdrill.model.rhs import AUX, PARAMETERS, STATES, make_right_hand_side
+from nsdrill.model.rhs import AUX, PARAMETERS, STATES, make_right_hand_side, rows_of, states_of
 
-COMPANIONS = len(STATES)
 CONTACTS = ("rock", "wall")  # each has a function that is positive where it touches
-RATES = 3  # its value, slope and second derivative: a row each
 
 
 @lru_cache
-def make_tangent(lanes: int, hertz: bool, lobes: int, place: int) -> Any:
+def make_tangent(lanes: int, hertz: bool, lobes: int, place: int, driven: bool = False) -> Any:
     """The compiled right-hand side of the motion and of one deviation from it.
 
     The deviation stands after the states, in their order; its accelerations after theirs. The functions of the contacts
     at the start of the step stand among the observer's rows, at ``place``.
     """
-    rows = Rows(len(STATES) + COMPANIONS, len(AUX), len(PARAMETERS), 0, COMPANIONS)
-    W = lanes
-    x_, vx_, y_, vy_, _, _, _, speed_, dx_, dvx_, dy_, dvy_, dz_, dvz_, dtwist_, dspeed_ = (
-        W * (rows.stage + i) for i in range(16))
-    alpha_, dax_, day_, daz_, dalpha_ = (W * (rows.acceleration + i) for i in range(3, 8))
+    rows = rows_of(driven, tangent=True)
+    W, own = lanes, len(states_of(driven))
+    x_, vx_, y_, vy_, _, _, _, speed_ = (W * (rows.stage + i) for i in range(8))
+    dx_, dvx_, dy_, dvy_, dz_, dvz_, dtwist_, dspeed_ = (W * (rows.stage + own + i) for i in range(8))
+    alpha_ = W * (rows.acceleration + 3)
+    dax_, day_, daz_, dalpha_ = (W * (rows.acceleration + own // 2 + i) for i in range(4))
+    # The rows of the drive, which an ideal one has not.
+    dlag_, dtop_ = (W * (rows.stage + own + i) for i in (8, 9))
+    dpull_ = W * (rows.acceleration + own // 2 + 4)
+    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
     # Of the right-hand side's notes those that no observer reads are overwritten by their deviations.
     cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
         W * (rows.aux_now + i) for i in range(len(AUX)))
@@ -52,9 +55,9 @@ def make_tangent(lanes: int, hertz: bool, lobes: int, place: int) -> Any:
     k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
     eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
     rock_, wall_ = (W * (rows.observer + place + RATES * c) for c in range(len(CONTACTS)))
-    motion = make_right_hand_side(lanes, hertz, lobes, COMPANIONS)
+    motion = make_right_hand_side(lanes, hertz, lobes, driven=driven, tangent=True)
 
-    @compiled(types.void(BUFFER), W, hertz, lobes, place)
+    @compiled(types.void(BUFFER), W, hertz, lobes, place, driven)
     def tangent(b):  # type: ignore[no-untyped-def]
         motion(b)
 
@@ -130,8 +133,16 @@ def make_tangent(lanes: int, hertz: bool, lobes: int, place: int) -> Any:
             dradial, dtangential = b[radial_ + i], b[tangential_ + i]
             dF_x = fma(dtangential, y, fma(-dradial, x, b[dax_ + i]))
             dF_y = fma(-dtangential, x, fma(-dradial, y, b[day_ + i]))
-            dmoment = fma(b[c_t_ + i], domega, fma(b[k_t_ + i], dphi, fma(
-                b[friction_ + i], b[R_c_ + i], b[dalpha_ + i])))
+            dtorque, dpipe = b[dalpha_ + i], dphi
+            if driven:
+                dlag, dtop = b[dlag_ + i], b[dtop_ + i]
+                dpipe = dphi - dlag
+                damped = b[c_s_ + i] * (dtop - domega)
+                law = fma(b[K_i_ + i], dlag, fma(b[K_p_ + i], dtop, fma(b[G_t_ + i], dpipe, b[G_w_ + i] * domega)))
+                b[dpull_ + i] = (fma(b[k_t_ + i], dpipe, -damped) - law) * b[iJ_d_ + i]
+                dtorque = dtorque - damped
+            dmoment = fma(b[c_t_ + i], domega, fma(b[k_t_ + i], dpipe, fma(
+                b[friction_ + i], b[R_c_ + i], dtorque)))
             dangular = -fma(q, fma(dF_y, c, -fma(dF_x, s, b[force_ + i] * dphi)), dmoment) * b[iJ_ + i]
             twice, centripetal = 2.0 * omega * domega, omega * omega
             b[dax_ + i] = fma(
@@ -145,11 +156,11 @@ def make_tangent(lanes: int, hertz: bool, lobes: int, place: int) -> Any:
 
 
 @lru_cache
-def make_contacts(lanes: int, lobes: int, place: int) -> Any:
+def make_contacts(lanes: int, lobes: int, place: int, driven: bool = False) -> Any:
     """The compiled function that puts value, slope and second derivative of each contact's function at the end of the
     step into the observer's rows at ``place``: interference with the rock; squared radius of the collar's centre less
     that of the gap, which is smooth at the hole's centre too."""
-    rows = Rows(len(STATES) + COMPANIONS, len(AUX), len(PARAMETERS), 0, COMPANIONS)
+    rows = rows_of(driven, tangent=True)
     W = lanes
     x_, vx_, y_, vy_, z_, vz_, _, speed_ = (W * (rows.stage + i) for i in range(len(STATES)))
     ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
@@ -157,7 +168,7 @@ def make_contacts(lanes: int, lobes: int, place: int) -> Any:
     s0_, gap_ = (W * (rows.parameter + PARAMETERS.index(name)) for name in ("surface_amplitude", "gap"))
     u_, du_, ddu_, rho_, drho_, ddrho_ = (W * (rows.observer + place + k) for k in range(RATES * len(CONTACTS)))
 
-    @compiled(types.void(BUFFER), W, lobes, place)
+    @compiled(types.void(BUFFER), W, lobes, place, driven)
     def contacts(b):  # type: ignore[no-untyped-def]
         for i in range(W):
             x, vx, y, vy, omega, c = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i], b[cosine_ + i]

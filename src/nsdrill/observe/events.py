@@ -64,8 +64,8 @@ ROLLED, TURNED = PLACES[20:22]
 # torque with its rate at both ends, and the law of the bit with the rock's stiffness.
 TURN, W0, DW0, W1, DW1, T0, DT0, T1, DT1, SMOOTHING, DECAY, RISE, DYNAMIC = PLACES[11:]
 # What turns. (Its level: the surface, for interference and squared radius; for twist and bit speed the drive's speed.)
-# And a bit speed at the end of a step that is above or below both of its neighbours.
-Z, SPEED, TWIST, U, RHO, SPEED_END = range(6)
+# And a bit speed at the end of a step that is above or below both of its neighbours; and the speed of the drive.
+Z, SPEED, TWIST, U, RHO, SPEED_END, TOP = range(7)
 # What is crossed: the rock's surface, the speed below which the bit is stuck, the wall; and grazes of rock and wall. In
 # the order of ``PARTS``, as each kind has a sum of its own: a graze comes to light only when the list of turns is full,
 # and among the crossings it would stand now here, now there.
@@ -170,7 +170,7 @@ def polynomial(store, k, of_rate):  # type: ignore[no-untyped-def]
 def locate_turns(store):  # type: ignore[no-untyped-def]
     """The extreme value of each quantity of the list. (Rows after the last event are computed for nothing.)"""
     for k in range(TURNS, TURNS + SIDE_BY_SIDE):
-        of_rate = store[k + KIND] == SPEED
+        of_rate = store[k + KIND] == SPEED or store[k + KIND] == TOP
         p0, p1, p2, p3, p4, p5, end_slope = polynomial(store, k, of_rate)
         found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, end_slope))
         store[k + RESULT] = found / store[k + LENGTH] + store[k + LEVEL] if of_rate else found
@@ -264,12 +264,13 @@ def keep(store, ring, peaks, height):  # type: ignore[no-untyped-def]
 
 
 @lru_cache
-def make_events(lanes: int, rows: Rows) -> tuple[Any, Any]:
-    """The compiled (attend, settle) for a number of lanes and a row layout.
+def make_events(lanes: int, rows: Rows, driven: bool = False) -> tuple[Any, Any]:
+    """The compiled (attend, settle) for a number of lanes, a row layout, and an ideal drive or a ``driven`` one.
 
-    ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall)`` takes the events of the step
-    just made: for what turns and for what is crossed an integer with a bit for every lane in which it does; ``highs``
-    and ``lows`` are the lanes where the bit speed at the step's start is above or below those before and after it.
+    ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top)`` takes the events of the
+    step just made: for what turns and for what is crossed an integer with a bit for every lane in which it does;
+    ``highs`` and ``lows`` are the lanes where the bit speed at the step's start is above or below those before and after
+    it.
     ``settle(b, store)`` empties the lists: whoever wants to read the measurements calls it first.
     """
     W = lanes
@@ -285,6 +286,10 @@ def make_events(lanes: int, rows: Rows) -> tuple[Any, Any]:
             rows.start + 2 * i, rows.start + 2 * i + 1, rows.start_acceleration + i,
             rows.stage + 2 * i, rows.stage + 2 * i + 1, rows.acceleration + i))
         for i in range(4))
+    top_rows = tuple(W * row for row in (  # of the drive, which an ideal one has not
+        rows.start + 8, rows.start + 9, rows.start_acceleration + 4, rows.stage + 8, rows.stage + 9,
+        rows.acceleration + 4))
+    lag0_, top0_, pull0_, lag1_, top1_, pull1_ = top_rows
     u_rows = tuple(own[f"{name}_{when}"] for when in ("before", "now") for name in ("u", "du", "ddu"))
     torque0_, dtorque0_, torque1_, dtorque1_ = (
         own[f"{name}_{when}"] for when in ("before", "now") for name in ("torque", "dtorque"))
@@ -296,10 +301,12 @@ def make_events(lanes: int, rows: Rows) -> tuple[Any, Any]:
     u0_, du0_, _, u1_, du1_, _ = u_rows
     torque_max_, floor_, growth_ = own["torque_max"], own["torque_floor"], own["margin_growth"]
     # By what turns: where its greatest and its least value stand, in which ring its peaks, and what decides on them.
-    greatest_ = np.array([own[name] for name in ("z_max", "speed_max", "twist_max", "u_max", "rho_max", "spare")])
-    least_ = np.array([own[name] for name in ("z_min", "speed_min", "twist_min", "spare", "spare", "spare")])
-    ring_of = np.array([0, 1, -1, -1, 2, 1])
-    low_ = np.array([own[f"low_{ring}"] for ring in ("z", "speed", "else", "else", "else", "speed")])
+    greatest_ = np.array([own[name] for name in (
+        "z_max", "speed_max", "twist_max", "u_max", "rho_max", "spare", "drive_max")])
+    least_ = np.array([own[name] for name in (
+        "z_min", "speed_min", "twist_min", "spare", "spare", "spare", "drive_min")])
+    ring_of = np.array([0, 1, -1, -1, 2, 1, -1])
+    low_ = np.array([own[f"low_{ring}"] for ring in ("z", "speed", "else", "else", "else", "speed", "else")])
     to_high, to_margin = (W * PEAK.index(name) for name in ("high", "margin"))
 
     @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
@@ -321,7 +328,7 @@ def make_events(lanes: int, rows: Rows) -> tuple[Any, Any]:
         for k in range(TURNS, TURNS + int(store[TURNS + COUNT])):
             i, kind, found = int(store[k + LANE]), int(store[k + KIND]), store[k + RESULT]
             # Without branches that no processor could guess: what has no place is put into the spare one.
-            rising = store[k + (C0 if kind == SPEED else D0)] > 0.0
+            rising = store[k + (C0 if kind in (SPEED, TOP) else D0)] > 0.0
             row = (greatest_[kind] if rising else least_[kind]) + i
             b[row] = max(b[row], found) if rising else min(b[row], found)
             # A greatest value becomes a peak as soon as the quantity has fallen far enough below it; of the radius
@@ -365,8 +372,8 @@ def make_events(lanes: int, rows: Rows) -> tuple[Any, Any]:
         settle_crossings(b, store)
         settle_tops(b, store)
 
-    @compiled(types.void(BUFFER, BUFFER, *[types.int64] * 11), W, *astuple(rows))
-    def attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall):  # type: ignore[no-untyped-def]
+    @compiled(types.void(BUFFER, BUFFER, *[types.int64] * 12), W, *astuple(rows), driven)
+    def attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top):  # type: ignore[no-untyped-def]
         while z != 0:
             i = lowest_bit(z)
             z &= z - 1
@@ -388,8 +395,19 @@ def make_events(lanes: int, rows: Rows) -> tuple[Any, Any]:
                 i = lowest_bit(turning)
                 turning &= turning - 1
                 drive = b[drive_ + i]
-                if note_rows(b, store, TURNS, kind, i, b[h_ + i], twist_rows, drive, drive):
+                if driven and kind == TWIST:
+                    g0, g1 = b[twist0_ + i] - b[lag0_ + i], b[twist1_ + i] - b[lag1_ + i]
+                    d0, d1 = b[speed0_ + i] - b[top0_ + i], b[speed1_ + i] - b[top1_ + i]
+                    c0, c1 = b[alpha0_ + i] - b[pull0_ + i], b[alpha1_ + i] - b[pull1_ + i]
+                    if note(store, TURNS, TWIST, i, b[h_ + i], g0, d0, c0, g1, d1, c1, 0.0):
+                        settle_turns(b, store)
+                elif note_rows(b, store, TURNS, kind, i, b[h_ + i], twist_rows, drive, drive):
                     settle_turns(b, store)
+        while top != 0:
+            i = lowest_bit(top)
+            top &= top - 1
+            if note_rows(b, store, TURNS, TOP, i, b[h_ + i], top_rows, b[drive_ + i], b[drive_ + i]):
+                settle_turns(b, store)
         while u != 0:
             i = lowest_bit(u)
             u &= u - 1

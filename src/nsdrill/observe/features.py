@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, Rows, compiled, inlined
+from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, compiled, inlined
 from nsdrill.elementary import fma, lowest_bit
 from nsdrill.model.friction import coefficient
 from nsdrill.model.lobes import multiple_cosine, multiple_sine
-from nsdrill.model.rhs import AUX, PARAMETERS, STATES
+from nsdrill.model.rhs import AUX, PARAMETERS, STATES, rows_of
 from nsdrill.observe.events import keep, least_of, make_events, slide
 from nsdrill.observe.layout import (
     ANCHORS,
@@ -69,11 +69,16 @@ def both_sets(bits):  # type: ignore[no-untyped-def]
 
 
 @lru_cache
-def make_observer(lanes: int, lobes: int = 3, companions: int = 0, others: int = 0) -> tuple[Any, Any]:
-    """The compiled (observer, marker) for a number of lanes, of lobes, of companions of the states and of rows of other
-    observers."""
-    rows = Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), len(OBSERVED) + others, companions)
+def make_observer(
+    lanes: int, lobes: int = 3, driven: bool = False, tangent: bool = False, others: int = 0
+) -> tuple[Any, Any]:
+    """The compiled (observer, marker) for a number of lanes and of lobes, with an ideal drive or a ``driven`` one, with
+    a deviation beside the states or without, and beside so many rows of ``others``."""
+    rows = rows_of(driven, len(OBSERVED) + others, tangent=tangent)
     W = lanes
+    # The drive's states, which an ideal one has not.
+    lag0_, top0_, pull0_ = W * (rows.start + 8), W * (rows.start + 9), W * (rows.start_acceleration + 4)
+    lag1_, top1_, pull1_ = W * (rows.stage + 8), W * (rows.stage + 9), W * (rows.acceleration + 4)
     x0_, vx0_, y0_, vy0_, z0_, vz0_, twist0_, speed0_ = (W * (rows.start + i) for i in range(8))
     ax0_, ay0_, az0_, alpha0_ = (W * (rows.start_acceleration + i) for i in range(4))
     x1_, vx1_, y1_, vy1_, z1_, vz1_, twist1_, speed1_ = (W * (rows.stage + i) for i in range(8))
@@ -97,21 +102,21 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0, others: int =
     time_, phase_ = W * rows.time, W * rows.phase
     u0_, du0_, _, _, dT0_, r0_, dr0_, per_r0_ = (before_ + W * i for i in range(len(ENDS)))
     u1_, du1_, ddu1_, T1_, dT1_, r1_, dr1_, per_r1_ = (now_ + W * i for i in range(len(ENDS)))
-    z_min_, z_max_, speed_min_, speed_max_, twist_min_, twist_max_, u_max_, torque_max_, rho_max_ = (
-        own[name] for name in EXTREMES)
+    (z_min_, z_max_, speed_min_, speed_max_, twist_min_, twist_max_, u_max_, torque_max_, rho_max_, top_min_,
+     top_max_) = (own[name] for name in EXTREMES)
     on_rock_, unstuck_, on_wall_, radius_, twist_sum_, lateral_, axial_, turns_, rolled_, turned_ = (
         own[name] for name in SUMS)
-    twist_start_, angle_start_ = (own[name] for name in ANCHORS)
-    attend, settle = make_events(W, rows)
+    twist_start_, angle_start_, lag_start_ = (own[name] for name in ANCHORS)
+    attend, settle = make_events(W, rows, driven)
     half_, half_count, ends_count = own[HALF[0]], len(HALF), len(ENDS)
     half_report = len(HALF_REPORT)
 
-    @compiled(types.void(BUFFER, BUFFER), W, lobes, companions, others)
+    @compiled(types.void(BUFFER, BUFFER), W, lobes, driven, tangent, others)
     def observer(b, store):  # type: ignore[no-untyped-def]
         # One bit a lane: which quantities turn inside the step, which levels are crossed, whether the collar stays on
         # the wall or passes from one half plane to the other. Two such sets share a number, as each is one more sum
         # that the registers must hold: the second has its bits above those of all lanes.
-        z_speed = twist_u = torque_rho = rock_stuck = wall_along = passing = returning = 0
+        z_speed = twist_u = torque_rho = rock_stuck = wall_along = passing = returning = top_turns = 0
 
         # The quantities at the end of the step, the lanes that are observed, and those where the bit gets faster. With
         # one division for two quotients, torsional and lateral.
@@ -164,7 +169,11 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0, others: int =
             far = bit << SECOND
             z_speed |= bit if turns(b[vz0_ + i], b[vz1_ + i]) else 0
             z_speed |= far if turns(b[alpha0_ + i], alpha) else 0
-            twist_u |= bit if turns(b[speed0_ + i] - drive, omega - drive) else 0
+            if driven:  # the twist of the pipe, from which the torque at the surface follows
+                twist_u |= bit if turns(b[speed0_ + i] - b[top0_ + i], omega - b[top1_ + i]) else 0
+                top_turns |= bit if turns(b[pull0_ + i], b[pull1_ + i]) else 0
+            else:
+                twist_u |= bit if turns(b[speed0_ + i] - drive, omega - drive) else 0
             twist_u |= far if turns(du0, du) else 0
             torque_rho |= bit if b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0 else 0
             passing |= bit if (y0 < 0.0) != (y1 < 0.0) else 0
@@ -190,6 +199,10 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0, others: int =
             b[twist_sum_ + i] += shown * fma(
                 h, fma(h * (1.0 / 120.0), b[alpha0_ + i] + alpha, 0.1 * (b[speed0_ + i] - omega)),
                 0.5 * (b[twist0_ + i] + b[twist1_ + i]))
+            if driven:
+                b[twist_sum_ + i] -= shown * fma(
+                    h, fma(h * (1.0 / 120.0), b[pull0_ + i] + b[pull1_ + i], 0.1 * (b[top0_ + i] - b[top1_ + i])),
+                    0.5 * (b[lag0_ + i] + b[lag1_ + i]))
             steep = 1.5 / h if h > 0.0 else 0.0
             ax0, ay0, az0, ax1, ay1, az1 = (
                 b[ax0_ + i], b[ay0_ + i], b[az0_ + i], b[ax1_ + i], b[ay1_ + i], b[az1_ + i])
@@ -243,10 +256,10 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0, others: int =
         changed &= ~(turned | speed_turns)
         highs, lows = changed & climbed, changed & ~climbed
 
-        happens = z_turns | speed_turns | changed | twist_turns | u_turns | torque_tops | rho_turns
+        happens = z_turns | speed_turns | changed | twist_turns | u_turns | torque_tops | rho_turns | top_turns
         if (happens | rock | stuck | wall) != 0:
             attend(b, store, z_turns, speed_turns, highs, lows, twist_turns, u_turns, torque_tops, rho_turns,
-                   rock, stuck, wall)
+                   rock, stuck, wall, top_turns)
 
         # Returns to the section: a lobe or a revolution, hence once in many steps.
         while returning != 0:
@@ -289,13 +302,15 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0, others: int =
                 b[before_ + k + i] = now if moves else before
 
     @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-              W, lobes, companions, others)
+              W, lobes, driven, tangent, others)
     def marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         settle(b, store)
         # The lane stands at the mark: its state is in the stage rows, and the quantities at the end of the step are
         # its.
         angle = half_plane_angle(b[x1_ + i], b[y1_ + i])
         rho = fma(b[x1_ + i], b[x1_ + i], b[y1_ + i] * b[y1_ + i])
+        lag, top = b[lag1_ + i] if driven else 0.0, b[top1_ + i] if driven else 0.0
+        pipe = b[twist1_ + i] - lag if driven else b[twist1_ + i]
         heights, sizes = (b[z1_ + i], b[speed1_ + i], 0.0), (b[z_size_ + i], b[speed_size_ + i], np.inf)
         peaks, returns = int(store[PEAKS]), int(store[RETURNS])
         width, width_of_section = RINGS_OF_PEAKS * (peaks + 1), 1 + ENTRY * returns if returns > 0 else 0
@@ -320,8 +335,10 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0, others: int =
             b[z_max_ + i] = max(b[z_max_ + i], b[z1_ + i])
             b[speed_min_ + i] = min(b[speed_min_ + i], b[speed1_ + i])
             b[speed_max_ + i] = max(b[speed_max_ + i], b[speed1_ + i])
-            b[twist_min_ + i] = min(b[twist_min_ + i], b[twist1_ + i])
-            b[twist_max_ + i] = max(b[twist_max_ + i], b[twist1_ + i])
+            b[twist_min_ + i] = min(b[twist_min_ + i], pipe)
+            b[twist_max_ + i] = max(b[twist_max_ + i], pipe)
+            b[top_min_ + i] = min(b[top_min_ + i], top)
+            b[top_max_ + i] = max(b[top_max_ + i], top)
             b[u_max_ + i] = max(b[u_max_ + i], b[u1_ + i])
             b[torque_max_ + i] = max(b[torque_max_ + i], b[T1_ + i])
             b[rho_max_ + i] = max(b[rho_max_ + i], rho)
@@ -335,6 +352,7 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0, others: int =
                 report[first + k] = b[half_ + k * W + i]
             report[first + half_count] = b[twist1_ + i]
             report[first + half_count + 1] = angle
+            report[first + half_count + 2] = lag
             if mark == CLOSES:
                 # What may become a peak is one if the quantity has fallen from it far enough by now.
                 for k in range(len(PEAKING) - 1 if peaks > 0 else 0):
@@ -355,13 +373,16 @@ def make_observer(lanes: int, lobes: int = 3, companions: int = 0, others: int =
         b[z_max_ + i] = b[z1_ + i]
         b[speed_min_ + i] = b[speed1_ + i]
         b[speed_max_ + i] = b[speed1_ + i]
-        b[twist_min_ + i] = b[twist1_ + i]
-        b[twist_max_ + i] = b[twist1_ + i]
+        b[twist_min_ + i] = pipe
+        b[twist_max_ + i] = pipe
+        b[top_min_ + i] = top
+        b[top_max_ + i] = top
         b[u_max_ + i] = b[u1_ + i]
         b[torque_max_ + i] = b[T1_ + i]
         b[floor_ + i] = b[T1_ + i]
         b[rho_max_ + i] = rho
         b[twist_start_ + i] = b[twist1_ + i]
         b[angle_start_ + i] = angle
+        b[lag_start_ + i] = lag
 
     return observer, marker

@@ -18,10 +18,9 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.abi import BUFFER, RATES, Rows, compiled
 from nsdrill.elementary import lowest_bit
 from nsdrill.kernel.tableau import Tableau
-from nsdrill.model.tangent import RATES
 from nsdrill.observe.interpolant import crossing, extreme, quintic, value
 
 ROOTS = 2  # zeros of a contact function in a step, at most

@@ -11,10 +11,11 @@ from nsdrill.observe.section import REVOLUTION, section_width
 # rate, radius with its rate and its inverse.
 ENDS = ("u", "du", "ddu", "torque", "dtorque", "radius", "dradius", "per_radius")
 # Measured in each half. Extremes first, then sums over time, then anchors at the half's start.
-EXTREMES = ("z_min", "z_max", "speed_min", "speed_max", "twist_min", "twist_max", "u_max", "torque_max", "rho_max")
+EXTREMES = ("z_min", "z_max", "speed_min", "speed_max", "twist_min", "twist_max", "u_max", "torque_max", "rho_max",
+            "drive_min", "drive_max")  # fmt: skip
 SUMS = ("on_rock", "unstuck", "on_wall", "radius_sum", "twist_sum", "lateral_square", "axial_square", "half_turns",
         "rolled", "turned")  # fmt: skip
-ANCHORS = ("twist_start", "angle_start")
+ANCHORS = ("twist_start", "angle_start", "lag_start")
 HALF = EXTREMES + SUMS + ANCHORS
 # Of the first three sums what comes from steps with a crossing and, apart from it, from grazes; and the same of the
 # last two, which belong to the wall.
@@ -34,7 +35,7 @@ OBSERVED = (
 # Tolerances by which a maximum stands out from what is before and after it, to be a peak and no ripple of the error.
 PROMINENCE = 10.0
 # What a half leaves in the outbox: the sums so far, its length and the state of the slow angles at its end.
-HALF_REPORT = (*HALF, "twist_end", "angle_end")
+HALF_REPORT = (*HALF, "twist_end", "angle_end", "lag_end")
 
 # A list of events (:mod:`nsdrill.observe.events`): as many columns of as many rows, then the number of events. Every
 # column begins on a cache line.

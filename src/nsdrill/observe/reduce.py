@@ -14,7 +14,9 @@ from nsdrill.observe.section import returns_of
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def features(report: Array, table: Array, observe: float, hertz: bool) -> dict[str, Array]:
+def features(
+    report: Array, table: Array, observe: float, hertz: bool, driven: bool = False
+) -> dict[str, Array]:
     """The features of finished runs, each an array [runs].
 
     ``report`` holds the observer's outbox columns [runs, report_width], ``table`` the lane parameters [runs,
@@ -68,6 +70,18 @@ def features(report: Array, table: Array, observe: float, hertz: bool) -> dict[s
         "lateral_acceleration_rms": np.sqrt(whole["lateral_square"] / observe),
         "axial_acceleration_rms": np.sqrt(whole["axial_square"] / observe),
         "half_difference": _half_difference(first, second, bit_1, bit_2, p, half_time),
+        **(_of_the_drive(first, second, whole, p["drive_speed"], observe) if driven else {}),
+    }
+
+
+def _of_the_drive(
+    first: dict[str, Array], second: dict[str, Array], whole: dict[str, Array], speed: Array, observe: float
+) -> dict[str, Array]:
+    """The speed of a drive that is not ideal; ``speed`` is the one it is set to."""
+    return {
+        "drive_speed_min": whole["drive_min"],
+        "drive_speed_max": whole["drive_max"],
+        "drive_speed_mean": speed + (second["lag_end"] - first["lag_start"]) / observe,
     }
 
 
@@ -126,4 +140,4 @@ def _half_difference(
     return worst
 
 
-assert set(HALF_REPORT) == {*EXTREMES, *SUMS, *ANCHORS, "twist_end", "angle_end"}
+assert set(HALF_REPORT) == {*EXTREMES, *SUMS, *ANCHORS, "twist_end", "angle_end", "lag_end"}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from functools import lru_cache
 from typing import Any
 
@@ -9,39 +10,36 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled
-from nsdrill.model.rhs import AUX, PARAMETERS, STATES
+from nsdrill.elementary import fma
 from nsdrill.observe.interpolant import quintic, slope, value
-from nsdrill.observe.layout import OBSERVED
 
 # The store: next sample, interval [s], capacity, when the lane's clock was set to zero [s], then the samples, each with
 # all states.
 NEXT, INTERVAL, CAPACITY, BEGAN, HEADER = range(5)
 
 
-def trace_store(samples: int, interval: float) -> np.ndarray:
-    """A store for this many samples, ``interval`` seconds apart, the first at time zero."""
-    store = np.zeros(HEADER + samples * len(STATES))
+def trace_store(samples: int, interval: float, states: int) -> np.ndarray:
+    """A store for this many samples of so many states, ``interval`` seconds apart, the first at time zero."""
+    store = np.zeros(HEADER + samples * states)
     store[INTERVAL], store[CAPACITY] = interval, samples
     return store
 
 
-def samples_of(store: np.ndarray) -> np.ndarray:
+def samples_of(store: np.ndarray, states: int) -> np.ndarray:
     """The samples taken, shape (samples, states)."""
     taken = int(store[NEXT])
-    return store[HEADER : HEADER + taken * len(STATES)].reshape(taken, len(STATES))
+    return store[HEADER : HEADER + taken * states].reshape(taken, states)
 
 
 @lru_cache
-def make_tracer(lanes: int, parameters: int = len(PARAMETERS)) -> tuple[Any, Any]:
-    """The compiled (observer, marker) that sample lane 0 of a model with so many ``parameters``. Rows as those of the
-    other observer, whose steps it shows."""
-    rows = Rows(len(STATES), len(AUX), parameters, len(OBSERVED))
-    W, N = lanes, len(STATES)
+def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
+    """The compiled (observer, marker) that sample lane 0."""
+    W, N, pairs = lanes, rows.own, rows.pairs
     start_, start_rate_, end_, end_rate_, drift_ = (
         W * r for r in (rows.start, rows.start_acceleration, rows.stage, rows.acceleration, rows.drift))
     time_, step_, moves_ = W * rows.time, W * rows.step, W * rows.moves
 
-    @compiled(types.void(BUFFER, BUFFER), W, parameters)
+    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
     def tracer(b, store):  # type: ignore[no-untyped-def]
         h = b[step_]
         if b[moves_] == 0.0 or h == 0.0:
@@ -53,7 +51,7 @@ def make_tracer(lanes: int, parameters: int = len(PARAMETERS)) -> tuple[Any, Any
                 return
             theta = max(min(theta, 1.0), 0.0)
             sample = HEADER + N * int(store[NEXT])
-            for p in range(N // 2):  # positions and velocities alternate
+            for p in range(pairs):  # positions and velocities alternate
                 j, m, a = 2 * p * W, (2 * p + 1) * W, p * W
                 drift = b[drift_ + a]
                 p0, p1, p2, p3, p4, p5 = quintic(
@@ -61,9 +59,16 @@ def make_tracer(lanes: int, parameters: int = len(PARAMETERS)) -> tuple[Any, Any
                     b[end_ + j], h * (b[end_ + m] + drift), h * h * b[end_rate_ + a])
                 store[sample + 2 * p] = value(p0, p1, p2, p3, p4, p5, theta)
                 store[sample + 2 * p + 1] = slope(p1, p2, p3, p4, p5, theta) / h - drift
+            for k in range(2 * pairs, N):  # states of first order: the cubic through both ends
+                j, a = k * W, (k - pairs) * W
+                rise, d0, d1 = b[end_ + j] - b[start_ + j], h * b[start_rate_ + a], h * b[end_rate_ + a]
+                square = fma(-2.0, d0, fma(3.0, rise, -d1))
+                cube = fma(-2.0, rise, d0 + d1)
+                store[sample + k] = fma(theta, fma(theta, fma(theta, cube, square), d0), b[start_ + j])
             store[NEXT] += 1.0
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), W, parameters)
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+              W, *astuple(rows))
     def trace_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         pass
 

@@ -211,11 +211,26 @@ def check_plain(path: str | os.PathLike[str], file: Any) -> None:
             continue
         if dataset.is_virtual or dataset.external:
             raise damaged(path, f"{printable(name)} lies in another file")
+        if not _refers_to_objects(dataset):
+            raise damaged(path, f"{printable(name)} does not say which dimensions it has")
         chunk = math.prod(dataset.chunks) * dataset.dtype.itemsize if dataset.chunks else 0
         claims = max(dataset.nbytes, chunk)
         claimed += claims
         if claims > _RATIO * dataset.id.get_storage_size() or claimed > _RATIO * size:
             raise damaged(path, f"{printable(name)} claims more numbers than the file can hold")
+
+
+def _refers_to_objects(dataset: Any) -> bool:
+    """Whether the attributes by which a dataset and its dimensions refer to each other have the types that the HDF5
+    library takes for granted: it follows whatever stands there."""
+    from h5py import h5a, h5t
+
+    kinds = {name: h5a.open(dataset.id, name).get_type()
+             for name in (b"DIMENSION_LIST", b"REFERENCE_LIST") if h5a.exists(dataset.id, name)}
+    dimensions, users = kinds.get(b"DIMENSION_LIST"), kinds.get(b"REFERENCE_LIST")
+    return (
+        dimensions is None or (dimensions.get_class() == h5t.VLEN and dimensions.get_super().equal(h5t.STD_REF_OBJ))
+    ) and (users is None or (users.get_class() == h5t.COMPOUND and users.get_member_class(0) == h5t.REFERENCE))
 
 
 def check_readable(path: str | os.PathLike[str]) -> None:

@@ -15,15 +15,16 @@ from typing import Any, Literal
 
 from nsdrill import units as si
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, Well
+from nsdrill.model.parameters import Bit, Drillstring, Drive, Initial, Mud, Operation, Well
+from nsdrill.models.registry import DEFAULT, NAMES
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import bound_text, range_text
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.units import USUAL, QuantityError, quoted
 
 SECTIONS: dict[str, type] = {
-    "drillstring": Drillstring, "mud": Mud, "well": Well, "bit": Bit, "operation": Operation, "initial": Initial,
-    "simulation": Simulation, "classify": Thresholds, "record": Record,
+    "drillstring": Drillstring, "mud": Mud, "well": Well, "bit": Bit, "drive": Drive, "operation": Operation,
+    "initial": Initial, "simulation": Simulation, "classify": Thresholds, "record": Record,
 }
 """The sections that are dataclasses, in file order; ``sweep`` is not one."""
 
@@ -32,7 +33,7 @@ STIFFNESS = {"linear": "N/m", "hertz": "N/m^1.5"}
 
 MANY = 12  # choices that no message lists
 
-PHYSICAL = ("drillstring", "mud", "well", "bit", "operation", "initial")
+PHYSICAL = ("drillstring", "mud", "well", "bit", "drive", "operation", "initial")
 """The sections whose numbers a sweep may vary."""
 
 SLICE = "initial.slice"  # its values are ranges of states, as the axes of the sweep are: no leaf
@@ -141,6 +142,9 @@ class Leaf:
         return min(exact, key=lambda text: (len(re.sub(r"[^1-9]", "", text)), len(text)))
 
 
+MODEL = Leaf("model", "choice", DEFAULT, choices=NAMES)
+
+
 def leaves(cls: type, prefix: str) -> Iterator[Leaf]:
     """The leaves of a dataclass tree, in the order of the file."""
     hints = typing.get_type_hints(cls)
@@ -183,8 +187,8 @@ def axis_leaves() -> dict[str, Leaf]:
 
 @lru_cache(maxsize=1)
 def all_leaves() -> dict[str, Leaf]:
-    """Every leaf of the dataclass sections, by dotted key."""
-    return {found.key: found for section, cls in SECTIONS.items() for found in leaves(cls, section)}
+    """Every leaf of the study, by dotted key: the model, then those of the dataclass sections."""
+    return {"model": MODEL, **{found.key: found for section, cls in SECTIONS.items() for found in leaves(cls, section)}}
 
 
 def shown(raw: Any, remark: str = "") -> str:

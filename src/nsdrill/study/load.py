@@ -13,7 +13,7 @@ from nsdrill.errors import Fault, StudyError
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study import overrides as setting
 from nsdrill.study.document import Document, KeyPath, dotted, parse, read_text
-from nsdrill.study.keys import PHYSICAL, SECTIONS, SLICE, all_leaves, axis_leaves, did_you_mean, shown
+from nsdrill.study.keys import MODEL, PHYSICAL, SECTIONS, SLICE, all_leaves, axis_leaves, did_you_mean, shown
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE, take_ramps
 from nsdrill.study.relations import Checker
@@ -229,7 +229,7 @@ def _near_axis(name: str) -> str | None:
 def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
     """The complete study as plain data, defaults filled in, axes ascending."""
     ramps, faults = take_ramps(document, given.get("operation", {}))
-    resolved: dict[str, Any] = {"title": given.get("title", "")}
+    resolved: dict[str, Any] = {"title": given.get("title", ""), "model": given.get("model", MODEL.default)}
     for section, cls in SECTIONS.items():
         resolved[section] = _merged(asdict(cls()), given.get(section, {}))
     if ramps:

@@ -40,6 +40,19 @@ _ORDER: tuple[tuple[str, str, bool, str], ...] = (
 )
 
 
+_ALWAYS = ("inertia", "shaft_damping")
+# The keys of the drive that each kind reads.
+READ_BY: dict[str, tuple[str, ...]] = {
+    "ideal": (),
+    "stiff": _ALWAYS,
+    "soft_torque": (*_ALWAYS, "matching", "frequency", "compensated_inertia"),
+    "equal_damping": _ALWAYS,
+    "z_torque": (*_ALWAYS, "a", "high_pass"),
+    "lqr": (*_ALWAYS, "state_weight", "torque_weight"),
+    "pi": (*_ALWAYS, "stiffness", "damping", "twist_gain", "speed_gain"),
+}
+
+
 class Checker:
     """Checks the relations of one study: ``resolved`` is complete, ``faulty`` holds the keys already known to be wrong
     (their values are stand-ins, so nothing is said about them)."""
@@ -56,6 +69,7 @@ class Checker:
         yield from self._depths()
         yield from self._initial()
         yield from self._starts()
+        yield from self._drive()
         yield from self._sweep()
 
     def order(self, section: str = "") -> Iterator[Fault]:
@@ -196,6 +210,27 @@ class Checker:
             if self._given(leaf.key) and self._sound(leaf.key) and self._value(leaf.key) != leaf.default:
                 what = "which initial.slice varies" if plane else "with an ensemble, which draws all states"
                 yield self.fault(leaf.key, f"{self._text(leaf.key)}, {what}", "left out")
+
+    def _drive(self) -> Iterator[Fault]:
+        """No value and no axis that the kind of drive does not read."""
+        if not self._sound("drive"):
+            return
+        kind = self._value("drive.kind")
+        allowed = f"what a drive of the kind {kind} reads: {', '.join(READ_BY[kind]) or 'nothing'}"
+        for key, leaf in self.leaves.items():
+            name = key.removeprefix("drive.")
+            of_drive = name != key and name != "kind" and name not in READ_BY[kind]
+            of_start = key in ("initial.lag", "initial.drive_speed") and kind == "ideal"
+            if not (of_drive or of_start):
+                continue
+            if self._axis(key):
+                yield self.fault(f"sweep.{key}", f"an axis over a key that the drive {kind} does not read", allowed,
+                                 ("sweep", key))
+            elif self._value(key) != leaf.default:
+                yield self.fault(key, f"{self._text(key)}, which the drive {kind} does not read", allowed)
+        taken, inertia = "drive.compensated_inertia", "drive.inertia"
+        if kind == "soft_torque" and self._ends(taken)[1] >= self._ends(inertia)[0]:
+            yield self.fault(taken, self._text(taken, 1), f"below {inertia}, which is {self._text(inertia, 0)}")
 
     def _sweep(self) -> Iterator[Fault]:
         """At least one axis, not too many points, and an axis along which to carry."""

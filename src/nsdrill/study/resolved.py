@@ -15,11 +15,11 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Bit, Drillstring, Initial, Mud, Operation, Parameters, Well
+from nsdrill.model.parameters import Bit, Drillstring, Drive, Initial, Mud, Operation, Parameters, Well
 from nsdrill.model.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
-from nsdrill.study.keys import STIFFNESS, axis_leaves
+from nsdrill.study.keys import MODEL, STIFFNESS, axis_leaves
 from nsdrill.study.study import Procedure, Study
 from nsdrill.variables import AXES, Axis
 
@@ -59,11 +59,13 @@ def study_from_resolved(
             raise ValueError(f"sweep: found {sweep['procedure']} with {initial.starts} starts")
         return Study(
             title=str(resolved.get("title", "")),
+            model=MODEL.read(resolved.get("model", MODEL.default)),
             parameters=Parameters(
                 build(Drillstring, resolved["drillstring"]),
                 build(Mud, resolved["mud"]),
                 build(Well, resolved["well"]),
                 build(Bit, resolved["bit"]),
+                build(Drive, resolved.get("drive", {}), lenient=True),
             ),
             operation=operation,
             initial=initial,
@@ -139,6 +141,12 @@ def digest(resolved: dict[str, Any]) -> str:
     """SHA-256 of what influences the numbers: all but the title and the operating values and ramps that swept axes
     replace."""
     parts = {name: value for name, value in resolved.items() if name != "title"}
+    # What earlier versions did not know is left out where it is as it was then, so that a study keeps its digest.
+    if parts.get("model") == MODEL.default:
+        del parts["model"]
+    if parts.get("drive", {}).get("kind") == "ideal":
+        del parts["drive"]
+        parts = _without(_without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)
         parts = _without(parts, sections, name)

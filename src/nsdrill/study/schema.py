@@ -25,7 +25,7 @@ from pydantic import (
 )
 
 from nsdrill.study.document import odd_character
-from nsdrill.study.keys import SECTIONS, SLICE, STIFFNESS, Leaf, axis_leaves, leaf, leaves, shown
+from nsdrill.study.keys import MODEL, SECTIONS, SLICE, STIFFNESS, Leaf, axis_leaves, leaf, leaves, shown
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME, knots, pair
 from nsdrill.study.study import Procedure
@@ -50,6 +50,7 @@ def study_model(axes: frozenset[str] | None = None) -> type[BaseModel]:
     text = WithJsonSchema({"type": "string", "maxLength": LONGEST_TITLE})
     sections: dict[str, Any] = {"title": (Annotated[Any, PlainValidator(_title), text],
                                           Field(default="", description=MEANINGS["title"]))}
+    sections["model"] = _leaf(MODEL)
     for name, cls in SECTIONS.items():
         if name == "simulation":  # the sweep stands before it in the file
             made = _sweep_model(axes)

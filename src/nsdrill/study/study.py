@@ -31,6 +31,7 @@ class Study:
     """
 
     title: str
+    model: str
     parameters: Parameters
     operation: Operation
     initial: Initial

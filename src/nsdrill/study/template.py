@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from nsdrill.study.keys import SECTIONS, SLICE, Leaf, leaves
+from nsdrill.study.keys import MODEL, SECTIONS, SLICE, Leaf, leaves
 from nsdrill.study.meanings import MEANINGS
 
 _INDENT = "  "
@@ -35,6 +35,7 @@ sweep:                                      # {sweep}; without it one operating 
 def template_text() -> str:
     """The text of a complete, commented study that loads as it stands."""
     parts = [_HEAD, line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
+    parts.append(line("", "model", MODEL.default, _comment(MODEL)))
     for name, cls in SECTIONS.items():
         if name == "simulation":
             told = {key: MEANINGS[f"sweep.{key}"] for key in ("along", "refine")}

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from nsdrill.study.keys import SECTIONS, SLICE, STIFFNESS, Leaf, all_leaves, axis_leaves
+from nsdrill.study.keys import MODEL, SECTIONS, SLICE, STIFFNESS, Leaf, all_leaves, axis_leaves
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME
 from nsdrill.study.resolved import differences
@@ -19,6 +19,7 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
     """The study ``resolved`` as YAML with every key, below the comments ``head``; read again it has the same digest."""
     comments = "".join(f"# {_one_line(words)}\n" for words in head)
     parts = [comments + line("", "title", _title(resolved), MEANINGS["title"])]
+    parts.append(line("", "model", value_text(resolved, "model") or MODEL.default, MEANINGS["model"]))
     for name, cls in SECTIONS.items():
         if name == "simulation":
             parts.append("\n".join([

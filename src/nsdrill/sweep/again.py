@@ -9,16 +9,13 @@ import numpy as np
 
 from nsdrill.kernel.gang import Finished, Runs
 from nsdrill.kernel.settings import Simulation
-from nsdrill.observe.compare import scales
-from nsdrill.observe.reduce import features
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work
-from nsdrill.variables import OK
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Again(Work):
     """The points ``numbers`` (ascending) of a sweep, from the states ``states`` [points, 9]. A state that was carried
     is given like any other, so there are no chains."""
@@ -30,7 +27,7 @@ class Again(Work):
     def of(cls, work: Work, simulation: Simulation, numbers: Array, states: Array) -> Again:
         """The same model over another time or to another tolerance, measuring features only."""
         return cls(replace(work.plan, along=None), work.parameters, work.initial, simulation, work.thresholds,
-                   Record(peaks=0), numbers, states)
+                   Record(peaks=0), work.model, numbers=numbers, states=states)
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
@@ -38,7 +35,4 @@ class Again(Work):
 
     def columns(self, done: Finished) -> dict[str, Array]:
         """Status and features of finished runs, and the scales in which their differences are measured."""
-        measured = features(done.report, done.parameters, self.simulation.observe, self.variant[0])
-        ok = done.status == OK
-        measured = {name: np.where(ok, value, np.nan) for name, value in measured.items()}
-        return {"status": done.status, **measured, **scales(done.parameters)}
+        return {"status": done.status, **self.measured(done), **self.kind.scales(done.parameters)}

@@ -3,51 +3,58 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.abi import BUFFER, RATES, Rows, compiled
 from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
-from nsdrill.model.ensemble import starting_states
 from nsdrill.model.leaves import Values, values_at
 from nsdrill.model.parameters import Initial, Parameters
-from nsdrill.model.rhs import (
-    AUX,
-    PARAMETERS,
-    STATES,
-    drifts,
-    first_step,
-    make_right_hand_side,
-    pack,
-    phase_rate,
-    sizes,
-)
-from nsdrill.model.tangent import COMPANIONS, CONTACTS, RATES, make_contacts, make_tangent
-from nsdrill.observe.classify import classify
+from nsdrill.models.base import Model
+from nsdrill.models.base import Variant as Fixed
+from nsdrill.models.registry import DEFAULT, NAMES, model_named
 from nsdrill.observe.exponent import GROWTH, exponent_of, growth_header, make_growth, seed_deviation
 from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
-from nsdrill.observe.features import make_observer
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
-from nsdrill.observe.layout import GROWTH_HEADER, OBSERVED, new_store, report_width
-from nsdrill.observe.motion import in_the_bit_frame, period, zero_one
-from nsdrill.observe.reduce import features, peaks, section
-from nsdrill.observe.section import REVOLUTION, coordinates
+from nsdrill.observe.layout import GROWTH_HEADER
+from nsdrill.observe.motion import period, zero_one
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.plan import Plan
-from nsdrill.variables import OK, PEAKS
+from nsdrill.variables import OK
 
 Array = np.ndarray[Any, np.dtype[Any]]
 OUTBOX_FLOATS = 1 << 23  # 64 MB: with many returns to the section fewer runs wait in a gang
 FEWEST_SLOTS = 256
-LANDING = len(OBSERVED) + len(GROWTH)  # the place of its rows among the observer's
-OTHERS = len(GROWTH) + landing_rows(len(CONTACTS))  # rows of what follows the deviation
+
+
+@dataclass(frozen=True)
+class Variant:
+    """What is fixed when a sweep is compiled: the name of the model and what it has compiled in, whether the Lyapunov
+    exponent is measured, and the name of the pair."""
+
+    model: str
+    fixed: Fixed
+    exponent: bool = False
+    pair: str = "tsitouras"
+
+    @property
+    def rows(self) -> Rows:
+        """The lane buffer, with the companions and the rows for the Lyapunov exponent or without."""
+        model = model_named(self.model)
+        observed = model.observed + (_others(model) if self.exponent else 0)
+        return STEPPERS[self.pair].rows(model.rows(self.fixed, observed, tangent=self.exponent))
+
+
+def _others(model: Model) -> int:
+    """How many rows the observers have that follow the deviation."""
+    return len(GROWTH) + landing_rows(len(model.contacts))
 
 
 @dataclass(frozen=True)
@@ -60,70 +67,78 @@ class Work:
     simulation: Simulation
     thresholds: Thresholds
     record: Record
+    model: str = DEFAULT
 
     @property
-    def variant(self) -> tuple[bool, int, bool, str]:
-        """What is fixed when it is compiled: Hertz wall or not, number of lobes, with the Lyapunov exponent or not, and
-        the name of the pair."""
-        well, bit = self.parameters.well, self.parameters.bit
-        return well.law == "hertz", bit.lobes, self.record.exponent, self.simulation.pair
+    def kind(self) -> Model:
+        """The model."""
+        return model_named(self.model)
+
+    @property
+    def variant(self) -> Variant:
+        """What is fixed when it is compiled."""
+        return Variant(self.model, self.kind.variant(self.parameters), self.record.exponent, self.simulation.pair)
 
     def at(self, values: Mapping[str, Any]) -> Values:
         """What the points have at these values of the axes, scalars or arrays [points]."""
         return values_at(self.parameters, self.initial, values)
 
     def new_gang(self, lanes: int, slots: int) -> Gang:
-        record = self.record
-        spacing = REVOLUTION / (self.parameters.bit.lobes if record.section == "lobe" else 1)
-        more = scratch_size(rows_for(True, self.simulation.pair), len(CONTACTS)) if record.exponent else 0
-        store = new_store(lanes, record.peaks, record.poincare, spacing, more)
-        width = report_width(record.peaks, record.poincare)
+        model, record, rows = self.kind, self.record, self.variant.rows
+        more = scratch_size(rows, len(model.contacts)) if record.exponent else 0
+        store = model.store(lanes, self.parameters, record, more)
+        width = model.report_width(record)
         if record.exponent:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
             width += len(GROWTH_REPORT)
         slots = min(slots, max(FEWEST_SLOTS, OUTBOX_FLOATS // width))
-        return Gang(lanes, slots, rows_for(record.exponent, self.simulation.pair), store, width, self.simulation)
+        return Gang(lanes, slots, rows, store, width, self.simulation)
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
-        at = self.at(self.plan.values(points))
-        table = pack(at.parameters, *at.operation, self.thresholds.stuck_below)
-        initial = starting_states(at.parameters, at.initial, *at.operation, self.plan.starts_of(points))
-        size, drift = sizes(table), drifts(table)
-        if self.record.exponent:  # the deviation stands between the states and the drive angle, and has no drift
-            initial = np.concatenate([initial[:, :-1], seed_deviation(size), initial[:, -1:]], axis=1)
-            size, drift = np.tile(size, 2), np.concatenate([drift, np.zeros_like(drift)], axis=1)
-        return Runs(table, size, drift, phase_rate(table), first_step(table), initial)
+        model, fixed, at = self.kind, self.variant.fixed, self.at(self.plan.values(points))
+        table = model.pack(at, self.thresholds)
+        runs = model.runs(table, fixed, model.starts(at, self.plan.starts_of(points)))
+        if self.record.exponent:  # the deviation stands between the states and the phase, and has no drift
+            initial = np.concatenate([runs.initial[:, :-1], seed_deviation(runs.sizes), runs.initial[:, -1:]], axis=1)
+            still = np.zeros_like(runs.drifts)
+            runs = replace(runs, initial=initial, sizes=np.tile(runs.sizes, 2),
+                           drifts=np.concatenate([runs.drifts, still], axis=1))
+        return runs
 
-    @staticmethod
-    def own_state(state: Array) -> Array:
-        """States (..., 9) with the drive angle last, without the deviation that may stand before it."""
-        return np.concatenate([state[..., : len(STATES)], state[..., -1:]], axis=-1)
+    @property
+    def state_count(self) -> int:
+        """How many states the model has."""
+        return len(self.kind.states(self.variant.fixed))
 
-    @staticmethod
-    def begin(initial: Array, state: Array) -> None:
-        """Let the run of the row ``initial`` begin in ``state`` (9), whatever deviation it has."""
-        initial[: len(STATES)], initial[-1] = state[:-1], state[-1]
+    def own_state(self, state: Array) -> Array:
+        """States with the phase last, shape (..., states + 1), without the deviation that may stand before it."""
+        return np.concatenate([state[..., : self.state_count], state[..., -1:]], axis=-1)
+
+    def begin(self, initial: Array, state: Array) -> None:
+        """Let the run of the row ``initial`` begin in ``state`` (states + 1), whatever deviation it has."""
+        initial[: self.state_count], initial[-1] = state[:-1], state[-1]
+
+    def measured(self, done: Finished) -> dict[str, Array]:
+        """The features of finished runs; NaN where a run did not end well."""
+        found = self.kind.features(done.report, done.parameters, self.simulation.observe, self.variant.fixed)
+        return _where(done.status == OK, found)
 
     def columns(self, done: Finished) -> dict[str, Array]:
         """The results of finished runs, one array per variable of the results file."""
-        record, ok = self.record, done.status == OK
-        measured = features(done.report, done.parameters, self.simulation.observe, self.variant[0])
+        model, record, ok = self.kind, self.record, done.status == OK
+        measured = self.measured(done)
         if record.exponent:
             # In a step the deviation is about as wrong as the motion.
             duration = self.simulation.transient + self.simulation.observe
             bias = self.simulation.rtol * done.accepted / duration
-            measured |= exponent_of(done.report[:, -len(GROWTH_REPORT) :], self.simulation.observe, bias)
-        measured = {name: np.where(ok, value, np.nan) for name, value in measured.items()}
-        heights = peaks(done.report, record.peaks)
-        heights[~ok] = np.nan
-        size = sizes(done.parameters)
+            growth = done.report[:, -len(GROWTH_REPORT) :]
+            measured |= _where(ok, exponent_of(growth, self.simulation.observe, bias))
+        size = model.sizes(done.parameters, self.variant.fixed)
         if record.poincare:
-            crossings = section(done.report, record.peaks, record.poincare)
-            crossings[~ok] = np.nan
-            measured |= coordinates(crossings)
-            measured["zero_one"] = self._zero_one(in_the_bit_frame(measured), size)
-        labels = classify(measured, done.status, self.thresholds, size)
+            measured |= _where(ok, model.section(done.report, record))
+            measured["zero_one"] = self._zero_one(model.returns(measured), size)
+        labels = model.classify(measured, done.status, self.thresholds, size)
         return {
             "status": done.status,
             "steps": done.accepted,
@@ -131,7 +146,7 @@ class Work:
             **measured,
             **labels,
             **({"attractor": np.zeros(len(size), np.int16)} if self.plan.starts else {}),  # known when all starts are
-            **{name: heights[:, i] for i, name in enumerate(PEAKS)},
+            **_where(ok, model.peaks(done.report, record)),
             "initial_state": self.own_state(done.initial),
             "final_state": self.own_state(done.final),
         }
@@ -144,50 +159,52 @@ class Work:
         return index
 
 
-def rows_for(exponent: bool, pair: str) -> Rows:
-    """The lane buffer of a sweep, with the companions and the rows for the Lyapunov exponent or without."""
-    companions, more = (COMPANIONS, OTHERS) if exponent else (0, 0)
-    rows = Rows(len(STATES) + companions, len(AUX), len(PARAMETERS), len(OBSERVED) + more, companions)
-    return STEPPERS[pair].rows(rows)
+def _where(ok: Array, found: dict[str, Array]) -> dict[str, Array]:
+    """These arrays [n, ...] with NaN where not ``ok`` [n]."""
+    return {name: np.where(ok.reshape(-1, *[1] * (value.ndim - 1)), value, np.nan) for name, value in found.items()}
 
 
 @lru_cache
-def compiled_parts(
-    lanes: int, hertz: bool, lobes: int = 3, exponent: bool = False, pair: str = "tsitouras"
-) -> Compiled:
+def compiled_parts(lanes: int, variant: Variant) -> Compiled:
     """The model and the observer, compiled for a number of lanes; from the disk cache where it has them. The kernel is
     compiled along, before several threads ask for it at once."""
-    rows = rows_for(exponent, pair)
-    STEPPERS[pair].make(lanes, rows)
+    model, rows = model_named(variant.model), variant.rows
+    STEPPERS[variant.pair].make(lanes, rows)
     make_advance(lanes, rows)
-    if exponent:
-        observer, marker = make_watch(lanes, hertz, lobes, pair)
-        return Compiled(make_tangent(lanes, hertz, lobes, LANDING), observer, marker)
-    observer, marker = make_observer(lanes, lobes)
-    return Compiled(make_right_hand_side(lanes, hertz, lobes), observer, marker)
+    if variant.exponent:
+        observer, marker = make_watch(lanes, variant)
+        return Compiled(model.tangent(lanes, variant.fixed, _landing_place(model)), observer, marker)
+    observer, marker = model.observer(lanes, variant.fixed)
+    return Compiled(model.right_hand_side(lanes, variant.fixed), observer, marker)
+
+
+def _landing_place(model: Model) -> int:
+    """The place of its rows among those of the observers."""
+    return model.observed + len(GROWTH)
 
 
 @lru_cache
-def make_watch(lanes: int, hertz: bool, lobes: int, pair: str) -> tuple[Any, Any]:
+def make_watch(lanes: int, variant: Variant) -> tuple[Any, Any]:
     """The compiled (observer, marker) that do all: mend the deviation across contacts, measure features of the motion
     and growth of its deviation."""
-    rows, stepper = rows_for(True, pair), STEPPERS[pair]
-    variant = (hertz, lobes, list(STEPPERS).index(pair))
-    observer, marker = make_observer(lanes, lobes, COMPANIONS, OTHERS)
-    contacts = make_contacts(lanes, lobes, LANDING + RATES * len(CONTACTS))
-    tangent = make_tangent(1, hertz, lobes, LANDING)
-    landing = make_landing(lanes, rows, stepper.tableau, LANDING, contacts, tangent, len(CONTACTS), variant)
-    growth, growth_marker = make_growth(lanes, rows, len(OBSERVED), GROWTH_HEADER)
+    model, rows, stepper = model_named(variant.model), variant.rows, STEPPERS[variant.pair]
+    place, contacts = _landing_place(model), len(model.contacts)
+    identity = (NAMES.index(variant.model), *variant.fixed, list(STEPPERS).index(variant.pair))
+    observer, marker = model.observer(lanes, variant.fixed, tangent=True, others=_others(model))
+    measure = model.contact_functions(lanes, variant.fixed, place + RATES * contacts)
+    tangent = model.tangent(1, variant.fixed, place)
+    landing = make_landing(lanes, rows, stepper.tableau, place, measure, tangent, contacts, identity)
+    growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
     columns = len(GROWTH_REPORT)
 
-    @compiled(types.void(BUFFER, BUFFER), lanes, *variant)
+    @compiled(types.void(BUFFER, BUFFER), lanes, *identity)
     def watch(b, store):  # type: ignore[no-untyped-def]
         landing(b, store)
         observer(b, store)
         growth(b, store)
 
     @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-              lanes, *variant)
+              lanes, *identity)
     def watch_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         marker(b, store, i, mark, report, column)
         growth_marker(b, store, i, mark, report, len(report) - columns)
@@ -195,7 +212,7 @@ def make_watch(lanes: int, hertz: bool, lobes: int, pair: str) -> tuple[Any, Any
     return watch, watch_marker
 
 
-def advance(gang: Gang, variant: tuple[bool, int, bool, str], seconds: float, drain: bool) -> tuple[Gang, Finished]:
+def advance(gang: Gang, variant: Variant, seconds: float, drain: bool) -> tuple[Gang, Finished]:
     """One slice of work: a task for any executor, in this process or in another."""
-    done = gang.advance(compiled_parts(gang.lanes, *variant), seconds, drain)
+    done = gang.advance(compiled_parts(gang.lanes, variant), seconds, drain)
     return gang, done

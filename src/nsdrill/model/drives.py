@@ -1,0 +1,112 @@
+"""What turns the top of the string: the law of the drive's controller as five numbers, whatever its kind.
+
+With lag = phi_d - Omega t, the angle by which the top is ahead of the set point (negative: behind), omega_d its speed,
+psi the twist counted from the set point, and T_p the torque of the pipe:
+
+    lag'       = omega_d - Omega
+    J omega_d' = -K_i lag - K_p (omega_d - Omega) - G_t (psi - lag) - G_w (omega - Omega) - T_p
+    T_p        = k_t (lag - psi) + c_s (omega_d - omega)
+
+The integral of a PI controller's speed error is -lag, so K_i is its integral gain. An ideal drive has no states: lag is
+zero and omega_d is Omega.
+
+Sources: **O** Simulator4nDOF of the Open Source Drilling Community (top-drive controller and its configuration);
+**K** Kyllingstad & Nessjoen 2009, SPE/IADC 119660, as cited there. Equal damping places both modes of drive and string
+at one frequency with one damping: J_d J s^4 + ... = J J_d (s^2 + 2 z w s + w^2)^2 without bit damping.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nsdrill.model.coefficients import Coefficients, power
+from nsdrill.model.parameters import Drive, Parameters
+
+STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
+DIGITS = 9  # of gains that come from LAPACK, whose last digits depend on the processor
+
+
+class Gains(NamedTuple):
+    """Numbers, or arrays over operating points: the drive's inertia [kg m^2] as its controller makes it felt, then K_i
+    [N m/rad], K_p [N m s/rad], G_t [N m/rad], G_w [N m s/rad], c_s [N m s/rad]."""
+
+    inertia: Any
+    stiffness: Any
+    damping: Any
+    twist_gain: Any = 0.0
+    speed_gain: Any = 0.0
+    shaft_damping: Any = 0.0
+
+
+def impedance(parameters: Parameters) -> Any:
+    """The torsional impedance of the pipe, Ip sqrt(rho G) [N m s/rad]: what a wave from below meets nothing in."""
+    pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
+    polar = math.pi / 32 * (power(pipe.outer_diameter, 4) - power(pipe.inner_diameter, 4))
+    return polar * np.sqrt(steel.density * steel.shear_modulus)
+
+
+def gains(parameters: Parameters, k: Coefficients) -> Gains:
+    """The law of the drive at operating points with the coefficients ``k``. ValueError for an ideal drive."""
+    drive = parameters.drive
+    made: Gains = _LAWS[drive.kind](drive, parameters, k)
+    return made._replace(shaft_damping=drive.shaft_damping)
+
+
+def _stiff(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
+    return Gains(drive.inertia, 5.0 * drive.inertia, STIFF * impedance(parameters))
+
+
+def _soft_torque(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
+    inertia = drive.inertia - drive.compensated_inertia
+    rate = np.sqrt(k.k_t / k.J) if drive.frequency is None else 2 * math.pi * drive.frequency
+    return Gains(inertia, rate * rate * inertia, drive.matching * impedance(parameters))
+
+
+def _equal_damping(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
+    return Gains(drive.inertia, k.k_t * drive.inertia / k.J, 2.0 * np.sqrt(k.k_t * drive.inertia))
+
+
+def _z_torque(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
+    softer = 1.0 + STIFF * drive.a
+    damping = STIFF * impedance(parameters) / softer
+    return Gains(drive.inertia / softer, damping / drive.high_pass, damping)
+
+
+def _pi(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
+    return Gains(drive.inertia, drive.stiffness, drive.damping, drive.twist_gain, drive.speed_gain)
+
+
+def _lqr(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
+    """Gains that minimise the integral of state_weight (lag^2 + ...) + torque_weight T_m^2, by the Riccati equation of
+    the linear string with states (lag, omega_d - Omega, psi - lag, omega - Omega) and without friction at the bit."""
+    numbers = np.broadcast_arrays(
+        k.J, k.k_t, parameters.drillstring.torsional_damping, drive.inertia, drive.shaft_damping, drive.state_weight,
+        drive.torque_weight)
+    distinct, places = np.unique(np.stack([value.ravel() for value in numbers], axis=1), axis=0, return_inverse=True)
+    found = np.array([_regulator(*row) for row in distinct.tolist()])[places.ravel()]
+    return Gains(drive.inertia, *(column.reshape(numbers[0].shape) for column in found.T))
+
+
+def _regulator(
+    J: float, k_t: float, c_t: float, inertia: float, c_s: float, state_weight: float, torque_weight: float
+) -> list[float]:
+    from scipy.linalg import solve_continuous_are
+
+    system = np.array([
+        [0.0, 1.0, 0.0, 0.0],
+        [0.0, -c_s / inertia, k_t / inertia, c_s / inertia],
+        [0.0, -1.0, 0.0, 1.0],
+        [0.0, c_s / J, -k_t / J, -(c_t + c_s) / J],
+    ])
+    force = np.array([[0.0], [1.0 / inertia], [0.0], [0.0]])
+    cost = solve_continuous_are(system, force, state_weight * np.eye(4), np.array([[torque_weight]]))
+    return [float(f"{value:.{DIGITS}g}") for value in (force.T @ cost / torque_weight)[0]]
+
+
+_LAWS: dict[str, Any] = {
+    "stiff": _stiff, "soft_torque": _soft_torque, "equal_damping": _equal_damping, "z_torque": _z_torque, "lqr": _lqr,
+    "pi": _pi,
+}

@@ -1,0 +1,172 @@
+"""What a model of a drill string is to the rest of the package.
+
+A model is stateless: what differs from run to run stands in arrays over the points, what is fixed when code is compiled
+in its *variant*. The sweep, the simulation and the results ask for nothing else; no name of a state, a parameter or a
+contact is known outside the model's own folder.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import numpy as np
+
+from nsdrill.abi import Rows
+from nsdrill.kernel.gang import Runs
+from nsdrill.model.leaves import Values
+from nsdrill.model.parameters import Parameters
+from nsdrill.model.schedule import Schedule
+from nsdrill.observe.thresholds import Record, Thresholds
+
+Array = np.ndarray[Any, np.dtype[Any]]
+Variant = tuple[int, ...]
+
+
+class Ramps(ABC):
+    """A model along a ramp: a chain of short segments in each of which every lane parameter moves linearly."""
+
+    @abstractmethod
+    def columns(self, variant: Variant) -> tuple[str, ...]:
+        """Names of the lane parameters: those of the model, then those that tell how they move."""
+
+    @abstractmethod
+    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
+        """The compiled right-hand side."""
+
+    @abstractmethod
+    def pack(self, parameters: Parameters, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
+        """Lane parameters of the segments between ``cuts`` [s], shape (segments, columns)."""
+
+    @abstractmethod
+    def mend(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
+        """Make the true states of those that the kernel has sampled at ``time`` [s], shape (samples, states)."""
+
+
+class Model(ABC):
+    """States are pairs of position and velocity in turn, then those of first order; arrays are in SI, over n points."""
+
+    name: ClassVar[str]
+    contacts: ClassVar[tuple[str, ...]] = ()
+    """Names of the contacts at which the Jacobian jumps; each has a function that is positive where it touches."""
+    has_tangent: ClassVar[bool] = False
+    """Whether there are the linearised equations that a Lyapunov exponent needs."""
+
+    # What is fixed when code is compiled
+
+    @abstractmethod
+    def variant(self, parameters: Parameters) -> Variant:
+        """What of these parameters is compiled in."""
+
+    @abstractmethod
+    def states(self, variant: Variant) -> tuple[str, ...]:
+        """Names of the states. A state array has the phase, the angle of the drive, after them."""
+
+    @abstractmethod
+    def rows(
+        self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None
+    ) -> Rows:
+        """The lane buffer for an observer with so many rows, with a deviation beside the states or without, and with
+        so many ``columns`` of lane parameters where there are more than those of the model."""
+
+    @abstractmethod
+    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
+        """The compiled right-hand side."""
+
+    def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
+        """The compiled right-hand side of the motion and of a deviation from it. The functions of the contacts at the
+        start of the step stand among the observer's rows, at ``place``."""
+        raise NotImplementedError
+
+    def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
+        """The compiled function that puts value, slope and second derivative of each contact's function at the end of
+        the step among the observer's rows, at ``place``."""
+        raise NotImplementedError
+
+    # What differs from run to run
+
+    @abstractmethod
+    def pack(self, points: Values, thresholds: Thresholds) -> Array:
+        """The lane parameters, shape (n, columns)."""
+
+    @abstractmethod
+    def starts(self, points: Values, number: Array | int) -> Array:
+        """The initial states with the phase last, shape (n, states + 1), of the starts of these numbers."""
+
+    @abstractmethod
+    def sizes(self, table: Array, variant: Variant) -> Array:
+        """The natural size of each state, shape (n, states): the absolute tolerance is ``rtol`` times this."""
+
+    @abstractmethod
+    def drifts(self, table: Array, variant: Variant) -> Array:
+        """What the rate of each position has beyond its velocity, shape (n, slopes)."""
+
+    @abstractmethod
+    def phase_rate(self, table: Array) -> Array:
+        """How fast the phase advances [rad/s], shape (n,)."""
+
+    @abstractmethod
+    def first_step(self, table: Array, variant: Variant) -> Array:
+        """A first step [s], shape (n,)."""
+
+    def runs(self, table: Array, variant: Variant, initial: Array) -> Runs:
+        """Runs with these lane parameters from these states."""
+        return Runs(table, self.sizes(table, variant), self.drifts(table, variant), self.phase_rate(table),
+                    self.first_step(table, variant), initial)
+
+    # What is observed
+
+    @property
+    @abstractmethod
+    def observed(self) -> int:
+        """How many rows the observer has."""
+
+    @abstractmethod
+    def observer(self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
+        """The compiled (observer, marker), beside a deviation and so many ``others`` rows of other observers."""
+
+    @abstractmethod
+    def store(self, lanes: int, parameters: Parameters, record: Record, more: int = 0) -> Array:
+        """The observer's store, with room for ``more`` numbers of other observers at its end."""
+
+    @abstractmethod
+    def report_width(self, record: Record) -> int:
+        """How many columns the observer reports."""
+
+    @abstractmethod
+    def features(self, report: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
+        """The features of finished runs by their names, each an array [n]: ``report`` holds the observer's columns,
+        ``table`` the lane parameters, ``observe`` is the length of the window [s]."""
+
+    @abstractmethod
+    def peaks(self, report: Array, record: Record) -> dict[str, Array]:
+        """The last local maxima by the names of their variables, each an array [n, peaks], NaN where fewer."""
+
+    @abstractmethod
+    def section(self, report: Array, record: Record) -> dict[str, Array]:
+        """The last returns to the Poincare section by the names of their variables, arrays [n, returns]."""
+
+    @abstractmethod
+    def returns(self, section: Mapping[str, Array]) -> Array:
+        """The states at the returns, shape (n, returns, states), in a frame in which what repeats is seen to."""
+
+    @abstractmethod
+    def classify(
+        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array
+    ) -> dict[str, Array]:
+        """The labels of runs with these features."""
+
+    @abstractmethod
+    def scales(self, table: Array) -> dict[str, Array]:
+        """What differences of features are measured in, by name, arrays [n]."""
+
+    # One trajectory
+
+    ramps: ClassVar[Ramps | None] = None
+    """How the model follows values that move in time, if it does."""
+
+    @abstractmethod
+    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
+        """What a trace has besides the states, from these: forces, polar coordinates. ``point`` is the operating
+        point, of numbers or of arrays over time."""

@@ -1,0 +1,128 @@
+"""The axial, torsional and lateral oscillator of Christoforou and Yigit: four degrees of freedom, rock, wall, lobes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from nsdrill.abi import Rows
+from nsdrill.model import ramp, rhs, tangent
+from nsdrill.model.ensemble import starting_states
+from nsdrill.model.forces import forces
+from nsdrill.model.leaves import Values
+from nsdrill.model.parameters import Parameters
+from nsdrill.model.schedule import Schedule
+from nsdrill.models.base import Array, Model, Ramps, Variant
+from nsdrill.observe import classify, compare, features, layout, motion, reduce, section
+from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.variables import PEAKS
+
+
+class Ramped(Ramps):
+    """The drive that moves: see :mod:`nsdrill.model.ramp`."""
+
+    def columns(self, variant: Variant) -> tuple[str, ...]:
+        return ramp.ramped_columns(bool(variant[2]))
+
+    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
+        hertz, lobes, driven = variant
+        return ramp.make_ramped(lanes, bool(hertz), lobes, bool(driven))
+
+    def pack(self, parameters: Parameters, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
+        return ramp.pack_ramp(parameters, schedule, cuts, thresholds.stuck_below)
+
+    def mend(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
+        for name in ("twist", "lag")[: 1 + variant[2]]:
+            samples[:, rhs.states_of(True).index(name)] -= ramp.ahead(table, cuts, time)
+
+
+class ChristoforouYigit(Model):
+    """The variant is (Hertz wall or not, number of lobes, a drive that is not ideal or not)."""
+
+    name = "christoforou_yigit"
+    contacts = tangent.CONTACTS
+    has_tangent = True
+    ramps = Ramped()
+
+    def variant(self, parameters: Parameters) -> Variant:
+        return int(parameters.well.law == "hertz"), parameters.bit.lobes, int(parameters.drive.kind != "ideal")
+
+    def states(self, variant: Variant) -> tuple[str, ...]:
+        return rhs.states_of(bool(variant[2]))
+
+    def rows(
+        self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None
+    ) -> Rows:
+        return rhs.rows_of(bool(variant[2]), observed, tangent=tangent, columns=columns)
+
+    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
+        hertz, lobes, driven = variant
+        return rhs.make_right_hand_side(lanes, bool(hertz), lobes, driven=bool(driven))
+
+    def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
+        hertz, lobes, driven = variant
+        return tangent.make_tangent(lanes, bool(hertz), lobes, place, bool(driven))
+
+    def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
+        _, lobes, driven = variant
+        return tangent.make_contacts(lanes, lobes, place, bool(driven))
+
+    def pack(self, points: Values, thresholds: Thresholds) -> Array:
+        return rhs.pack(points.parameters, *points.operation, thresholds.stuck_below)
+
+    def starts(self, points: Values, number: Array | int) -> Array:
+        return starting_states(points.parameters, points.initial, *points.operation, number)
+
+    def sizes(self, table: Array, variant: Variant) -> Array:
+        return rhs.sizes(table, bool(variant[2]))
+
+    def drifts(self, table: Array, variant: Variant) -> Array:
+        return rhs.drifts(table, bool(variant[2]))
+
+    def phase_rate(self, table: Array) -> Array:
+        return rhs.phase_rate(table)
+
+    def first_step(self, table: Array, variant: Variant) -> Array:
+        return rhs.first_step(table, bool(variant[2]))
+
+    @property
+    def observed(self) -> int:
+        return len(layout.OBSERVED)
+
+    def observer(self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
+        _, lobes, driven = variant
+        made: tuple[Any, Any] = features.make_observer(lanes, lobes, bool(driven), tangent, others)
+        return made
+
+    def store(self, lanes: int, parameters: Parameters, record: Record, more: int = 0) -> Array:
+        spacing = section.REVOLUTION / (parameters.bit.lobes if record.section == "lobe" else 1)
+        return layout.new_store(lanes, record.peaks, record.poincare, spacing, more)
+
+    def report_width(self, record: Record) -> int:
+        return layout.report_width(record.peaks, record.poincare)
+
+    def features(self, report: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
+        return reduce.features(report, table, observe, bool(variant[0]), bool(variant[2]))
+
+    def peaks(self, report: Array, record: Record) -> dict[str, Array]:
+        heights = reduce.peaks(report, record.peaks)
+        return {name: heights[:, i] for i, name in enumerate(PEAKS)}
+
+    def section(self, report: Array, record: Record) -> dict[str, Array]:
+        return section.coordinates(reduce.section(report, record.peaks, record.poincare))
+
+    def returns(self, section: Mapping[str, Array]) -> Array:
+        return motion.in_the_bit_frame(section)
+
+    def classify(
+        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array
+    ) -> dict[str, Array]:
+        return classify.classify(features, status, thresholds, sizes)
+
+    def scales(self, table: Array) -> dict[str, Array]:
+        return compare.scales(table)
+
+    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return forces(parameters, point, state)

@@ -1,0 +1,242 @@
+"""Drives: their gains against closed forms, their law in the compiled equations, energy, features, deviations."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from reference import Case
+from scipy.integrate import solve_ivp
+from sweep.runs import finish, run_work, work_for
+
+import nsdrill
+from nsdrill.kernel.settings import Simulation
+from nsdrill.model.coefficients import derive
+from nsdrill.model.drives import Gains, gains, impedance
+from nsdrill.model.forces import energy, powers
+from nsdrill.model.parameters import Drive, Operation, Parameters
+from nsdrill.model.rhs import DRIVE_STATES, STATES, make_right_hand_side, pack, rows_of
+from nsdrill.observe.layout import GROWTH_HEADER
+from nsdrill.observe.thresholds import Record
+from nsdrill.study import parse_study
+
+DEEP = (5000.0, 22.24e3, 3.0)
+
+
+def driven(**keys: object) -> Parameters:
+    return replace(Parameters(), drive=Drive(**keys))  # type: ignore[arg-type]
+
+
+def law_of(parameters: Parameters) -> Gains:
+    return gains(parameters, derive(parameters, *DEEP))
+
+
+def linear(parameters: Parameters) -> np.ndarray:
+    """The matrix of string and drive without the bit, for (lag, drive speed, twist, bit speed) less the set point."""
+    k, g = derive(parameters, *DEEP), law_of(parameters)
+    c_t, c_s = parameters.drillstring.torsional_damping, g.shaft_damping
+    top = np.array([-g.stiffness - k.k_t + g.twist_gain, -g.damping - c_s, k.k_t - g.twist_gain, c_s - g.speed_gain])
+    bottom = np.array([k.k_t, c_s, -k.k_t, -c_t - c_s])
+    return np.array([[0, 1, 0, 0], top / g.inertia, [0, 0, 0, 1], bottom / k.J], float)
+
+
+@pytest.mark.parametrize(
+    ("keys", "modes"),
+    [
+        ({"kind": "stiff"}, [(0.588, 0.079)]),
+        ({"kind": "soft_torque", "matching": 1.0}, [(0.475, 0.099), (0.735, 0.066)]),
+        ({"kind": "soft_torque"}, [(0.496, 0.232), (0.703, 0.190)]),
+        ({"kind": "equal_damping"}, [(0.522, 0.290), (0.668, 0.230)]),
+        ({"kind": "z_torque"}, [(0.562, 0.222)]),
+        ({"kind": "z_torque", "a": 1.0}, [(0.384, 0.522)]),
+        ({"kind": "lqr"}, [(0.498, 0.671), (0.696, 0.400)]),
+    ],
+)
+def test_modes_of_string_and_drive(keys: dict[str, object], modes: list[tuple[float, float]]) -> None:
+    """Frequency and damping ratio at 5000 m, computed beforehand from the equations by other code."""
+    roots = np.linalg.eigvals(linear(driven(**keys)))
+    found = sorted((abs(root), -root.real / abs(root)) for root in roots if root.imag > 1e-9)
+    assert np.allclose(found, modes, atol=6e-4)
+
+
+def test_closed_forms_of_the_gains() -> None:
+    k = derive(Parameters(), *DEEP)
+    assert impedance(Parameters()) == pytest.approx(297.061, abs=1e-3)
+    equal = law_of(driven(kind="equal_damping"))
+    # With no damping at the bit both modes have one frequency and one damping: a square.
+    undamped = driven(kind="equal_damping")
+    undamped = replace(undamped, drillstring=replace(undamped.drillstring, torsional_damping=0.0))
+    w, z = math.sqrt(k.k_t / k.J), math.sqrt(k.J / 2900.0) / 2
+    pair = [1, 2 * z * w, w * w]
+    assert np.poly(linear(undamped)) == pytest.approx(np.polymul(pair, pair), rel=1e-9)
+    assert equal.damping == pytest.approx(5.09 * 297.061, rel=1e-3)
+    lqr = law_of(driven(kind="lqr"))
+    assert (lqr.stiffness, lqr.damping, lqr.twist_gain, lqr.speed_gain) == pytest.approx(
+        (1000.0, 3300.0, -705.2, 61.7), rel=1e-3)
+    soft = law_of(driven(kind="soft_torque", matching=1.0, compensated_inertia=900.0))
+    assert (soft.inertia, soft.damping) == pytest.approx((2000.0, 297.061), rel=1e-5)
+    assert math.sqrt(soft.stiffness / soft.inertia) == pytest.approx(w, rel=1e-12)
+
+
+def test_gains_of_many_points_are_those_of_each() -> None:
+    parameters = driven(kind="lqr")
+    depth = np.array([2000.0, 5000.0, 2000.0])
+    many = pack(parameters, depth, np.full(3, 22.24e3), np.full(3, 3.0))
+    for i in range(3):
+        assert many[i].tobytes() == pack(parameters, depth[i], 22.24e3, 3.0)[0].tobytes()
+
+
+def slopes(parameters: Parameters, time: float, state: np.ndarray) -> np.ndarray:
+    """d(state)/dt by the compiled equations."""
+    rows = rows_of(True)
+    buffer = np.zeros((rows.total, 1))
+    buffer[rows.stage : rows.stage + rows.states, 0] = state
+    buffer[rows.stage_time] = time
+    buffer[rows.parameter : rows.parameter + rows.parameters, 0] = pack(parameters, *DEEP)[0]
+    flat = buffer.ravel()
+    make_right_hand_side(1, driven=True)(flat)
+    out = np.empty(10)
+    out[0::2] = state[1::2] - np.array([0, 0, 0, DEEP[2], DEEP[2]])
+    out[1::2] = flat[rows.acceleration : rows.acceleration + rows.slopes]
+    return out
+
+
+KINDS = [
+    {"kind": "stiff"}, {"kind": "z_torque", "shaft_damping": 90.0},
+    {"kind": "pi", "inertia": 1500.0, "stiffness": 900.0, "damping": 1500.0, "twist_gain": -300.0, "speed_gain": 70.0,
+     "shaft_damping": 40.0},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("keys", KINDS)
+def test_energy_changes_by_the_powers(keys: dict[str, object]) -> None:
+    parameters, rng = driven(**keys), np.random.default_rng(5)
+    operation = Operation(*DEEP)
+    for _ in range(20):
+        state = rng.normal(size=10) * [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0, 4.0, 3.0]
+        time = rng.uniform(0, 5)
+        rate = slopes(parameters, time, state)
+
+        def named(states: np.ndarray, times: np.ndarray) -> dict[str, np.ndarray]:
+            by_name = dict(zip((*STATES, *DRIVE_STATES), states.T, strict=True))
+            return {**by_name, "drive_angle": DEEP[2] * times}
+
+        h = 1e-6
+        ends = energy(parameters, operation, named(state + np.outer([-h, h], rate), time + np.array([-h, h])))
+        fed = powers(parameters, operation, named(state[None], np.array([time])))
+        total = sum(float(power[0]) for power in fed.values())
+        size = sum(abs(float(power[0])) for power in fed.values()) + abs(float(ends[0]))
+        assert (ends[1] - ends[0]) / (2 * h) == pytest.approx(total, abs=1e-6 * size)
+
+
+def test_without_a_bit_the_motion_is_that_of_the_linear_system() -> None:
+    """Off the rock string and drive are linear: against the matrix exponential's twin, DOP853."""
+    parameters = driven(kind="soft_torque", matching=2.0)
+    study = parse_study(
+        "operation: {wob: 0 kN}\ndrive: {kind: soft_torque, matching: 2}\n"
+        "drillstring: {eccentricity: 0 mm}\nbit: {surface_amplitude: 0 mm}\n"
+        "initial: {x: 0 mm, z: 1 m, lag: 2 rad, drive_speed: 1 rad/s, twist: 5 rad}\n"
+        "simulation: {rtol: 1.0e-10}")
+    found = nsdrill.simulate(study, duration=0.4, sample=0.05).trace  # it falls on the rock later
+    assert np.all(found["bit_force"] == 0.0)
+    matrix = linear(parameters)
+    push = np.array([0, 0, 0, -50.0 * DEEP[2] / derive(parameters, *DEEP).J])
+    exact = solve_ivp(lambda t, y: matrix @ y + push, (0, 0.4), [2.0, -2.0, 5.0, 0.0], "DOP853", rtol=1e-12, atol=1e-12,
+                      t_eval=found.time)
+    assert found["drive_speed"] == pytest.approx(exact.y[1] + DEEP[2], abs=1e-8)
+    assert found["twist"] == pytest.approx(exact.y[2], abs=1e-8)
+    k_t = derive(parameters, *DEEP).k_t
+    assert found["surface_torque"] == pytest.approx(k_t * (exact.y[0] - exact.y[2]), rel=1e-7)
+
+
+def test_features_are_those_of_the_trace() -> None:
+    """Extremes and means of surface torque and drive speed, in stick-slip, from a dense trace of the same run."""
+    text = (
+        "operation: {wob: 66.72 kN, rotary_speed: 2 rad/s}\ndrive: {kind: stiff}\n"
+        "simulation: {transient: 20 s, observe: 40 s, rtol: 1.0e-8}")
+    study = parse_study(text)
+    work = replace(work_for(Case(wob=66.72e3, speed=2.0), study.simulation), parameters=study.parameters)
+    found = run_work(work)
+    trace = nsdrill.simulate(study, duration=60.0, sample=0.001).trace
+    late = trace.time >= 20.0
+    assert found["bit_speed_max"][0] > 5.0
+    for name in ("surface_torque", "drive_speed"):
+        values = trace[name][late]
+        span = values.max() - values.min()
+        assert found[f"{name}_max"][0] == pytest.approx(values.max(), abs=1e-4 * span)
+        assert found[f"{name}_min"][0] == pytest.approx(values.min(), abs=1e-4 * span)
+        assert found[f"{name}_mean"][0] == pytest.approx(np.trapezoid(values, dx=0.001) / 40.0, abs=1e-4 * span)
+    assert 0.01 < found["drive_speed_max"][0] - 2.0 < 0.5  # a stiff drive nearly keeps its speed
+
+
+def test_a_very_stiff_drive_is_an_ideal_one() -> None:
+    keys = {"kind": "pi", "inertia": 1e6, "stiffness": 1e8, "damping": 1e7}
+    smooth = Simulation(transient=5.0, observe=20.0, rtol=1e-8)
+    ideal = work_for(Case(amplitude=0.0, speed=6.0), smooth)
+    stiff = replace(ideal, parameters=replace(ideal.parameters, drive=Drive(**keys)))  # type: ignore[arg-type]
+    a, b = run_work(ideal), run_work(stiff)
+    for name in ("bit_speed_max", "bit_speed_mean", "surface_torque_mean", "axial_max"):
+        assert b[name] == pytest.approx(a[name], rel=2e-3)
+
+
+@pytest.mark.parametrize("lanes", [1, 16])
+def test_neither_lanes_nor_the_exponent_change_a_bit(lanes: int) -> None:
+    smooth = Simulation(transient=5.0, observe=10.0)
+    work = replace(work_for(Case(), smooth, rotary_speed=np.linspace(1.0, 8.0, 9)), parameters=driven(kind="z_torque"))
+    kept = run_work(work, lanes=8)
+    for other in (run_work(work, lanes=lanes), run_work(replace(work, record=Record(exponent=True)), lanes=lanes)):
+        assert all(kept[name].tobytes() == other[name].tobytes() for name in kept)
+
+
+def test_the_deviation_is_the_derivative_of_the_motion() -> None:
+    """Against two neighbouring runs, over some seconds of bouncing."""
+    simulation = Simulation(transient=0.0, observe=3.0, rtol=1e-8)
+    work = work_for(Case(wob=10e3, speed=4.0), simulation)
+    drive = Drive("pi", inertia=500.0, stiffness=300.0, damping=200.0, twist_gain=-50.0, speed_gain=40.0,
+                  shaft_damping=30.0)  # fmt: skip
+    work = replace(work, parameters=replace(work.parameters, drive=drive), record=Record(exponent=True))
+
+    def end(shift: float, rtol: float) -> np.ndarray:
+        one = replace(work, simulation=replace(simulation, rtol=rtol))
+        runs, gang = one.prepare(np.array([0])), one.new_gang(1, 1)
+        runs.initial[0, :10] += shift * runs.initial[0, 10:20]
+        gang._store[GROWTH_HEADER] = np.inf  # the deviation keeps its length
+        gang.add(np.array([0]), runs)
+        return finish(one, gang)[-1].final[0]
+
+    size = work.prepare(np.array([0])).sizes[0, :10]
+    quotient = (end(1e-5, 1e-12) - end(-1e-5, 1e-12))[:10] / 2e-5 / size
+    followed = end(0.0, 1e-8)[10:20] / size
+    assert np.all(np.abs(quotient[8:]) > 1e-3)  # the drive has its part in it
+    assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
+
+
+RAMP = """
+operation: {{wob: 0 kN, rotary_speed: {{ramp: [[0 s, 2 rad/s], [40 s, 6 rad/s]]}}}}
+bit: {{surface_amplitude: 0 mm}}
+drillstring: {{eccentricity: 0 mm}}
+initial: {{x: 0 mm}}
+drive: {{{}}}
+simulation: {{rtol: 1.0e-9}}
+"""
+
+
+def test_a_ramp_with_a_drive_keeps_the_set_point() -> None:
+    """A very stiff drive follows the ramp; a soft one lags behind it by what its law says."""
+    text = RAMP.format("kind: pi, inertia: 100 kg*m^2, stiffness: 100 kN*m/rad, damping: 5 kN*m*s/rad")
+    stiff = nsdrill.simulate(parse_study(text), sample=0.1).trace
+    assert stiff["drive_speed"] == pytest.approx(2.0 + 0.1 * stiff.time, abs=0.01)
+    soft = nsdrill.simulate(parse_study(RAMP.format("kind: soft_torque, matching: 1")), sample=0.1).trace
+    parameters = driven(kind="soft_torque", matching=1.0)
+    k = derive(parameters, 5000.0, 0.0, 3.0)
+    matrix = linear(parameters)
+    push = np.array([0, -0.1, 0, -0.1])  # in a frame that the set point accelerates
+
+    def rate(t: float, y: np.ndarray) -> np.ndarray:
+        return matrix @ y + push + np.array([0, 0, 0, -50.0 * (2.0 + 0.1 * t) / k.J])
+
+    exact = solve_ivp(rate, (0, 40), [0, 0, 0, 0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=soft.time)
+    assert soft["drive_speed"] == pytest.approx(exact.y[1] + 2.0 + 0.1 * soft.time, abs=2e-6)
+    assert soft["twist"] == pytest.approx(exact.y[2], abs=2e-6)
