@@ -1,7 +1,9 @@
 """Quantities: exact factors, dimensions with angle among them, and input that means no good."""
 
 import contextlib
+import copy
 import math
+import pickle
 import subprocess
 import sys
 import time
@@ -10,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nsdrill import units
+from nsdrill import quantity, unit_table, units
 from nsdrill.units import QuantityError, exact_text, format_quantity, from_si, to_si
 
 LBF = 4.4482216152605  # N, exact: 0.45359237 kg x 9.80665 m/s^2
@@ -96,19 +98,48 @@ def test_anything_else_is_a_clear_error_at_once(text: str) -> None:
     assert len(str(caught.value)) < 400
 
 
-def test_every_unit_that_pint_knows_is_read_or_refused() -> None:
-    for name in list(units._registry()._units):
+def test_every_unit_of_the_table_is_read_or_refused() -> None:
+    prefixes = ("", *unit_table.PREFIXES)
+    for name in [f"{prefix}{unit}{s}" for prefix in prefixes for unit in unit_table.TABLE for s in ("", "s")]:
         for si in ("m", "rad/s"):
             with contextlib.suppress(QuantityError):
                 assert math.isfinite(to_si(f"5 {name}", si))
+
+
+@pytest.mark.parametrize(
+    ("text", "si", "value"),
+    [
+        ("1 inches", "m", 0.0254), ("2 feet", "m", 0.6096), ("3 meters", "m", 3.0), ("4 kilometers", "m", 4000.0),
+        ("20 kips", "N", 20000 * LBF), ("1 daN", "N", 10.0), ("2 kilonewtons", "N", 2000.0), ("3 kft", "m", 914.4),
+        ("3 hrs", "s", 10800.0), ("30 ksi", "Pa", 30000 * LBF / 0.0254**2), ("1 mile", "m", 1609.344),
+        ("12 ppg", "kg/m^3", 12 * 0.45359237 / (231 * 0.0254**3)), ("12 lb/gal", "kg/m^3", 1437.9171278),
+        ("3 µm", "m", 3e-6), ("1 slug/ft^3", "kg/m^3", 515.378818393), ("10 kft*lbf", "N m", 10000 * 0.3048 * LBF),
+    ],
+)  # fmt: skip
+def test_names_prefixes_and_plurals(text: str, si: str, value: float) -> None:
+    assert to_si(text, si) == pytest.approx(value, rel=1e-10)
+
+
+@pytest.mark.parametrize("text", ["5 Ns/m", "5 bbl", "5 kkg", "5 ms", "5 MNs/m"])
+def test_a_symbol_has_no_plural(text: str) -> None:
+    with pytest.raises(QuantityError):
+        to_si(text, "N/m")
+
+
+@pytest.mark.parametrize(
+    ("text", "meant"),
+    [("5 klb", "klbf"), ("5 klbs", "klbf"), ("5000 lb", "lbf"), ("5000 lbs", "lbf"), ("2 t", "tonne_force")])
+def test_the_force_that_was_meant_by_a_mass(text: str, meant: str) -> None:
+    with pytest.raises(QuantityError, match=f"Did you mean {meant}[?]"):
+        to_si(text, "N")
 
 
 def test_every_suggested_unit_would_do() -> None:
     for si, names in units.USUAL.items():
         for name in names:
             assert to_si(f"1 {name}", si) > 0.0
-    for table in (units.ENGINEERING, units.FIELD):
-        for si, name in table.items():
+    for si, shown in quantity.SHOWN.items():
+        for name in shown:
             assert to_si(f"1 {name}", si) > 0.0
 
 
@@ -145,10 +176,20 @@ def test_display() -> None:
     ]  # fmt: skip
 
 
-def test_pint_is_loaded_late() -> None:
+def test_the_study_needs_no_parser_until_one_is_read() -> None:
     code = (
         "import sys, nsdrill.units, nsdrill.study.study, nsdrill.study.resolved;"
-        "print([name for name in ('pint', 'pydantic', 'ruamel') if name in sys.modules])"
+        "print([name for name in ('pydantic', 'ruamel') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_a_value_remembers_the_unit_in_which_it_was_asked_for() -> None:
+    value = units.asked("10 klbf", "N")
+    assert value == to_si("10 klbf", "N")
+    for same in (value, copy.copy(value), pickle.loads(pickle.dumps(value))):
+        assert (same, same.unit) == (value, "klbf")
+        assert units.readable(same, "N") == "10 klbf"
+    assert units.readable(float(value), "N") == "44.4822 kN"
+    assert type(value * 2) is float

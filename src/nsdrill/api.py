@@ -263,15 +263,17 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
 
 
 @_in_words_of_python
-def show(data: ResultsLike) -> str:
+def show(data: ResultsLike, *, units: str = "si") -> str:
     """What is in results, an unfinished run or a trace, in words and numbers, as the command ``nsdrill show`` says
-    it."""
+    it, in ``units`` si or field."""
+    if units not in ("si", "field"):
+        raise InputError(f"units: found {units!r}; allowed: si or field.")
     from nsdrill.app.report import NEEDED, summarize
     from nsdrill.cli.show import lines
 
     name = "Dataset" if is_dataset(data) else os.fspath(name_in(data))
     with of_whole("show"):
-        return "\n".join(lines(name, summarize(data_in(data, NEEDED))))
+        return "\n".join(lines(name, summarize(data_in(data, NEEDED)), units))
 
 
 @_in_words_of_python

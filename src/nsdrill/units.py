@@ -1,10 +1,9 @@
-"""Quantities as people write them ("15 in", "5 klbf", "60 rpm") to SI floats and back; the home of the pint registry.
+"""Quantities as people write them ("15 in", "5 klbf", "60 rpm") to SI floats and back.
 
-The text is taken apart by a small grammar of our own, and pint is asked for the meaning of single unit names only: its
-own parser evaluates expressions, which a study file has no business doing. Factors are exact fractions, so that the
-result is the float nearest to the value written: "9 in" is 0.2286 and "5 klbf" is 22241.1080763025.
+The text is taken apart by a small grammar, which evaluates nothing, and each unit name is looked up in a table of exact
+factors. So the result is the float nearest to the value written: "9 in" is 0.2286 and "5 klbf" is 22241.1080763025.
 
-Angles are a dimension here. Pint leaves radians without one, and would take "1 Hz" for "1 rad/s", wrong by 2 pi.
+Angles are a dimension here: without one "1 Hz" would do for "1 rad/s", wrong by 2 pi.
 """
 
 from __future__ import annotations
@@ -12,12 +11,11 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
 
 from nsdrill.errors import InputError
+from nsdrill.unit_table import PREFIXES, TABLE
 
 USUAL: dict[str, tuple[str, ...]] = {
     "m": ("m", "mm", "in", "ft"),
@@ -53,9 +51,6 @@ CF = {
 
 _PLAIN_OF_CF = {cf: plain for plain, cf in CF.items()}
 
-ENGINEERING = {"m": "m", "N": "kN", "rad/s": "rad/s", "N m": "kN*m", "N/m": "MN/m", "Pa": "GPa"}
-FIELD = {"m": "ft", "N": "klbf", "rad/s": "rpm", "N m": "ft*lbf", "N/m": "lbf/in", "Pa": "psi", "kg/m^3": "ppg"}
-
 _LONGEST = 80  # characters; no quantity needs more, and it bounds the work done on hostile input
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*(\S.*)?", re.ASCII)
@@ -70,13 +65,7 @@ _PLAIN = str.maketrans({"·": "*", "⋅": "*", "×": "*", "∙": "*", "−": "-"
 _SUPERSCRIPT = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _SUPERSCRIPTS = re.compile("[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]+")
 
-_DRILLING = (
-    f"pi = {Decimal(math.pi)} = π",  # the float, so that 60 rpm is the 2 pi of every other program
-    "radian = [angle] = rad",
-    "@alias revolution = rev",
-    "tonne_force = 1000 * kilogram_force",
-    "pound_per_gallon = pound / gallon = ppg",
-)
+_FORCES = {"klb klbs": "klbf", "lb lbs pound pounds": "lbf", "t tonne tonnes": "tonne_force"}
 
 Dimensions = dict[str, Fraction]
 
@@ -88,6 +77,27 @@ class QuantityError(InputError, ValueError):
         self.found, self.allowed, self.suggestion = found, allowed, suggestion
         text = f"found {found}; allowed: {allowed}."
         super().__init__(f"{text} {suggestion}" if suggestion else text)
+
+
+class Asked(float):
+    """An SI value that remembers the ``unit`` in which it was asked for, so that the answer can name it in that."""
+
+    def __new__(cls, value: float, unit: str) -> Asked:
+        made = super().__new__(cls, value)
+        made.unit = unit
+        return made
+
+    def __getnewargs__(self) -> tuple[float, str]:  # type: ignore[override]  # to be copied
+        return float(self), self.unit
+
+    unit: str
+
+
+def asked(text: str, units: str) -> Asked:
+    """As :func:`to_si`, and the unit that the text names."""
+    value = to_si(text, units)
+    match = _QUANTITY.fullmatch(_tidy(text))
+    return Asked(value, match[2] if match else units)
 
 
 def to_si(text: str, units: str) -> float:
@@ -119,8 +129,8 @@ def from_si(value: float, units: str) -> float:
     """An SI ``value`` expressed in ``units``, any name that :func:`to_si` reads. NaN and infinities stay."""
     if not math.isfinite(value):
         return value
-    factor, dimensions = _meaning(units, units, units)
-    return float(Fraction(value) / (factor / _si_factor(dimensions)))
+    factor, _ = _meaning(units, units, units)
+    return float(Fraction(value) / factor)
 
 
 def format_quantity(value: float, units: str, digits: int = 6) -> str:
@@ -131,9 +141,11 @@ def format_quantity(value: float, units: str, digits: int = 6) -> str:
 
 def readable(value: float, units: str, digits: int = 6) -> str:
     """An SI ``value`` for people, in the first of its usual units in which it is neither large nor small:
-    ``readable(2.2e4, "N")`` is "22 kN"; a plain number stays one."""
+    ``readable(2.2e4, "N")`` is "22 kN"; a plain number stays one. A value that was asked for in a unit is in that."""
     if units in ("", "percent"):
         return f"{value:.{digits}g}"
+    if isinstance(value, Asked):
+        return format_quantity(value, value.unit, digits)
     candidates = USUAL.get(units, (units,))
     fitting = [unit for unit in candidates if 1.0 <= abs(from_si(value, unit)) < 1e4]
     return format_quantity(value, (fitting or candidates)[0], digits)
@@ -185,9 +197,11 @@ def _tidy(text: str) -> str:
 
 def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -> QuantityError:
     if units == "N" and dimensions == {"[mass]": 1}:
+        meant = next((force for masses, force in _FORCES.items() if unit in masses.split()), None)
+        hint = f" Did you mean {meant}?" if meant else ""
         return QuantityError(
             f"{quoted(text)}, a mass", allowed_units(units),
-            f"'{unit}' is a unit of mass, not of force: write kN, klbf, lbf or tonne_force.",
+            f"'{unit}' is a unit of mass, not of force: write kN, klbf, lbf or tonne_force.{hint}",
         )
     if units == "rad/s" and dimensions == {"[time]": -1}:
         return QuantityError(
@@ -212,26 +226,8 @@ def _in_words(dimensions: Dimensions) -> str:
     return f"{above or '1'}/{below}" if " " not in below else f"{above or '1'}/({below})"
 
 
-@lru_cache(maxsize=1)
-def _registry() -> Any:
-    """The pint registry: its own definitions, exact, with angle as a dimension and the units of the rig floor.
-
-    Loaded definition by definition rather than by the default constructor, which fills its caches before the radian
-    can be redefined. Costs 0.4 s, hence only when first asked.
-    """
-    from pathlib import Path
-
-    import pint
-
-    registry: Any = pint.UnitRegistry(None, non_int_type=Fraction, on_redefinition="ignore")
-    registry.load_definitions(Path(pint.__file__).parent / "default_en.txt")
-    for line in _DRILLING:
-        registry.define(line)
-    return registry
-
-
 def _meaning(unit: str, text: str, wanted: str) -> tuple[Fraction, Dimensions]:
-    """Factor to pint's root units and dimensions of a compound unit; errors speak of ``text`` and ``wanted``."""
+    """Factor to SI and dimensions of a compound unit; errors speak of ``text`` and ``wanted``."""
     try:
         return _evaluate(_tidy(unit))
     except KeyError as error:
@@ -260,21 +256,19 @@ def _evaluate(unit: str) -> tuple[Fraction, Dimensions]:
 
 @lru_cache(maxsize=1024)
 def _named(name: str) -> tuple[Fraction, Dimensions]:
-    import pint
-
-    registry = _registry()
-    unit = registry.UnitsContainer({name: Fraction(1)})  # as a container, so that pint has nothing to evaluate
-    try:
-        factor = Fraction(registry.get_root_units(unit)[0])
-        dimensions = {str(part): Fraction(power) for part, power in registry.get_dimensionality(unit).items()}
-    except pint.errors.PintError:
-        raise KeyError(name) from None
-    return factor, dimensions
-
-
-def _si_factor(dimensions: Dimensions) -> Fraction:
-    """Root units to SI: pint's root unit of mass is the gram."""
-    return Fraction(1000) ** dimensions.get("[mass]", Fraction(0))  # type: ignore[return-value]
+    """Factor to SI and dimensions of a unit name, with a prefix or in the plural perhaps; KeyError(name) for none."""
+    # No plural of a short symbol: "Ns" is no number of newtons.
+    for singular in (name, name.removesuffix("s") if len(name) > 3 or name == "lbs" else name):
+        for length in range(len(name)):
+            prefix, unit = singular[:length], singular[length:]
+            if unit in TABLE and (not prefix or prefix in PREFIXES):
+                number, meaning = TABLE[unit]
+                number *= PREFIXES.get(prefix, Fraction(1))
+                if meaning.startswith("["):
+                    return number, {meaning: Fraction(1)}
+                factor, dimensions = _evaluate(meaning) if meaning else (Fraction(1), Dimensions())
+                return number * factor, dimensions
+    raise KeyError(name)
 
 
 def _powers(unit: str) -> list[tuple[str, Fraction]]:

@@ -145,7 +145,7 @@ def test_plot_cut_of_a_map(call: Call, shared: Path) -> None:
         (["-o", "there.png"], "--overwrite"),
         (["-o", "x.png", "--kind", "bifurcatoin"], "Did you mean 'bifurcation'?"),
         (["-o", "x.png", "--kind", "orbit"], "does not fit"),
-        (["-o", "x.png", "--units", "metric"], "'si', 'field'"),
+        (["-o", "x.png", "--units", "metric"], "--units: found 'metric'; allowed: si or field"),
         (["-o", "x.png", "--depth", "3"], "a number without a unit"),
     ],
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import click
 import pytest
@@ -13,7 +14,7 @@ from nsdrill.cli.main import COMMANDS, group
 
 from .helpers import Call
 
-HEAVY = ("numba", "h5py", "matplotlib", "pint", "pydantic", "scipy", "xarray", "distributed", "ruamel.yaml", "numpy")
+HEAVY = ("numba", "h5py", "matplotlib", "pydantic", "scipy", "xarray", "distributed", "ruamel.yaml", "numpy")
 
 
 @pytest.mark.parametrize("words", [["--help"], *([name, "--help"] for name in COMMANDS)])
@@ -31,6 +32,18 @@ def test_help_imports_nothing_heavy(words: list[str]) -> None:
     assert done.stdout.rstrip().endswith("heavy: []")
     assert "Usage: nsdrill" in done.stdout
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize("words", [["check", "small.yaml"], ["show", "small.h5"], ["show", "failing.h5", "--json"]])
+def test_what_computes_nothing_imports_no_compiler(shared: Path, words: list[str]) -> None:
+    code = (
+        "import sys; sys.argv = ['nsdrill', *sys.argv[1:]]\n"
+        "from nsdrill.cli import main\n"
+        "try: main()\n"
+        "except SystemExit: print('heavy:', [m for m in ('numba', 'scipy', 'matplotlib') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True, cwd=shared)
+    assert done.stdout.rstrip().endswith("heavy: []")
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -8,14 +8,14 @@ from itertools import product
 from operator import itemgetter
 from typing import Any
 
-from nsdrill.app.run import kept_of, plan_of
+from nsdrill.app.planned import kept_of, plan_of
 from nsdrill.app.size import disk, memory
-from nsdrill.app.trust import checks
 from nsdrill.model.coefficients import UNITS, Coefficients, derive
 from nsdrill.model.figures import Figure, figures, lateral_stiffness
 from nsdrill.model.leaves import Values, values_at
 from nsdrill.model.parameters import Operation
 from nsdrill.model.schedule import Ramp
+from nsdrill.quantity import amount, unit_in
 from nsdrill.study.study import Study
 
 MEANINGS = {
@@ -82,9 +82,10 @@ class Report:
         }
 
 
-def check(study: Study) -> Report:
+def check(study: Study, units: str = "si") -> Report:
     """Coefficients and figures at the operating point of ``study``, for a ramp that at its start, and warnings over its
-    whole sweep and its ramps. ``points`` and ``chains`` are 0 where a ramp stands in place of a sweep."""
+    whole sweep and its ramps, whose sentences are in the ``units`` "si" or "field". ``points`` and ``chains`` are 0
+    where a ramp stands in place of a sweep."""
     plan = plan_of(study)
     operation = study.operation
     if "depth" in study.swept and not operation.depth > study.parameters.drillstring.collar.length:
@@ -94,8 +95,8 @@ def check(study: Study) -> Report:
     coarse = points
     for axis in study.refined:
         coarse = coarse // len(study.axes[axis]) * coarse_length(study, axis)
-    return Report(operation, k, figures(study.parameters, operation), _warnings(study), points, chains, study.ramps,
-                  coarse, disk(plan, kept_of(study)) if points else 0, memory(plan) if points else 0.0)
+    return Report(operation, k, figures(study.parameters, operation), _warnings(study, units), points, chains,
+                  study.ramps, coarse, disk(plan, kept_of(study)) if points else 0, memory(plan) if points else 0.0)
 
 
 def coarse_length(study: Study, axis: str) -> int:
@@ -104,16 +105,23 @@ def coarse_length(study: Study, axis: str) -> int:
     return (values - 1) // 2**study.refine + 1 if axis in study.refined else values
 
 
-def _warnings(study: Study) -> list[str]:
-    looks = [_buckled, _slow, _eccentric]
+def _warnings(study: Study, units: str) -> list[str]:
+    found = [_buckled(study, units), _slow(study), _eccentric(study, units)]
     if study.swept or not study.ramped:  # else there is no observed window
-        looks += [_few_turns, _few_periods, _verified, _large]
-    return [warning for look in looks if (warning := look(study)) is not None]
+        found += [_few_turns(study, units), _few_periods(study), _verified(study), _large(study)]
+    return [warning for warning in found if warning is not None]
+
+
+def _told(value: float, si: str, shown: str, units: str) -> str:
+    """A value in the units ``si`` in a warning: in ``shown`` units, or in field units."""
+    return amount(value, unit_in(si, units) or shown, 4)
 
 
 def _verified(study: Study) -> str | None:
     if not study.simulation.verify:
         return None
+    from nsdrill.app.trust import checks  # late: it brings the compiler, which nothing else here needs
+
     tight, _ = checks(study.simulation)
     return (
         f"Verify: every point is run again with the tolerance {tight.simulation.rtol:g} and continued for another "
@@ -145,16 +153,17 @@ def _corners(study: Study) -> list[Values]:
             for values in product(*ends)]
 
 
-def _buckled(study: Study) -> str | None:
+def _buckled(study: Study, units: str) -> str | None:
     least, worst, load = min((
         (float(lateral_stiffness(at.parameters, Operation(*at.operation), k)), at.operation[1], float(k.buckling_load))
         for at in _corners(study) for k in [derive(at.parameters, *at.operation)]), key=itemgetter(0))
     if least >= 0:
         return None
     return (
-        f"Buckled: at {worst / 1e3:.4g} kN the lateral stiffness of the span is negative ({least:.4g} N/m; Euler "
-        f"load {load / 1e3:.4g} kN). The collar leans on the wall there; that is allowed, but no whirl inside "
-        "the hole exists. Shorten the span or lower the weight on bit if it is not meant."
+        f"Buckled: at {_told(worst, 'N', 'kN', units)} the lateral stiffness of the span is negative "
+        f"({_told(least, 'N/m', 'N/m', units)}; Euler load {_told(load, 'N', 'kN', units)}). The collar leans on the "
+        "wall there; that is allowed, but no whirl inside the hole exists. Shorten the span or "
+        "lower the weight on bit if it is not meant."
     )
 
 
@@ -175,26 +184,26 @@ def _slow(study: Study) -> str | None:
     )
 
 
-def _eccentric(study: Study) -> str | None:
+def _eccentric(study: Study, units: str) -> str | None:
     gap, offset = min((
         (float(derive(at.parameters, *at.operation).gap), at.parameters.drillstring.eccentricity)
         for at in _corners(study)), key=lambda pair: pair[0] - pair[1])
     if offset <= gap:
         return None
     return (
-        f"Eccentric: the eccentricity ({offset * 1e3:.4g} mm) exceeds the clearance ({gap * 1e3:.4g} mm): the collar "
-        "is on the wall at almost any speed."
+        f"Eccentric: the eccentricity ({_told(offset, 'm', 'mm', units)}) exceeds the clearance "
+        f"({_told(gap, 'm', 'mm', units)}): the collar is on the wall at almost any speed."
     )
 
 
-def _few_turns(study: Study) -> str | None:
+def _few_turns(study: Study, units: str) -> str | None:
     slowest = _ends(study, "rotary_speed")[0]
     turns = slowest * study.simulation.observe / (2 * math.pi)
     if turns >= LEAST_TURNS:
         return None
     return (
-        f"Short: at {slowest:.4g} rad/s the observed window of {study.simulation.observe:g} s holds only {turns:.3g} "
-        "turns of the drive. Extremes and fractions will be rough; lengthen simulation.observe."
+        f"Short: at {_told(slowest, 'rad/s', 'rad/s', units)} the observed window of {study.simulation.observe:g} s "
+        f"holds only {turns:.3g} turns of the drive. Extremes and fractions will be rough; lengthen simulation.observe."
     )
 
 

@@ -1,4 +1,7 @@
-"""What is in a results file, in words and numbers; and new labels on it."""
+"""What is in a results file, in words and numbers; and new labels on it.
+
+What needs the compiler is imported late: to say what is in a file takes none of it.
+"""
 
 from __future__ import annotations
 
@@ -12,14 +15,10 @@ import numpy as np
 
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
-from nsdrill.app.attractors import attractors, labels_of
-from nsdrill.app.run import plan_of
-from nsdrill.app.stored import stored_study
+from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, json_text, overrides
 from nsdrill.errors import InputError
 from nsdrill.model.leaves import values_at
-from nsdrill.models.registry import model_named
-from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, trust_labels, verdict
 from nsdrill.store import flag_words, read_results, rewrite_labels
 from nsdrill.study.study import Study
 from nsdrill.variables import (
@@ -44,8 +43,6 @@ SHOWN = (
 SEVERITIES = ("bounce_severity", "stick_slip_severity", "whirl_severity")
 NEEDED = tuple(variable.name for variable in VARIABLES if variable.dims == POINT)  # not peaks, returns, states
 MEASURED = ("feature", "label", "section", "trust")  # the rooms of variables from which labels are made
-VERDICTS = {"agree": AGREES, "features_differ": FEATURES_DIFFER, "response_differs": RESPONSE_DIFFERS,
-            "check_failed": CHECK_FAILED}
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
@@ -105,6 +102,8 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     if "start" in results.coords:
         summary["starts"] = len(results.coords["start"])
         summary["slice"] = results.slice
+        from nsdrill.app.attractors import attractors
+
         summary["operating_points"] = attractors(results)
         return summary
     summary["hysteresis"] = hysteresis(results)
@@ -125,8 +124,12 @@ def refinement_of(results: Results) -> dict[str, Any]:
 
 def trust_of(results: Results) -> dict[str, Any]:
     """What the checks found: points by verdict, checks that did not end well, and which responses changed to what."""
+    from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
+
+    codes = {"agree": AGREES, "features_differ": FEATURES_DIFFER, "response_differs": RESPONSE_DIFFERS,
+             "check_failed": CHECK_FAILED}
     verdicts = verdict(results)
-    counts = {name: int(np.count_nonzero(verdicts == code)) for name, code in VERDICTS.items()}
+    counts = {name: int(np.count_nonzero(verdicts == code)) for name, code in codes.items()}
     changed, failed = [], {}
     for check in CHECKS:
         status, response = results[f"{check}_status"], results[f"{check}_response"]
@@ -199,6 +202,8 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
 
 def _sizes(study: Study, results: Results) -> np.ndarray:
     """The natural sizes of the states at every point, shape (*grid, states)."""
+    from nsdrill.models.registry import model_named
+
     axes = np.meshgrid(*(results.coords[name] for name in results.axes), indexing="ij")
     at = values_at(study.parameters, study.initial, dict(zip(study.axes, (axis.ravel() for axis in axes), strict=True)))
     model = model_named(study.model)
@@ -235,7 +240,11 @@ def new_labels(
 ) -> tuple[dict[str, np.ndarray], str, dict[str, str]]:
     """The labels of ``results``, which came from ``path``, with changed thresholds; the line for their history, and the
     root attributes that say the thresholds."""
+    from nsdrill.app.attractors import labels_of
     from nsdrill.app.refinement import infer_again
+    from nsdrill.app.stored import stored_study
+    from nsdrill.models.registry import model_named
+    from nsdrill.observe.trust import trust_labels
     from nsdrill.study import change_thresholds
 
     study = stored_study(path, results.attrs, results.coords)

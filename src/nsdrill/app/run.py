@@ -8,7 +8,7 @@ import time
 from collections.abc import Mapping
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.app.attractors import mark
 from nsdrill.app.passes import Passes, Watch, sweep
+from nsdrill.app.planned import kept_of, plan_of
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import Refining
 from nsdrill.app.size import check_memory
@@ -24,8 +25,6 @@ from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import Results, json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
-from nsdrill.models.base import PHASE
-from nsdrill.models.registry import model_named
 from nsdrill.store import (
     MemoryLog,
     RunLog,
@@ -43,7 +42,7 @@ from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Progress
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
-from nsdrill.variables import PENDING, Kept, has_failed
+from nsdrill.variables import PENDING, has_failed
 
 
 @dataclass(frozen=True)
@@ -148,19 +147,6 @@ def run_study(
         if log is not None:
             log.close()
     return Outcome(path, plan.points, failed, seconds, progress.lane_steps, already, getattr(results, "attrs", {}))
-
-
-def plan_of(study: Study) -> Plan:
-    """The points and chains of a study; one point for a study that sweeps nothing."""
-    return Plan(study.axes, study.procedure, study.along, study.initial.starts)
-
-
-def kept_of(study: Study) -> Kept:
-    """What is kept of each point of a study."""
-    model = model_named(study.model)
-    states = (*model.states(model.variant(study.parameters)), PHASE)
-    return replace(
-        study.record.kept(study.initial.starts), verify=study.simulation.verify, axes=study.more, states=states)
 
 
 def work_of(study: Study) -> Work:

@@ -25,7 +25,7 @@ from nsdrill.observe.trace import make_tracer, samples_of, trace_store
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
-from nsdrill.units import readable
+from nsdrill.units import Asked, readable
 from nsdrill.variables import BY_NAME, INFERRED, OK, PENDING, SCHEDULED
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
@@ -57,13 +57,16 @@ def simulate(
     ``operation``, from the start number ``start`` where the study has several, for ``duration`` [s] (default: transient
     and observed time, or until the last knot where the study has ramps), sampled every ``sample`` [s]. A value given
     here takes the place of a ramp of the study."""
+    given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     try:
-        schedule = scheduled(study, {"depth": depth, "wob": wob, "rotary_speed": rotary_speed})
+        schedule = scheduled(study, {name: None if value is None else float(value) for name, value in given.items()})
         operation = schedule.start
         if operation.depth <= study.parameters.drillstring.collar.length:
-            raise ValueError(
-                f"depth: found {operation.depth:g} m, allowed: more than the collar length, "
-                f"{study.parameters.drillstring.collar.length:g} m")
+            length = study.parameters.drillstring.collar.length
+            found, least = f"{operation.depth:g} m", f"{length:g} m"
+            if isinstance(depth, Asked):
+                found, least = readable(depth, "m"), readable(Asked(length, depth.unit), "m")
+            raise ValueError(f"depth: found {found}, allowed: more than the collar length, {least}")
     except ValueError as error:
         raise InputError(f"The operating point is outside the model. {error}.") from error
     simulation = study.simulation
@@ -71,9 +74,10 @@ def simulate(
         duration = schedule.end
     if duration is not None:
         if not 0 < duration <= LONGEST:
-            raise InputError(f"--duration: found {duration:g} s; allowed: more than 0 s and at most {LONGEST:g} s.")
+            raise InputError(
+                f"--duration: found {_seconds(duration)}; allowed: more than 0 s and at most {LONGEST:g} s.")
         # The marks cut steps: without a transient of its own the run is one observed window.
-        simulation = replace(simulation, transient=0.0, observe=duration)
+        simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
     initial = model_named(study.model).starts(_points(study, operation), number)[0]
     extra = {"start": number} if study.initial.starts else {}
@@ -182,14 +186,20 @@ def option_of(key: str, value: str = "") -> str:
     return f"--{key.replace('_', '-')} {value}".rstrip() if key in OPERATION else f"--at {key}={value or '...'}"
 
 
+def _seconds(value: float) -> str:
+    """A time as it was asked for, else in seconds."""
+    return readable(value, "s") if isinstance(value, Asked) else f"{value:g} s"
+
+
 def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.ndarray, units: str) -> float:
     """``value``, if the nearest of ``values`` may be meant by it: beyond the ends by half a step at most, and by one
     percent where there is a single value."""
     steps = np.diff(values)
     below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(values[0]),)
     if values[0] - below <= value <= values[-1] + above:
-        return value
-    first, last = readable(values[0], units), readable(values[-1], units)
+        return float(value)
+    ends = [Asked(end, value.unit) if isinstance(value, Asked) else end for end in (values[0], values[-1])]
+    first, last = (readable(end, units) for end in ends)
     allowed = f"from {first} to {last}, as the sweep" if len(steps) else f"{first}, the only value"
     raise InputError(f"{path}: {option_of(name)}: found {readable(value, units)}; allowed: {allowed}.")
 
@@ -205,9 +215,10 @@ def _trace(
 ) -> Trajectory:
     total = simulation.transient + simulation.observe
     if not sample > 0:
-        raise InputError(f"--sample: found {sample:g} s; allowed: more than 0 s.")
+        raise InputError(f"--sample: found {_seconds(sample)}; allowed: more than 0 s.")
     if sample > total:
-        raise InputError(f"--sample: found {sample:g} s; allowed: at most the {total:g} s of the run.")
+        raise InputError(f"--sample: found {_seconds(sample)}; allowed: at most the {total:g} s of the run.")
+    sample = float(sample)
     samples = int(np.floor(total / sample * (1 + 1e-12))) + 1
     if samples > MOST_SAMPLES:
         raise InputError(

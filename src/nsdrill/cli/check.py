@@ -8,89 +8,91 @@ from typing import TYPE_CHECKING
 import click
 
 from nsdrill.cli import options
-from nsdrill.cli.reading import knots_text
-from nsdrill.cli.show import label_of, value_text
 
 if TYPE_CHECKING:
     from nsdrill.study.study import Study
-
-AXES = {"depth": ("depth", "m"), "wob": ("weight on bit", "kN"), "rotary_speed": ("speed", "rad/s")}
-
 
 @click.command(
     "check",
     epilog=options.examples(
         "check study.yaml",
         "check study.yaml --set 'operation.depth=2000 m' --json | jq .coefficients.k_t.value",
+        "check study.yaml --units field",
+        "new | nsdrill check -",
     ),
 )
 @options.study_argument
-@click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units; warnings included.")
+@click.option("--json", "as_json", is_flag=True, help="The same for programs; warnings included.")
+@options.units
 @options.settings
-def command(study: str, as_json: bool, overrides: tuple[str, ...]) -> int:
+def command(study: str, as_json: bool, units: str, overrides: tuple[str, ...]) -> int:
     """Validate STUDY and print its derived coefficients, what follows from them, and warnings. Runs nothing.
 
     The coefficients are those at the point `operation` of the study, at the start of its ramps; warnings are about its
     whole sweep and its ramps.
     """
-    from nsdrill.study import load_study
+    from nsdrill.cli.reading import load
 
-    loaded = load_study(study, overrides)
+    loaded = load(study, overrides)
 
     from nsdrill.app.check import MEANINGS, check
+    from nsdrill.cli.words import cell, count, in_units, knots_text, label_of, value_text
     from nsdrill.data import json_text
     from nsdrill.errors import printable
     from nsdrill.files import amount
     from nsdrill.model.coefficients import UNITS
-    from nsdrill.units import format_quantity
 
-    report = check(loaded)
+    report = check(loaded, units)
     if as_json:
-        click.echo(json_text(report.as_json(), indent=2))
+        click.echo(json_text(in_units(report.as_json(), units), indent=2))
         return 0
     operation = report.operation
-    click.echo(f"{printable(study)}: valid. {loaded.title}".rstrip())
-    points = _count(report.points, "point")
+    source = "standard input" if study == "-" else printable(study)
+    click.echo(f"{source}: valid. {loaded.title}".rstrip())
+    points = count(report.points, "point")
     if loaded.refined:
         points = f"{report.coarse_points} points, refined where the responses differ to at most {report.points}"
     if report.points:
-        click.echo(f"{points}: {_sweep(loaded, report.chains)}.")
+        click.echo(f"{points}: {_sweep(loaded, report.chains, units)}.")
         click.echo(
             f"Size: up to {amount(report.disk)} on the disk, and as much again while the results file is written; "
             f"about {amount(report.memory)} of memory.")
     for name, ramp in report.ramps.items():
-        label, units = AXES[name]
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
-        click.echo(f"Ramp, for nsdrill simulate: {label} {knots_text(ramp.times, ramp.values, units)}{replaced}.")
+        knots = knots_text(name, ramp.times, ramp.values, units)
+        click.echo(f"Ramp, for nsdrill simulate: {label_of(name)} {knots}{replaced}.")
     start = "At the start of the ramp: " if loaded.ramped else "At "
-    click.echo(
-        f"\n{start}{format_quantity(operation.depth, 'm')}, {format_quantity(operation.wob, 'kN')} "
-        f"({format_quantity(operation.wob, 'klbf', 4)}), {format_quantity(operation.rotary_speed, 'rad/s')} "
-        f"({format_quantity(operation.rotary_speed, 'rpm', 4)}):")
+    depth = value_text("depth", operation.depth, units)
+    others = [value_text(name, getattr(operation, name), units, both=True) for name in ("wob", "rotary_speed")]
+    click.echo(f"\n{start}{', '.join((depth, *others))}:")
+    width = 9 if units == "si" else 13
     for name, meaning in MEANINGS.items():
-        click.echo(f"  {name:17s} {float(getattr(report.coefficients, name)):12.6g} {UNITS[name]:9s}  {meaning}")
+        value, unit = cell(float(getattr(report.coefficients, name)), UNITS[name], units)
+        click.echo(f"  {name:17s} {value:12.6g} {unit:{width}s}  {meaning}")
     click.echo("")
     for name, figure in report.figures.items():
-        number = f"{figure.value:12.6g}" if figure.value is not None else f"{'none':>12s}"
-        units = "" if figure.units == "1" else figure.units
+        value, unit = cell(0.0 if figure.value is None else figure.value, figure.units, units)
+        number = f"{value:12.6g}" if figure.value is not None else f"{'none':>12s}"
         also = ""
         if figure.units == "rad/s" and figure.value is not None:
-            also = f" ({figure.value * 30 / math.pi:.4g} rpm, {figure.value / (2 * math.pi):.4g} Hz)"
-        click.echo(f"  {name:17s} {number} {units:9s}  {figure.meaning}{also}")
+            other = f"{figure.value * 30 / math.pi:.4g} rpm" if units == "si" else f"{figure.value:.4g} rad/s"
+            also = f" ({other}, {figure.value / (2 * math.pi):.4g} Hz)"
+        click.echo(f"  {name:17s} {number} {unit:{width}s}  {figure.meaning}{also}")
     for warning in report.warnings:
         click.echo(f"Warning: {warning}", err=True)
     return 0
 
 
-def _sweep(study: Study, chains: int) -> str:
+def _sweep(study: Study, chains: int, units: str) -> str:
     """The sweep in words."""
     from nsdrill.app.check import coarse_length
-    from nsdrill.variables import dimension_of
+    from nsdrill.cli.words import count as counted
+    from nsdrill.cli.words import label_of, value_text
 
     axes = []
     for name in study.swept:
-        label = label_of(dimension_of(name))
-        first, last = (value_text(dimension_of(name), float(study.axes[name][i])) for i in (0, -1))
+        label = label_of(name)
+        first, last = (value_text(name, float(study.axes[name][i]), units) for i in (0, -1))
         count = len(study.axes[name])
         values = f"{count} values"
         if name in study.refined:
@@ -105,10 +107,7 @@ def _sweep(study: Study, chains: int) -> str:
         how = "every point from the same initial state"
     else:
         way = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
-        along = label_of(dimension_of(study.along))
-        how = f"the state carried {way} along the {along}, in {most}{_count(chains, 'chain')}"
+        along = label_of(study.along)
+        how = f"the state carried {way} along the {along}, in {most}{counted(chains, 'chain')}"
     return "; ".join(filter(None, (", ".join(axes), how)))
 
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"

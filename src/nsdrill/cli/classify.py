@@ -23,7 +23,8 @@ def command(results: str, overrides: tuple[str, ...]) -> int:
     enters the run itself. What was done is added to the history in the file.
     """
     from nsdrill.app.report import reclassify
+    from nsdrill.cli.words import count
 
     for name, (changed, total) in reclassify(results, list(overrides)).items():
-        click.echo(f"{name}: {changed} of {total} points changed.", err=True)
+        click.echo(f"{name}: {changed} of {count(total, 'point')} changed.", err=True)
     return 0

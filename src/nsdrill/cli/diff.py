@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from nsdrill.cli import options
-from nsdrill.cli.show import in_words, point_text
+from nsdrill.cli.show import in_words
 
 MOST_CHANGES = 12
 
@@ -23,9 +23,10 @@ MOST_CHANGES = 12
 )
 @options.file_argument("a")
 @options.file_argument("b")
-@click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units.")
+@click.option("--json", "as_json", is_flag=True, help="The same for programs.")
+@options.units
 @click.option("--exit-code", is_flag=True, help="Exit with 1 where the studies or any numbers differ.")
-def command(a: str, b: str, as_json: bool, exit_code: bool) -> int:
+def command(a: str, b: str, as_json: bool, units: str, exit_code: bool) -> int:
     """Say what differs between the files A and B: results, .part files of runs that go on, or traces.
 
     The keys of the studies, versions and machines; the axes; and on the points that both have every variable, to the
@@ -33,19 +34,34 @@ def command(a: str, b: str, as_json: bool, exit_code: bool) -> int:
     count for it.
     """
     from nsdrill.app.diff import diff
+    from nsdrill.cli.words import in_units
 
     found = diff(a, b)
+    found["run"] = [{**row, "a": _told(row["name"], row["a"], units), "b": _told(row["name"], row["b"], units)}
+                    for row in found["run"]]
     if as_json:
         from nsdrill.data import json_text
 
-        click.echo(json_text(found, indent=2))
+        click.echo(json_text(in_units(found, units), indent=2))
     else:
-        for line in _lines(found):
+        for line in _lines(found, units):
             click.echo(line)
     return int(exit_code and not (found["same_study"] and found["same_numbers"]))
 
 
-def _lines(d: dict[str, Any]) -> Iterator[str]:
+def _told(name: str, text: str | None, units: str) -> str | None:
+    """An attribute of a trace, which stands in SI, in the system ``units``."""
+    from nsdrill.cli.words import value_text
+    from nsdrill.quantity import find
+
+    if units == "si" or text is None or find(name) is None:
+        return text
+    return value_text(name, float(text.split()[0]), units)
+
+
+def _lines(d: dict[str, Any], units: str) -> Iterator[str]:
+    from nsdrill.cli.words import count as counted
+
     yield f"a: {d['files'][0]}"
     yield f"b: {d['files'][1]}"
     rows = [("Study", [(row["key"], row["a"], row["b"]) for row in d["study"]]),
@@ -60,11 +76,11 @@ def _lines(d: dict[str, Any]) -> Iterator[str]:
     if d["kinds"][0] != d["kinds"][1]:
         yield "One is a sweep, the other a trace: there are no numbers to compare."
     elif d["same_numbers"]:
-        what = "samples" if d["kinds"][0] == "trace" else "points"
+        what = counted(d["points"], "sample" if d["kinds"][0] == "trace" else "point")
         which = "numbers" if d["study"] or d["run"] or d["made"] else "files"
-        yield f"The {which} are the same to the bit: {d['points']} {what}, {len(d['variables'])} variables."
+        yield f"The {which} are the same to the bit: {what}, {len(d['variables'])} variables."
     else:
-        yield from _numbers(d)
+        yield from _numbers(d, units)
 
 
 def _there(name: str, value: str | None) -> str:
@@ -73,8 +89,10 @@ def _there(name: str, value: str | None) -> str:
     return f"{value[:12]}..." if name in ("study_sha256", "model_digest") else value
 
 
-def _numbers(d: dict[str, Any]) -> Iterator[str]:
+def _numbers(d: dict[str, Any], units: str) -> Iterator[str]:
     """Axes, responses and variables of two files of one kind that differ."""
+    from nsdrill.cli.words import count as counted
+
     trace = d["kinds"][0] == "trace"
     what = "samples" if trace else "points"
     for axis in d["axes"]:
@@ -86,9 +104,9 @@ def _numbers(d: dict[str, Any]) -> Iterator[str]:
         return
     swept = [axis["name"] for axis in d["axes"] if max(axis["a"], axis["b"]) > 1]
     whole = all(axis["same"] for axis in d["axes"])
-    yield f"Compared: {'all' if whole else 'the common'} {d['points']} {what}."
+    yield f"Compared: {'all' if whole else 'the common'} {counted(d['points'], what[:-1])}."
     if responses := d["responses"]:
-        yield from _responses(responses, d["points"], swept)
+        yield from _responses(responses, d["points"], swept, units)
     for name in ("a", "b"):
         if alone := d[f"only_{name}"]:
             yield f"Only in {name}: {', '.join(alone)}."
@@ -100,10 +118,10 @@ def _numbers(d: dict[str, Any]) -> Iterator[str]:
     yield f"Variables: {equal} of {len(d['variables'])} are equal to the bit{'.' if not differing else '; the others:'}"
     if differing:
         heads = ("", f"{what} that differ", "largest difference", "relative", "from" if trace else "there")
-        yield from _table([heads, *(_row(row, swept) for row in differing)])
+        yield from _table([heads, *(_row(row, swept, units) for row in differing)])
 
 
-def _responses(responses: dict[str, Any], points: int, swept: list[str]) -> Iterator[str]:
+def _responses(responses: dict[str, Any], points: int, swept: list[str], units: str) -> Iterator[str]:
     yield f"Responses: {responses['changed']} of {points} changed{':' if responses['changed'] else '.'}"
     changes = responses["changes"]
     for one in changes[:MOST_CHANGES]:
@@ -114,25 +132,32 @@ def _responses(responses: dict[str, Any], points: int, swept: list[str]) -> Iter
         named = responses["at"]
         yield "  At:" if len(named) == responses["changed"] else f"  The first {len(named)} of them:"
         for point in named:
-            yield f"    {_where(point, swept)}: {in_words(point['from'])} -> {in_words(point['to'])}"
+            yield f"    {_where(point, swept, units)}: {in_words(point['from'])} -> {in_words(point['to'])}"
 
 
-def _where(point: dict[str, Any], swept: list[str]) -> str:
-    words = [point_text({name: point[name]}) for name in swept if name not in ("procedure", "start")]
+def _where(point: dict[str, Any], swept: list[str], units: str) -> str:
+    from nsdrill.cli.words import point_text
+
+    words = [point_text({name: point[name]}, units) for name in swept if name not in ("procedure", "start")]
     words += [f"start {point['start']}"] if "start" in swept else []
     words += [point["procedure"]] if "procedure" in swept else []
     return ", ".join(words) or "the point"
 
 
-def _row(row: dict[str, Any], swept: list[str]) -> tuple[str, ...]:
-    units = "" if row["units"] == "1" else f" {row['units']}"
+def _row(row: dict[str, Any], swept: list[str], units: str) -> tuple[str, ...]:
+    from nsdrill.quantity import amount, find
+
+    unit = "" if row["units"] == "1" else f" {row['units']}"
     if "first" in row:
         where = f"{row['first']:g} s"
     else:
-        where = _where(row["at"], swept)
+        where = _where(row["at"], swept, units)
     largest, relative = row.get("largest"), row.get("relative")
     count = f"{row['points']}" + (f" ({row['undefined']} without a number)" if row.get("undefined") else "")
-    return (row["name"], count, "" if largest is None else f"{largest:.3g}{units}",
+    told = "" if largest is None else f"{largest:.3g}{unit}"
+    if largest is not None and units == "field" and (one := find(row["name"])) is not None and one.units:
+        told = amount(largest, one.unit(units), 3)
+    return (row["name"], count, told,
             "" if relative is None else f"{relative:.2g}", where)
 
 

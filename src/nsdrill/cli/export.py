@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
@@ -11,29 +12,44 @@ from nsdrill.errors import InputError
 
 
 @click.command(
-    "export", epilog=options.examples("export out.h5 -o out.csv --peaks", "export out.h5 -o out.nc")
+    "export",
+    epilog=options.examples(
+        "export out.h5 -o out.csv --peaks",
+        "export out.h5 -o out.csv --units field",
+        "export out.h5 -o - | head",
+        "export out.h5 -o out.nc",
+    ),
 )
 @options.file_argument("results")
-@options.output("File to write: .csv or .nc (netCDF-4).")
+@options.output("File to write: .csv or .nc (netCDF-4); - is CSV to standard output.", stream=True)
 @click.option("--peaks", is_flag=True, help="CSV: a column for every recorded peak.")
 @click.option("--section", is_flag=True, help="CSV: a column for every recorded return to the Poincare section.")
 @click.option("--states", is_flag=True, help="CSV: a column for every initial and final state.")
+@options.units
 @options.overwrite
-def command(results: str, output: str, peaks: bool, section: bool, states: bool, overwrite: bool) -> int:
-    """Write RESULTS as a table (CSV, one row a point, units in the headings) or as netCDF (everything)."""
-    suffix = Path(output).suffix.lower()
+def command(
+    results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool
+) -> int:
+    """Write RESULTS as a table (CSV, one row a point, units in the headings) or as netCDF (everything, in SI units)."""
+    suffix = ".csv" if output == "-" else Path(output).suffix.lower()
     if suffix not in (".csv", ".nc"):
         raise InputError(f"{output}: found the ending {suffix or '(none)'}; allowed: .csv or .nc.")
     given = [option for option, on in (("--peaks", peaks), ("--section", section), ("--states", states)) if on]
     if suffix == ".nc" and given:
         raise InputError(f"{given[0]}: found with netCDF, which holds everything; allowed: with .csv.")
-    from nsdrill.store import claim_file, read_results, to_csv, to_netcdf
+    from nsdrill.app.table import print_csv, write_csv
+    from nsdrill.store import claim_file, read_results, to_netcdf
 
+    if output == "-":
+        print_csv(read_results(results), sys.stdout, peaks=peaks, section=section, states=states, units=units)
+        return 0
     options.keep_apart(results, output)
     claim_file(output, overwrite)
     if suffix == ".csv":
-        to_csv(read_results(results), output, peaks=peaks, section=section, states=states, overwrite=overwrite)
+        write_csv(read_results(results), output, peaks=peaks, section=section, states=states, units=units,
+                  overwrite=overwrite)
     else:
         to_netcdf(results, output, overwrite=overwrite)
-    click.echo(f"{output}: written.", err=True)
+    stays = " netCDF stays in SI units, which its attributes name." if suffix == ".nc" and units == "field" else ""
+    click.echo(f"{output}: written.{stays}", err=True)
     return 0

@@ -7,15 +7,15 @@ import click
 from nsdrill.cli import options
 
 
-@click.command("new", epilog=options.examples("new -o study.yaml", "new | less"))
-@options.output("Study file to write. Default: standard output.", required=False)
+@click.command("new", epilog=options.examples("new -o study.yaml", "new | less", "new | nsdrill check -"))
+@options.output("Study file to write. Default, and -: standard output.", required=False, stream=True)
 @options.overwrite
 def command(output: str | None, overwrite: bool) -> int:
     """Write a commented study to start from, with every key, its unit and its default."""
     from nsdrill.study import template_text
 
     text = template_text()
-    if output is None:
+    if output is None or output == "-":
         click.echo(text, nl=False)
         return 0
     from nsdrill.store import claim_file, write_text

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from nsdrill.errors import InputError
 
@@ -14,14 +15,26 @@ Decorator = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
 class FileName(click.ParamType):
-    """The name of a file; whether it is there, and what it is, the store says better than click."""
+    """The name of a file; whether it is there, and what it is, the store says better than click. With ``stream`` it may
+    be ``-``, standard input or output."""
 
     name = "path"
+
+    def __init__(self, stream: bool = False) -> None:
+        self.stream = stream
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
         if not value or "\0" in value:
             self.fail(f"found {value!r}; allowed: the name of a file.", param, ctx)
+        if value == "-" and not self.stream:
+            what = param.opts[0] if isinstance(param, click.Option) else "the file"
+            raise InputError(
+                f"{what}: found '-'; allowed: the name of a file. Standard input is for studies (check, run, "
+                "simulate), standard output for a study (new) and for CSV (export). A file of that name is ./-.")
         return str(value)
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+        return [CompletionItem(incomplete, type="file")]
 
 
 class Quantity(click.ParamType):
@@ -35,17 +48,39 @@ class Quantity(click.ParamType):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         if isinstance(value, float):
             return value
-        from nsdrill.units import QuantityError, to_si
+        from nsdrill.units import QuantityError, asked
 
         option = param.opts[0] if param else "value"
         try:
-            number = to_si(str(value), self.units)
+            number = asked(str(value), self.units)
         except QuantityError as error:
             raise InputError(f"{option}: {error}") from error
         return number
 
 
-study_argument = click.argument("study", type=FileName())
+class System(click.Choice):
+    """A system of units; an error names the environment variable where the word comes from there."""
+
+    name = "units"
+
+    def __init__(self) -> None:
+        super().__init__(["si", "field"], case_sensitive=False)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        word = str(value).strip().lower()
+        if word in self.choices:
+            return word
+        variable = ctx is not None and param is not None and param.name is not None and (
+            ctx.get_parameter_source(param.name) == click.core.ParameterSource.ENVIRONMENT)
+        raise InputError(f"{UNITS_VARIABLE if variable else '--units'}: found {value!r}; allowed: si or field.")
+
+
+UNITS_VARIABLE = "NSDRILL_UNITS"
+units = click.option(
+    "--units", type=System(), envvar=UNITS_VARIABLE, default="si", show_default=True,
+    help="m, kN, rad/s, or ft, klbf, rpm and other field units. NSDRILL_UNITS sets the default.",
+)  # fmt: skip
+study_argument = click.argument("study", type=FileName(stream=True))
 settings = click.option(
     "--set",
     "overrides",
@@ -77,7 +112,7 @@ at = click.option(
 def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
     """The values of ``--at``, and those of the options for the operation where they were given, in SI by their keys."""
     from nsdrill.study.keys import axis_leaves, did_you_mean
-    from nsdrill.units import QuantityError
+    from nsdrill.units import QuantityError, asked
 
     leaves = axis_leaves()
     found: dict[str, float] = {name: value for name, value in apart.items() if value is not None}
@@ -92,7 +127,11 @@ def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
         if key in found:
             raise InputError(f"--at {key}: found a second value of {key}; allowed: each key once.")
         try:
-            found[key] = float(leaves[key].read(value if leaves[key].kind == "quantity" else float(value)))
+            if leaves[key].kind == "quantity":
+                leaves[key].read(value)  # within its range
+                found[key] = asked(value, leaves[key].units)
+            else:
+                found[key] = float(leaves[key].read(float(value)))
         except (QuantityError, ValueError) as error:
             said = error if isinstance(error, QuantityError) else f"found {value!r}; allowed: {leaves[key].allowed()}."
             raise InputError(f"--at {key}: {said}") from error
@@ -108,13 +147,15 @@ def file_argument(name: str) -> Decorator:
     return click.argument(name, type=FileName())
 
 
-def output(text: str, required: bool = True) -> Decorator:
-    """The output file."""
-    return click.option("-o", "--output", type=FileName(), metavar="FILE", required=required, help=text)
+def output(text: str, required: bool = True, stream: bool = False) -> Decorator:
+    """The output file; with ``stream`` it may be ``-``."""
+    return click.option("-o", "--output", type=FileName(stream), metavar="FILE", required=required, help=text)
 
 
 def keep_apart(source: str, output: str) -> None:
     """InputError where the output would replace the file that it is made from, whatever ``--overwrite`` says."""
+    if "-" in (source, output):
+        return
     try:
         same = os.path.samefile(source, output)
     except (OSError, ValueError):

@@ -27,10 +27,7 @@ if TYPE_CHECKING:
 @options.file_argument("file")
 @options.output("Picture to write: .png, .pdf or .svg.", required=False)
 @click.option("--kind", metavar="KIND", help="What to draw; `--kind list` says what fits FILE. Default: its first.")
-@click.option(
-    "--units", type=click.Choice(["si", "field"]), default="si", show_default=True,
-    help="Units on the axes: m, kN, rad/s, or ft, klbf, rpm.",
-)  # fmt: skip
+@options.units
 @options.quantity("--depth", "m", "Cut a sweep of several axes at this depth.")
 @options.quantity("--wob", "N", "Cut at this weight on bit.")
 @options.quantity("--rotary-speed", "rad/s", "Cut at this top-drive speed.")
@@ -89,7 +86,7 @@ def _say_nearest(data: Results, chosen: dict[str, float]) -> None:
     """Where a value was asked for that is not one of the sweep, which one is drawn."""
     import numpy as np
 
-    from nsdrill.cli.show import point_text
+    from nsdrill.cli.words import as_asked, point_text
     from nsdrill.variables import dimension_of
 
     drawn = {}
@@ -98,7 +95,7 @@ def _say_nearest(data: Results, chosen: dict[str, float]) -> None:
         values = np.asarray(data.coords.get(name, [value]), dtype=float)
         nearest = float(values[np.argmin(np.abs(values - value))])
         if abs(nearest - value) > 1e-3 * abs(value):
-            drawn[name] = nearest
+            drawn[name] = as_asked(key, nearest, chosen)
     if drawn:
         click.echo(f"At {point_text(drawn)}, the nearest of the sweep.", err=True)
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from nsdrill.data import Results, Trace
+    from nsdrill.study import Study
 
 
 def read(path: str, names: Iterable[str] | None = None) -> Results | Trace:
@@ -17,18 +19,16 @@ def read(path: str, names: Iterable[str] | None = None) -> Results | Trace:
     return read_any(path, names)
 
 
-MOST_KNOTS = 6
+def load(study: str, overrides: Sequence[str]) -> Study:
+    """The study in the file ``study``, or on standard input where that is ``-``."""
+    from nsdrill.study import load_study, parse_study
 
+    if study != "-":
+        return load_study(study, overrides)
+    from nsdrill.study.document import LARGEST_FILE, text_of
 
-def knots_text(times: Sequence[float], values: Sequence[float], units: str) -> str:
-    """The knots of a ramp in words: ``3 rad/s at 0 s, 8 rad/s at 600 s``; of a long one its first and last ones."""
-    from nsdrill.units import format_quantity
-
-    texts = [f"{format_quantity(value, units)} at {time:g} s" for time, value in zip(times, values, strict=True)]
-    if len(texts) > MOST_KNOTS:
-        half = MOST_KNOTS // 2
-        texts = [*texts[:half], f"... {len(texts) - 2 * half} knots more ...", *texts[-half:]]
-    return ", ".join(texts)
+    name = "standard input"
+    return parse_study(text_of(sys.stdin.buffer.read(LARGEST_FILE + 1), name), name, overrides)
 
 
 def outline(path: str) -> Results | Trace:

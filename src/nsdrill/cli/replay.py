@@ -7,7 +7,6 @@ import json
 import click
 
 from nsdrill.cli import options
-from nsdrill.cli.show import point_text
 from nsdrill.cli.simulate import finish
 
 
@@ -30,10 +29,12 @@ from nsdrill.cli.simulate import finish
 )
 @options.start
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
+@options.units
 @options.overwrite
 def command(
     results: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None, at: tuple[str, ...],
-    procedure: str | None, start: int | None, sample: float | None, overwrite: bool,
+    procedure: str | None, start: int | None, sample: float | None, units: str,
+    overwrite: bool,
 ) -> int:  # fmt: skip
     """Run one point of RESULTS again, from its stored initial state, and write its trajectory.
 
@@ -42,6 +43,7 @@ def command(
     """
     options.keep_apart(results, output)
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, replay
+    from nsdrill.cli.words import as_asked, point_text
     from nsdrill.store import claim_file
 
     claim_file(output, overwrite)
@@ -53,8 +55,9 @@ def command(
     point = {name: attrs[name] for name in ("depth", "wob", "rotary_speed")} | json.loads(attrs.get("at", "{}"))
     near = any(abs(value - point[name]) > 1e-3 * abs(value) for name, value in asked.items())
     which = "" if start is None else f", start {start}"
+    told = {name: as_asked(name, float(value), asked) for name, value in point.items()}
     click.echo(
-        f"Point: {point_text({k.replace('.', '_'): v for k, v in point.items()})}, {attrs['procedure']}{which}"
+        f"Point: {point_text(told, units)}, {attrs['procedure']}{which}"
         f"{', the nearest of the sweep' if near else ''}.",
         err=True,
     )

@@ -46,23 +46,24 @@ from nsdrill.cli.main import EXIT_CODES
     help="Like --resume, and run failed points again, in a carried sweep with those that follow them. "
     "simulation.max_steps may be larger than before.",
 )
+@options.units
 @options.overwrite
 @click.option("--quiet", is_flag=True, help="No progress and no summary; warnings and errors only.")
 def command(
     study: str, output: str, workers: int | None, engine: str, scheduler: str | None, overrides: tuple[str, ...],
-    resume: bool, retry_failed: bool, overwrite: bool, quiet: bool,
+    resume: bool, retry_failed: bool, units: str, overwrite: bool, quiet: bool,
 ) -> int:  # fmt: skip
     """Run STUDY and write the results file.
 
     The file appears when all points are there. Interrupt at any time, by Ctrl-C or by a signal of the batch system:
     finished points are kept, and --resume gives the very same file as an undisturbed run.
     """
+    from nsdrill.cli.reading import load
     from nsdrill.errors import InputError
-    from nsdrill.study import load_study
 
     if scheduler is not None and engine != "dask":
         raise InputError("--scheduler: found with --engine threads; allowed: with --engine dask.")
-    loaded = load_study(study, overrides)
+    loaded = load(study, overrides)
     options.keep_apart(study, output)
 
     from nsdrill.app.cluster import dask_executor
@@ -78,24 +79,27 @@ def command(
             loaded, output, workers=count, resume=resume, retry_failed=retry_failed, overwrite=overwrite, watch=watch,
             executor=executor)
     if not quiet:
-        _say(outcome)
+        _say(outcome, units)
     return 3 if outcome.failed else 0
 
 
-def _say(outcome: Any) -> None:
-    text = f"{outcome.path}: {outcome.points} points"
+def _say(outcome: Any, units: str) -> None:
+    from nsdrill.cli.words import count
+
+    text = f"{outcome.path}: {count(outcome.points, 'point')}"
     if outcome.refinement:
         from nsdrill.cli.refined import saving
 
-        text = f"{outcome.path}: {saving(outcome.refinement)}"
+        text = f"{outcome.path}: {saving(outcome.refinement, units)}"
     if outcome.already:
         text += f" ({outcome.already} were there already)"
     if outcome.steps:
         text += f", {outcome.steps:,} steps in {outcome.seconds:.1f} s"
     text += "."
     if outcome.failed:
+        failed = f"{count(outcome.failed, 'point')} failed and {'is' if outcome.failed == 1 else 'are'} marked"
         text += (
-            f" {outcome.failed} points failed and are marked; `nsdrill show {outcome.path}` lists them, and `nsdrill "
+            f" {failed}; `nsdrill show {outcome.path}` lists them, and `nsdrill "
             "replay` runs one again."
         )
     click.echo(text, err=True)

@@ -7,11 +7,22 @@ import click
 from nsdrill.cli import options
 
 
-@click.command("schema", epilog=options.examples("schema > study.schema.json"))
-def command() -> int:
+@click.command("schema", epilog=options.examples("schema -o study.schema.json", "schema | less"))
+@options.output("Schema file to write. Default, and -: standard output.", required=False, stream=True)
+@options.overwrite
+def command(output: str | None, overwrite: bool) -> int:
     """Print the JSON Schema of the study file, for editors and other programs."""
     from nsdrill.data import json_text
     from nsdrill.study import json_schema
 
-    click.echo(json_text(json_schema(), indent=2))
+    text = json_text(json_schema(), indent=2)
+    if output is None or output == "-":
+        click.echo(text)
+        return 0
+    from nsdrill.store import claim_file, write_text
+
+    claim_file(output, overwrite)
+    write_text(output, f"{text}\n", overwrite=overwrite)
+    click.echo(
+        f"{output}: written. A study names it in its first line: # yaml-language-server: $schema={output}", err=True)
     return 0

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import click
 
 from nsdrill.cli import options
-from nsdrill.cli.reading import knots_text, read
+from nsdrill.cli.reading import read
 from nsdrill.errors import InputError, printable
+from nsdrill.variables import AXES
 
-AXES = {
-    "depth": ("depth", "m", "ft"), "wob": ("weight on bit", "kN", "klbf"), "rotary_speed": ("speed", "rad/s", "rpm"),
-}  # fmt: skip
 MOST_FAILED = 20
 MOST_INTERVALS = 40
 MOST_CHANGED = 12
@@ -25,13 +23,15 @@ MOST_CHANGED = 12
         "show out.h5",
         "show out.h5.part",
         "show out.h5 --json | jq .failed",
+        "show out.h5 --units field",
         "show out.h5 --study > study.yaml",
     ),
 )
 @options.file_argument("file")
-@click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units, with every failed point.")
+@click.option("--json", "as_json", is_flag=True, help="The same for programs, with every failed point.")
+@options.units
 @click.option("--study", is_flag=True, help="Print the study as it was run, overrides applied, as a study file.")
-def command(file: str, as_json: bool, study: bool) -> int:
+def command(file: str, as_json: bool, units: str, study: bool) -> int:
     """Say what is in FILE: a results file, the .part file of a run that goes on, or a trace."""
     if study and as_json:
         raise InputError("--study: found with --json; allowed: one of the two.")
@@ -41,57 +41,27 @@ def command(file: str, as_json: bool, study: bool) -> int:
         click.echo(study_of(file, read(file, ()).attrs), nl=False)
         return 0
     from nsdrill.app.report import NEEDED, summarize
+    from nsdrill.cli.words import in_units
     from nsdrill.data import json_text
 
     summary = summarize(read(file, NEEDED))
     if as_json:
-        click.echo(json_text(summary, indent=2))
+        click.echo(json_text(in_units(summary, units), indent=2))
     else:
-        for line in lines(file, summary):
+        for line in lines(file, summary, units):
             click.echo(line)
     return 0
 
 
-def lines(name: str, summary: dict[str, Any]) -> Iterator[str]:
+def lines(name: str, summary: dict[str, Any], units: str) -> Iterator[str]:
     """A summary of the file or data called ``name``, in words."""
-    return (_show_trace if summary["kind"] == "trace" else _show_results)(name, summary)
+    return (_show_trace if summary["kind"] == "trace" else _show_results)(name, summary, units)
 
 
-def value_text(name: str, value: float, *, field: bool = False) -> str:
-    from nsdrill.units import format_quantity
+def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
+    from nsdrill.cli.words import count as number_of
+    from nsdrill.cli.words import label_of, point_text, value_text
 
-    if name not in AXES:
-        return further_text(name, value)
-    _, si, other = AXES[name]
-    text = format_quantity(value, si)
-    return f"{text} ({format_quantity(value, other, 4)})" if field else text
-
-
-def further_text(name: str, value: float) -> str:
-    """The value of an axis beside those of the operation."""
-    from nsdrill.model.leaves import further_axes
-    from nsdrill.units import readable
-
-    return readable(value, further_axes()[name][1])
-
-
-def point_text(point: Mapping[str, float]) -> str:
-    """An operating point: ``5000 m, 22.24 kN, 3 rad/s``, and the values of further axes with their names."""
-    return ", ".join(
-        value_text(name, value) if name in AXES else f"{label_of(name)} {value_text(name, value)}"
-        for name, value in point.items())
-
-
-def label_of(name: str) -> str:
-    """What an axis is, in words."""
-    if name in AXES:
-        return AXES[name][0]
-    from nsdrill.model.leaves import words_of
-
-    return words_of(name)
-
-
-def _show_results(file: str, s: dict[str, Any]) -> Iterator[str]:
     # The log of a run may hold every point already and still wait for its last step, the file.
     what = "results of a sweep" if s["finished"] and not file.endswith(".part") else "an unfinished sweep"
     yield printable(f"{file}: {what}. {s['title']}".rstrip())
@@ -99,9 +69,9 @@ def _show_results(file: str, s: dict[str, Any]) -> Iterator[str]:
     yield from _show_overrides(s["overrides"])
     for name, axis in s["axes"].items():
         label = label_of(name)
-        text = value_text(name, axis["from"], field=axis["points"] == 1)
+        text = value_text(name, axis["from"], units, both=axis["points"] == 1)
         if axis["points"] > 1:
-            text += f" to {value_text(name, axis['to'])}, {axis['points']} values"
+            text += f" to {value_text(name, axis['to'], units)}, {axis['points']} values"
         yield f"  {label:14s} {text}"
     status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
     if starts := s.get("starts"):
@@ -111,7 +81,7 @@ def _show_results(file: str, s: dict[str, Any]) -> Iterator[str]:
     if refinement := s.get("refinement"):
         from nsdrill.cli.refined import saving
 
-        yield f"  refined        {saving(refinement)}"
+        yield f"  refined        {saving(refinement, units)}"
     if trust := s.get("trust"):
         yield from _show_trust(trust)
     if s["thresholds"]:
@@ -121,7 +91,7 @@ def _show_results(file: str, s: dict[str, Any]) -> Iterator[str]:
         total = sum(counts.values())
         if total:
             runs = s["points"] // len(s["procedures"])
-            known = f", of the {total} of {runs} points that are known" if total < runs else ""
+            known = f", of the {total} of {number_of(runs, 'point')} that are known" if total < runs else ""
             yield f"\nResponses, {procedure}{known}:"
         for word, count in counts.items():
             yield f"  {in_words(word):32s} {count:8d}  {100 * count / total:5.1f} %"
@@ -135,20 +105,20 @@ def _show_results(file: str, s: dict[str, Any]) -> Iterator[str]:
                 counted = ", ".join(f"{count} {in_words(word)}" for word, count in grades.items())
                 yield f"  severity, {what}: {counted}"
     if intervals := s.get("intervals"):
-        yield from _show_intervals(intervals)
+        yield from _show_intervals(intervals, units)
     if "operating_points" in s:
         from nsdrill.cli.attractors import show_attractors
 
-        yield from show_attractors(s)
+        yield from show_attractors(s, units)
     if hysteresis := s.get("hysteresis"):
-        yield from _show_hysteresis(hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1])
+        yield from _show_hysteresis(hysteresis, [name for name, axis in s["axes"].items() if axis["points"] > 1], units)
     if s["ranges"]:
         yield "\nLeast and greatest over all points:"
-        yield from _show_ranges(s["ranges"])
+        yield from _show_ranges(s["ranges"], units)
     if failed := s["failed"]:
         yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
         for point in failed[:MOST_FAILED]:
-            where = point_text({name: point[name] for name in s["axes"]})
+            where = point_text({name: point[name] for name in s["axes"]}, units)
             where += f", start {point['start']}" if "start" in point else ""
             yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
         if len(failed) > MOST_FAILED:
@@ -164,11 +134,14 @@ CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 
 
 def _show_trust(trust: dict[str, Any]) -> Iterator[str]:
+    from nsdrill.cli.words import count as number_of
+
     checked = trust["agree"] + trust["features_differ"] + trust["response_differs"] + trust["check_failed"]
     failed_checks = f", {trust['check_failed']} unknown, as a check failed" if trust["check_failed"] else ""
     yield (
-        f"  checked        {checked} points: {trust['agree']} agree, {trust['features_differ']} keep their response "
-        f"but not their numbers (chaotic, or not settled), {trust['response_differs']} change response{failed_checks}")
+        f"  checked        {number_of(checked, 'point')}: {trust['agree']} agree, {trust['features_differ']} keep "
+        "their response but not their numbers (chaotic, or not settled), "
+        f"{trust['response_differs']} change response{failed_checks}")
     for check, failed in trust["failed_checks"].items():
         if failed:
             yield f"    {CHECKS[check]}: {failed} did not end well"
@@ -186,66 +159,77 @@ def in_words(flag: str) -> str:
     return flag.replace("+", " + ")
 
 
-def _show_intervals(intervals: list[dict[str, Any]]) -> Iterator[str]:
+def _show_intervals(intervals: list[dict[str, Any]], units: str) -> Iterator[str]:
+    from nsdrill.cli.words import count as number_of
+    from nsdrill.cli.words import value_text
+
     yield "\nAlong the sweep:"
     for row in intervals[:MOST_INTERVALS]:
         name = row["axis"]
-        ends = value_text(name, row["from"])
+        ends = value_text(name, row["from"], units)
         if row["points"] > 1:
-            ends += f" to {value_text(name, row['to'])}"
-        points = "1 point" if row["points"] == 1 else f"{row['points']} points"
+            ends += f" to {value_text(name, row['to'], units)}"
+        points = number_of(row["points"], "point")
         yield f"  {row['procedure']:5s} {ends:32s} {points:>12s}  {in_words(row['response'])}"
     if len(intervals) > MOST_INTERVALS:
         yield f"  and {len(intervals) - MOST_INTERVALS} more (all with --json)"
 
 
-def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str]) -> Iterator[str]:
+def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str], units: str) -> Iterator[str]:
+    from nsdrill.cli.words import count as number_of
+    from nsdrill.cli.words import label_of, point_text, value_text
+
     axis = rows[0]["axis"]
     held = [name for name in (*swept, "start") if name != axis and name in rows[0]]
     yield f"\nWhere up and down differ, along the {label_of(axis)}:"
     before = None
     for row in rows[:MOST_INTERVALS]:
-        here = ", ".join(f"start {row[name]}" if name == "start" else point_text({name: row[name]}) for name in held)
+        here = ", ".join(
+            f"start {row[name]}" if name == "start" else point_text({name: row[name]}, units) for name in held)
         if here and here != before:
             yield f"  at {here}"
         before = here
-        ends = value_text(axis, row["from"])
+        ends = value_text(axis, row["from"], units)
         if row["points"] > 1:
-            ends += f" to {value_text(axis, row['to'])}"
-        points = "1 point" if row["points"] == 1 else f"{row['points']} points"
+            ends += f" to {value_text(axis, row['to'], units)}"
+        points = number_of(row["points"], "point")
         yield (f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up {in_words(row['up'])}; "
                    f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}")
     if len(rows) > MOST_INTERVALS:
         yield f"  and {len(rows) - MOST_INTERVALS} more (all with --json)"
     steps = [row["step"] for row in rows if row["step"] is not None]
     if steps:
-        yield f"  The true ends lie outside, within one step of the axis: up to {value_text(axis, max(steps))}."
+        step = value_text(axis, max(steps), units)
+        yield f"  The true ends lie outside, within one step of the axis: up to {step}."
     if any(row["open"] for row in rows):
         yield "  An end is open where the sweep ended or a point failed: nothing bounds it there."
 
 
-def _show_ranges(ranges: dict[str, Any]) -> Iterator[str]:
-    for name, r in ranges.items():
-        units = "" if r["units"] == "1" else r["units"]
+def _show_ranges(ranges: dict[str, Any], units: str) -> Iterator[str]:
+    from nsdrill.cli.words import in_units
+    from nsdrill.quantity import sign
+
+    for name, r in ranges.items() if units == "si" else in_units({"ranges": ranges}, units)["ranges"].items():
+        unit = "" if r["units"] == "1" else r["units"] if units == "si" else sign(r["units"])
         # Adding zero turns -0 into 0.
-        yield f"  {name:25s} {r['min'] + 0.0:12.5g} to {r['max'] + 0.0:12.5g} {units:8s} {r['meaning']}"
+        yield f"  {name:25s} {r['min'] + 0.0:12.5g} to {r['max'] + 0.0:12.5g} {unit:8s} {r['meaning']}"
 
 
-def _show_trace(file: str, s: dict[str, Any]) -> Iterator[str]:
-    from nsdrill.variables import dimension_of
+def _show_trace(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
+    from nsdrill.cli.words import knots_text, label_of, value_text
 
     yield printable(f"{file}: trace of one run. {s.get('title', '')}".rstrip())
     yield f"  made           {s.get('created', '')} by nsdrill {s.get('nsdrill_version', '')}"
     yield from _show_overrides(s["overrides"])
-    for name, (label, _, _) in AXES.items():
+    for name in AXES:
+        label = label_of(name)
         if name in s.get("ramps", {}):
             ramp = s["ramps"][name]
-            yield f"  {label:14s} ramp: {knots_text(ramp['time'], ramp['value'], AXES[name][1])}"
+            yield f"  {label:14s} ramp: {knots_text(name, ramp['time'], ramp['value'], units)}"
         elif name in s:
-            yield f"  {label:14s} {value_text(name, s[name], field=True)}"
+            yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
     for key, value in s.get("at", {}).items():
-        name = dimension_of(key)
-        yield f"  {label_of(name):14s} {value_text(name, value)}"
+        yield f"  {label_of(key):14s} {value_text(key, value, units)}"
     if "procedure" in s:
         yield f"  procedure      {s['procedure']}"
     yield (
@@ -253,4 +237,4 @@ def _show_trace(file: str, s: dict[str, Any]) -> Iterator[str]:
         f"ended {in_words(str(s.get('status', '')))}")
     if s["ranges"]:
         yield "\nLeast and greatest:"
-        yield from _show_ranges(s["ranges"])
+        yield from _show_ranges(s["ranges"], units)

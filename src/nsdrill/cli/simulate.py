@@ -47,13 +47,13 @@ def command(
     Quantities are numbers with units: 3000m, '10 klbf', 120rpm. Exit code 3 where the run ends early; the trace then
     holds what was computed before.
     """
-    from nsdrill.study import load_study
+    from nsdrill.cli.reading import load
 
     given = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     # A number that is no operating value is one of the study, and is checked as if it stood there.
     further = [text for text in at if text.partition("=")[0].strip() in given and "." in text.partition("=")[0]
                and not text.startswith("operation.")]
-    loaded = load_study(study, [*overrides, *further])
+    loaded = load(study, [*overrides, *further])
     options.keep_apart(study, output)
 
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, simulate
@@ -70,12 +70,13 @@ def command(
 
 def finish(result: Trajectory, output: str, overwrite: bool) -> int:
     """Write the trace and say how the run ended."""
+    from nsdrill.cli.words import count
     from nsdrill.store import write_trace
     from nsdrill.variables import OK
 
     write_trace(output, result.trace, overwrite=overwrite)
     time = result.trace.time
-    click.echo(f"{output}: {len(time)} samples over {time[-1] if len(time) else 0:g} s.", err=True)
+    click.echo(f"{output}: {count(len(time), 'sample')} over {time[-1] if len(time) else 0:g} s.", err=True)
     if result.status == OK:
         return 0
     status = str(result.trace.attrs["status"])

@@ -17,11 +17,8 @@ from nsdrill.cli import options
     ),
 )
 @options.file_argument("results")
-@click.option(
-    "--units", type=click.Choice(["si", "field"]), default="si", show_default=True,
-    help="m, kN, rad/s and rpm, or ft, klbf, rpm. JSON is in SI units always.",
-)  # fmt: skip
-@click.option("--json", "as_json", is_flag=True, help="The same for programs, in SI units, with every map and region.")
+@options.units
+@click.option("--json", "as_json", is_flag=True, help="The same for programs, with every map and region.")
 @options.output("Picture to write as well: .png, .pdf or .svg.", required=False)
 @click.option(
     "--severity", type=click.IntRange(0, 4), default=None,
@@ -48,13 +45,14 @@ def command(
     from nsdrill.analysis.window import find_window
     from nsdrill.app.window import read_for_window
     from nsdrill.cli.window_note import lines
+    from nsdrill.cli.words import in_units
     from nsdrill.data import json_text
     from nsdrill.errors import printable
 
     data = read_for_window(results, severity)
     note = find_window(data, severity)
     if as_json:
-        click.echo(json_text(note, indent=2))
+        click.echo(json_text(in_units(note, units), indent=2))
     else:
         click.echo(printable(f"{results}: safe window. {note['title']}".rstrip()))
         for line in lines(note, units):

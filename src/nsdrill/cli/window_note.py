@@ -6,21 +6,16 @@ from collections.abc import Iterator
 from typing import Any
 
 from nsdrill.analysis.window import unknown_words
-from nsdrill.model.leaves import further_axes, words_of
+from nsdrill.cli.words import count
+from nsdrill.cli.words import label_of as name_of
+from nsdrill.quantity import quantity, sign
+from nsdrill.units import from_si
 from nsdrill.variables import AXES
 
-NAMES = {"depth": "depth", "wob": "weight on bit", "rotary_speed": "speed"}
-UNITS = {"si": {"depth": "m", "wob": "kN", "rotary_speed": "rad/s"},
-         "field": {"depth": "ft", "wob": "klbf", "rotary_speed": "rpm"}}
 ORDER = ("depth", "wob", "rotary_speed")  # as a driller says an operating point
 SIDES = {"less": "less", "more": "more"}
 SIDES_OF_DEPTH = {"less": "shallower", "more": "deeper"}
 MOST_ROWS = 24
-
-
-def name_of(axis: str) -> str:
-    """What an axis is, in words."""
-    return NAMES.get(axis) or words_of(axis)
 
 
 def _order(axis: str) -> tuple[int, str]:
@@ -32,21 +27,14 @@ class Writer:
     """Values in one system of units; a speed in rad/s has the rpm beside it."""
 
     def __init__(self, units: str) -> None:
-        self.units, self.field = UNITS[units], units == "field"
+        self.system = units
 
     def unit(self, axis: str) -> str:
         """The unit in which an axis is told."""
-        if axis in self.units:
-            return self.units[axis]
-        from nsdrill.units import ENGINEERING, FIELD
-
-        si = further_axes()[axis][1]
-        return (FIELD if self.field else ENGINEERING).get(si, si)
+        return sign(quantity(axis).unit(self.system))
 
     def number(self, axis: str, value: float) -> str:
-        from nsdrill.units import from_si
-
-        unit = self.unit(axis)
+        unit = quantity(axis).unit(self.system)
         shown = from_si(value, unit) if unit else value
         return f"{shown:.0f}" if abs(shown) >= 1e4 else f"{shown:.4g}"
 
@@ -60,9 +48,7 @@ class Writer:
             self._rpm(axis, *ends))
 
     def _rpm(self, axis: str, *values: float) -> str:
-        from nsdrill.units import from_si
-
-        if self.field or axis != "rotary_speed":
+        if self.system == "field" or axis != "rotary_speed":
             return ""
         turns = " to ".join(f"{from_si(value, 'rpm'):.3g}" for value in values)
         return f" ({turns} rpm)"
@@ -90,7 +76,7 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
     if several:
         yield ""
         third = note["third"]
-        yield f"Safe at every {name_of(third)} of the file: {one['safe']} of {one['points']} points."
+        yield f"Safe at every {name_of(third)} of the file: {one['safe']} of {count(one['points'], 'point')}."
     if one["safe"]:
         yield ""
         yield from _map(note, one, w)
@@ -117,9 +103,12 @@ def _basis(note: dict[str, Any]) -> Iterator[str]:
     if note["unknown"]:
         yield "  unknown   a run failed or has no severity, and the others leave it open; no window goes there"
     if note["failed_runs"]:
-        yield f"  {note['failed_runs']} of {note['runs']} runs failed, at {note['failed_points']} points."
+        points = count(note["failed_points"], "point")
+        yield f"  {note['failed_runs']} of {count(note['runs'], 'run')} failed, at {points}."
     if note["distrusted_points"]:
-        yield f"  {note['distrusted_points']} points are marked as not to be trusted and count as not safe."
+        one = note["distrusted_points"] == 1
+        said = "is marked as not to be trusted and counts" if one else "are marked as not to be trusted and count"
+        yield f"  {count(note['distrusted_points'], 'point')} {said} as not safe."
 
 
 def _shares(note: dict[str, Any]) -> str:
@@ -127,7 +116,7 @@ def _shares(note: dict[str, Any]) -> str:
     parts = [f"{note[word]} {word} ({100 * note['share'][word]:.1f} %)" for word in words]
     if note["unknown"]:
         parts.append(f"{note['unknown']} unknown ({unknown_words(note)}, {100 * note['share']['unknown']:.1f} %)")
-    return f"of {note['points']} points {', '.join(parts)}"
+    return f"of {count(note['points'], 'point')} {', '.join(parts)}"
 
 
 def _columns(note: dict[str, Any]) -> tuple[str, ...]:
@@ -145,7 +134,8 @@ def _row(note: dict[str, Any], counts: dict[str, Any]) -> str:
 
 def _no_window(note: dict[str, Any]) -> Iterator[str]:
     met = [f"{_words(name)} at {count}" for name, count in note["obstacles"].items() if count]
-    yield "There is no safe point." + (f" Critical responses, in any history: {', '.join(met)} points." if met else "")
+    noun = "point" if note["points"] == 1 else "points"
+    yield "There is no safe point." + (f" Critical responses, in any history: {', '.join(met)} {noun}." if met else "")
     if note["severity"] is None:
         yield ("How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill "
                "classify` moves the thresholds.")
@@ -188,14 +178,14 @@ def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
     if len(axes) == 1:
         yield f"Safe {'interval' if len(one['regions']) == 1 else 'intervals'}:"
         for area in sorted(one["regions"][:MOST_ROWS], key=lambda area: float(area[axes[0]][0])):
-            yield f"  {w.span(axes[0], area[axes[0]])}: {_points(area['points'])}"
+            yield f"  {w.span(axes[0], area[axes[0]])}: {count(area['points'], 'point')}"
         if len(one["regions"]) > MOST_ROWS:
             yield f"  and {len(one['regions']) - MOST_ROWS} smaller ones (all with --json)"
     else:
         area = one["regions"][0]
         spans = ", ".join(w.span(axis, area[axis]) for axis in axes)
         others = f"; {len(one['regions'])} regions in all" if len(one["regions"]) > 1 else ""
-        yield (f"Largest safe region: {_points(area['points'])} ({100 * area['share']:.1f} % of the map) within "
+        yield (f"Largest safe region: {count(area['points'], 'point')} ({100 * area['share']:.1f} % of the map) within "
                f"{spans}{others}.")
     best = one["recommended"]
     yield f"Recommended: {', '.join(w.value(axis, best[axis]) for axis in axes)}."
@@ -252,11 +242,7 @@ def _over_depth(note: dict[str, Any], w: Writer, table: bool) -> Iterator[str]:
         return
     spans = ", ".join(f"{w.number('depth', a)} to {w.number('depth', b)}" if a != b else w.number("depth", a)
                       for a, b in depth["open"])
-    yield f"{said}; it reopens at {w.value('depth', depth['reopens'])}. Open at {spans} {w.units['depth']}."
-
-
-def _points(count: int) -> str:
-    return "1 point" if count == 1 else f"{count} points"
+    yield f"{said}; it reopens at {w.value('depth', depth['reopens'])}. Open at {spans} {w.unit('depth')}."
 
 
 def _words(flag: str) -> str:

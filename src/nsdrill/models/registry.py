@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from functools import lru_cache
 from importlib import import_module
+from typing import TYPE_CHECKING
 
-from nsdrill.models.base import Model
+if TYPE_CHECKING:
+    from nsdrill.models.base import Model
 
 DEFAULT = "christoforou_yigit"
 # Where each is found: imported when it is asked for.

@@ -17,7 +17,7 @@ from matplotlib.patches import Patch
 
 from nsdrill.data import Results
 from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles, shade_hysteresis
-from nsdrill.plot.labels import Quantity, quantity
+from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.slices import Line
 from nsdrill.plot.style import FULL_WIDTH, MANY_MARKERS, REFERENCE, RESPONSES, SHADE, SHADE_EDGE
 
@@ -58,7 +58,7 @@ def _marker(label: str, face: str) -> Line2D:
                   markeredgewidth=0.7, label=label)
 
 
-def draw_peaks(axes: Axes, one: Line, peaks: str, constant: str, x: Quantity, y: Quantity, rasterise: bool) -> int:
+def draw_peaks(axes: Axes, one: Line, peaks: str, constant: str, x: Shown, y: Shown, rasterise: bool) -> int:
     """Draw one panel, an artist for each response and procedure; the number of points drawn as a constant value."""
     outcomes, values, still = one.outcome, one[peaks] / y.scale, one[constant] / y.scale
     at = one.x / x.scale

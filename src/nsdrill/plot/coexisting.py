@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 from nsdrill.analysis.attractors import Attractor
 from nsdrill.data import Array, Results
 from nsdrill.plot.columns import legend_below
-from nsdrill.plot.labels import Quantity, fixed_values, heading, operating_point, quantity
+from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges, robust_limits, spaced
 from nsdrill.plot.starts import along, matched
 from nsdrill.plot.style import FULL_WIDTH, REFERENCE, RESPONSES, new_figure
@@ -48,7 +48,7 @@ def draw(results: Results, units: str = "si") -> Figure:
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
         low = min(low, 0.0)
         axes.set_ylim(low - 0.03 * (high - low), high + 0.06 * (high - low))
-        axes.set_ylabel(Quantity(word, y.unit, y.scale).label)
+        axes.set_ylabel(Shown(word, y.unit, y.scale).label)
         axes.tick_params(labelbottom=row == len(PANELS) - 1)
         panels.append(axes)
     spaced(panels[0], centres)

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from nsdrill.data import Array, Results
 from nsdrill.plot.columns import frame, is_open, legend_below, lines_of, outcome_handles
-from nsdrill.plot.labels import Quantity, quantity
+from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.slices import Line, edges, robust_limits
 from nsdrill.plot.style import DIRECTION_COLOURS, MOTIONS, REFERENCE, SEAMLESS
 from nsdrill.variables import OK, PERIODIC
@@ -42,7 +42,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     return figure
 
 
-def _draw_kinds(axes: Axes, one: Line, x: Quantity, *, named: bool) -> set[int]:
+def _draw_kinds(axes: Axes, one: Line, x: Shown, *, named: bool) -> set[int]:
     """The kinds as coloured cells, a row for each procedure."""
     kinds = np.ma.masked_where(one["status"] != OK, one["motion"].astype(int))
     rows = np.arange(len(one.procedures))
@@ -65,7 +65,7 @@ def _shown(one: Line, name: str) -> Array:
     return np.where(shown, one[name], np.nan)
 
 
-def _draw_values(axes: Axes, one: Line, name: str, x: Quantity) -> None:
+def _draw_values(axes: Axes, one: Line, name: str, x: Shown) -> None:
     for row, (procedure, values) in enumerate(zip(one.procedures, _shown(one, name), strict=True)):
         opened = is_open(procedure, one.procedures)
         colour = DIRECTION_COLOURS.get(procedure, REFERENCE)

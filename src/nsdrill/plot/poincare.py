@@ -21,7 +21,7 @@ from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.plot.bifurcation import HEIGHT, draw_drive_speed, draw_wall, marker_size
 from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
-from nsdrill.plot.labels import Quantity, fixed_values, heading, operating_point, quantity
+from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import Line, text
 from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, MOTIONS, REFERENCE, new_figure
 from nsdrill.variables import OK
@@ -53,7 +53,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     return figure
 
 
-def draw_returns(axes: Axes, one: Line, name: str, x: Quantity, y: Quantity, rasterise: bool) -> set[int]:
+def draw_returns(axes: Axes, one: Line, name: str, x: Shown, y: Shown, rasterise: bool) -> set[int]:
     """One panel, an artist for each kind of motion and procedure; gives the kinds that occur."""
     motion, values, at = one["motion"], one[name] / y.scale, one.x / x.scale
     size = 0.75 * marker_size(len(at), axes)
@@ -85,7 +85,7 @@ def _marker(label: str, face: str, edge: str = REFERENCE) -> Line2D:
                   markeredgewidth=0.7, label=label)
 
 
-def _whole_turn(axes: Axes, y: Quantity) -> None:
+def _whole_turn(axes: Axes, y: Shown) -> None:
     """An angle from minus to plus half a turn, with ticks at the quarters."""
     axes.set_ylim(-1.04 * pi / y.scale, 1.04 * pi / y.scale)
     ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / y.scale

@@ -14,7 +14,7 @@ from nsdrill.data import Results
 from nsdrill.plot.bands import bounds, words
 from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
 from nsdrill.plot.kinds import SUMMARY, value_name
-from nsdrill.plot.labels import Quantity, quantity
+from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.slices import Line, robust_limits
 from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE
 from nsdrill.variables import INFERRED, OK
@@ -42,7 +42,7 @@ def draw(results: Results, kind: str = "summary", units: str = "si") -> Figure:
     return figure
 
 
-def draw_values(axes: Axes, one: Line, name: str, x: Quantity, y: Quantity) -> None:
+def draw_values(axes: Axes, one: Line, name: str, x: Shown, y: Shown) -> None:
     """A line for each procedure, broken where a run has not ended well; it passes over points that were not needed."""
     for row, procedure in enumerate(one.procedures):
         good, needed = one["status"][row] == OK, one["status"][row] != INFERRED
@@ -66,7 +66,7 @@ def _direction_handles(one: Line) -> list[Line2D]:
                    **(_style(name, one.procedures) | {"markersize": 4})) for name in one.procedures]
 
 
-def _limit(panels: list[Axes], lines: list[Line], name: str, y: Quantity, units: str) -> None:
+def _limit(panels: list[Axes], lines: list[Line], name: str, y: Shown, units: str) -> None:
     """Limits that a few wild values do not own; these are drawn as arrows on the border."""
     values = np.concatenate([np.where(one["status"] == OK, one[name] / y.scale, np.nan).ravel() for one in lines])
     low, high = robust_limits(values)

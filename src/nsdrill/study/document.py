@@ -96,6 +96,11 @@ def read_text(path: Path) -> str:
         raise FileError(f"{str(path)!r}: is not a file name.") from None
     if pipe and not raw:
         raise FileError(f"{path}: is a pipe, and nobody writes to it; a study is a YAML file.")
+    return text_of(raw, path)
+
+
+def text_of(raw: bytes, path: str | Path) -> str:
+    """The text of a study in the bytes ``raw`` of ``path``; :class:`FileError` where they are not those of one."""
     if len(raw) > LARGEST_FILE:
         raise FileError(f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, which no study is.")
     if raw.startswith(b"\x89HDF\r\n\x1a\n"):

@@ -12,6 +12,7 @@ def json_schema() -> dict[str, Any]:
     schema = _tidy(study_model().model_json_schema(by_alias=True))
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": "urn:nsdrill:study",
         "title": "nsdrill study",
         "description": "A sweep of the coupled axial, torsional and lateral vibration of a drill string.",
         **schema,

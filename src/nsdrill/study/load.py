@@ -114,7 +114,9 @@ def _validated(data: Any) -> dict[str, Any]:
 
     well = data.get("well")
     law = well.get("law", "linear") if isinstance(well, dict) else "linear"
-    made = study_model().model_validate(data, context={"law": law if law in ("linear", "hertz") else None})
+    sweep = data.get("sweep")
+    axes = frozenset(axis_leaves()).intersection(sweep if isinstance(sweep, dict) else ())
+    made = study_model(axes).model_validate(data, context={"law": law if law in ("linear", "hertz") else None})
     return made.model_dump(exclude_unset=True, by_alias=True)
 
 

@@ -1,6 +1,6 @@
 """The resolved study: complete plain data in SI, from which a :class:`Study` is built, always in this one way.
 
-It is kept in results files; a replay builds the very same study from it, bit for bit. No pint, no pydantic, no YAML.
+It is kept in results files; a replay builds the very same study from it, bit for bit. No units, no pydantic, no YAML.
 """
 
 from __future__ import annotations

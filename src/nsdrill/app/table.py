@@ -1,0 +1,67 @@
+"""The table of a sweep as CSV, in SI or in field units."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TextIO
+
+from nsdrill.data import Results
+from nsdrill.files import replacing
+from nsdrill.quantity import find
+from nsdrill.store import to_csv
+from nsdrill.units import from_si
+
+_HEADING = re.compile(r"(?P<name>\w+?)(?P<number>_\d+)?(?: \[(?P<units>.+)\])?")
+
+
+def write_csv(
+    results: Results, path: str | os.PathLike[str], *, peaks: bool = False, section: bool = False, states: bool = False,
+    units: str = "si", overwrite: bool = True,
+) -> None:
+    """As :func:`nsdrill.store.to_csv`; in field units where ``units`` is "field", with these in the headings."""
+    if units == "si":
+        to_csv(results, path, peaks=peaks, section=section, states=states, overwrite=overwrite)
+        return
+    with replacing(path, overwrite=overwrite) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
+        print_csv(results, file, peaks=peaks, section=section, states=states, units=units)
+
+
+def print_csv(
+    results: Results, file: TextIO, *, peaks: bool = False, section: bool = False, states: bool = False,
+    units: str = "si",
+) -> None:
+    """Write the table of :func:`write_csv` to an open ``file``."""
+    with tempfile.TemporaryDirectory(prefix="nsdrill-") as folder:
+        made = Path(folder) / "table.csv"
+        to_csv(results, made, peaks=peaks, section=section, states=states)
+        with open(made, newline="", encoding="utf-8") as table:
+            if units == "field":
+                csv.writer(file).writerows(_in_field_units(csv.reader(table)))
+                return
+            while text := table.read(1 << 16):
+                file.write(text)
+
+
+def _in_field_units(rows: Iterator[list[str]]) -> Iterator[list[str]]:
+    heads = next(rows)
+    shown = [_field_unit(head) for head in heads]
+    yield [f"{head.partition(' [')[0]} [{unit}]" if unit else head for head, unit in zip(heads, shown, strict=True)]
+    for row in rows:
+        yield [repr(from_si(float(text), unit)) if unit else text for text, unit in zip(row, shown, strict=True)]
+
+
+def _field_unit(head: str) -> str | None:
+    """The field unit of the column with this heading, ``axial_peaks_0 [m]`` say; None where it stays as it is. States
+    have no unit in theirs."""
+    match = _HEADING.fullmatch(head)
+    name = match["name"] if match else head
+    state = name.removeprefix("initial_state_").removeprefix("final_state_")
+    if match is None or (match["units"] is None and state == name):
+        return None
+    one = find(state)
+    return one.unit("field") if one is not None and one.unit("field") != one.units else None

@@ -1,0 +1,181 @@
+"""Every quantity that is shown, once: its words, its SI units, and the units in which people see it.
+
+The names, long names and SI units of what files hold come from :mod:`nsdrill.variables`, those of the numbers of a
+study from its parameters. Pictures, tables, messages and exports take words and units from here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+from nsdrill.model.leaves import further_axes, words_of
+from nsdrill.units import from_si, plain_units, readable, to_si
+from nsdrill.variables import AXES, COORDINATES, TRACE_VARIABLES, VARIABLES, dimension_of
+
+SYSTEMS = ("si", "field")
+
+# SI units -> those shown in SI, as engineers write it, and in field units; both as nsdrill.units reads them.
+SHOWN: dict[str, tuple[str, str]] = {
+    "m": ("mm", "in"),
+    "N": ("kN", "klbf"),
+    "N m": ("kN*m", "kft*lbf"),
+    "rad/s": ("rad/s", "rpm"),
+    "m/s": ("m/s", "ft/s"),
+    "m/s^2": ("m/s^2", "gravity"),
+    "rad": ("rad", "rev"),
+    "Pa": ("GPa", "psi"),
+    "kg/m^3": ("kg/m^3", "ppg"),
+    "kg": ("kg", "lb"),
+    "kg m^2": ("kg m^2", "lb*ft^2"),
+    "N/m": ("MN/m", "lbf/in"),
+    "N/m^1.5": ("N/m^1.5", "lbf/in^1.5"),
+    "N s/m": ("N s/m", "lbf*s/ft"),
+    "N s^2/m^2": ("N s^2/m^2", "lbf*s^2/ft^2"),
+    "N m/rad": ("N m/rad", "kft*lbf/rad"),
+    "N m s/rad": ("N m s/rad", "ft*lbf*s/rad"),
+    "s/m": ("s/m", "s/ft"),
+}
+_SHOWN_OF_NAME = {"depth": ("m", "ft")}
+# Where people write a unit in another way than a study does.
+_SIGNS = {"kN*m": "kN m", "kft*lbf": "kft-lbf", "kft*lbf/rad": "kft-lbf/rad", "ft*lbf*s/rad": "ft-lbf s/rad",
+          "lb*ft^2": "lb ft^2", "m/s^2": "m/s²", "gravity": "g", "percent": "%"}
+
+# In a sentence, where the long name of a file is too long.
+_WORDS = {"depth": "depth", "wob": "weight on bit", "rotary_speed": "speed"}
+# On pictures, likewise, or where field practice has a better one.
+_LABELS = {
+    "depth": "Measured depth",
+    "wob": "Weight on bit",
+    "rotary_speed": "Rotary speed",
+    "axial_peaks": "Axial peaks $z$",
+    "bit_speed_peaks": "Bit speed peaks",
+    "radius_peaks": "Radial peaks $r$",
+    "stick_slip_index": "Stick-slip index",
+    "lift_off_fraction": "Time off the rock",
+    "wall_contact_fraction": "Time on the wall",
+    "stuck_fraction": "Time stuck",
+    "whirl_ratio": "Whirl ratio",
+    "rolling_ratio": "Rolling ratio",
+    "lateral_acceleration_rms": "Lateral acceleration, r.m.s.",
+    "axial_acceleration_rms": "Axial acceleration, r.m.s.",
+    "radius_max": "Greatest radius",
+    "radius_mean": "Mean radius",
+    "half_difference": "Disagreement of halves",
+    "section_radius": "$r$",
+    "section_whirl_angle": "Whirl angle from bit",
+    "section_radial_velocity": "$\\dot r$",
+    "section_whirl_speed": "Whirl speed",
+    "section_axial": "$z$",
+    "section_axial_velocity": "$\\dot z$",
+    "section_twist": "Twist",
+    "section_bit_speed": "Bit speed",
+    "lyapunov_exponent": "Lyapunov exponent",
+    "zero_one": "0-1 test $K$",
+    "period": "Period",
+    "x": "$x$",
+    "y": "$y$",
+    "vx": "$\\dot x$",
+    "vy": "$\\dot y$",
+    "z": "$z$",
+    "vz": "$\\dot z$",
+    "radius": "$r$",
+    "radial_velocity": "$\\dot r$",
+    "twist": "Twist",
+    "drive_angle": "Drive angle",
+    "bit_speed": "Bit speed",
+    "drive_speed": "Drive speed",
+    "bit_force": "Bit force",
+    "bit_torque": "Bit torque",
+    "wall_force": "Wall force",
+    "time": "Time",
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity by its ``name`` in files and studies: ``long_name``, as files say it; ``words`` for a sentence;
+    ``label`` for the axis of a picture; its SI ``units`` as a study writes them, "" for a plain number; and in
+    ``shown`` the units in which people see it in SI and in field units, as :mod:`nsdrill.units` reads them."""
+
+    name: str
+    long_name: str
+    words: str
+    label: str
+    units: str
+    shown: tuple[str, str]
+
+    def unit(self, system: str) -> str:
+        """The unit in which people see it in the ``system``, "si" or "field"; "" for a plain number."""
+        return self.shown[SYSTEMS.index(system)]
+
+    def text(self, value: float, system: str, digits: int = 6) -> str:
+        """An SI ``value`` with its unit, in one in which it is neither large nor small where there is a choice."""
+        if system == "si" and self.name not in AXES:
+            return readable(value, self.units, digits)
+        return amount(value, self.unit(system), digits)
+
+
+def amount(value: float, unit: str, digits: int = 6) -> str:
+    """An SI ``value`` in ``unit``, to so many digits or to the last one before the point: ``16404.2 ft``."""
+    if unit in ("", "percent"):
+        return f"{value:.{digits}g} {sign(unit)}".strip()
+    number = from_si(value, unit)
+    text = f"{number:.{digits}g}"
+    if "e+" in text and abs(number) < 1e9:
+        text = f"{number:.0f}"
+    return f"{text} {sign(unit)}"
+
+
+def sign(unit: str) -> str:
+    """A unit as people write it: ``kft-lbf`` for ``kft*lbf``."""
+    return _SIGNS.get(unit, unit)
+
+
+def in_system(value: float, units: str, system: str) -> tuple[float, str]:
+    """An SI ``value`` for programs, and its unit: in SI as it is, in field units as people see it. ``units`` are SI, as
+    a study or as the attributes of a file write them."""
+    unit = unit_in(units, system)
+    return (value, units) if unit is None else (from_si(value, unit), unit)
+
+
+def unit_in(units: str, system: str) -> str | None:
+    """The field unit for SI ``units``; None where the value stays as it is."""
+    plain = plain_units(units)
+    return SHOWN[plain][1] if system == "field" and plain in SHOWN else None
+
+
+def shown_scale(unit: str, units: str) -> float:
+    """How many SI ``units`` one ``unit`` is."""
+    return to_si(f"1 {unit}", units) if unit and unit != units else 1.0
+
+
+@lru_cache(maxsize=1)
+def _known() -> dict[str, Quantity]:
+    found = {}
+    rows = [(v.name, v.units, v.long_name) for v in (*VARIABLES, *TRACE_VARIABLES)]
+    rows += [(name, units, long_name) for name, (units, long_name) in COORDINATES.items()]
+    for name, cf, long_name in rows:
+        units = "" if cf == "1" else plain_units(cf)
+        shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
+        label = _LABELS.get(name, long_name[:1].upper() + long_name[1:])
+        found[name] = Quantity(name, long_name, _WORDS.get(name, long_name), label, units, shown)
+    for name, (_, units) in further_axes().items():
+        words = words_of(name)
+        shown = SHOWN.get(units, (units, units))
+        found[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown)
+    return found
+
+
+def find(name: str) -> Quantity | None:
+    """The quantity of this name, of a variable or coordinate of a file, or of a number of a study by its dotted key;
+    None for none."""
+    return _known().get(dimension_of(name.removeprefix("operation.")))
+
+
+def quantity(name: str) -> Quantity:
+    """As :func:`find`; KeyError for none."""
+    found = find(name)
+    if found is None:
+        raise KeyError(name)
+    return found

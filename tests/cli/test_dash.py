@@ -1,0 +1,103 @@
+"""- as a file name, the schema as a file, and completion: what stands between nsdrill and other programs."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from nsdrill.study import json_schema, template_text
+
+from .helpers import SCRIPT, Answer, Call
+
+
+def piped(text: str, *words: object, cwd: Path) -> Answer:
+    done = subprocess.run([SCRIPT, *map(str, words)], cwd=cwd, input=text, capture_output=True, text=True, timeout=120)
+    assert "Traceback" not in done.stderr
+    return Answer(done.returncode, done.stdout, done.stderr)
+
+
+def test_new_writes_to_standard_output(call: Call) -> None:
+    assert call("new", "-o", "-").out == call("new").out == template_text()
+    assert not list(Path().iterdir())
+
+
+def test_a_study_on_standard_input(shared: Path, tmp_path: Path) -> None:
+    text = (shared / "small.yaml").read_text()
+    checked = piped(text, "check", "-", cwd=tmp_path)
+    assert checked.code == 0
+    assert checked.out.startswith("standard input: valid. Small\n16 points: ")
+    assert piped(text, "run", "-", "-o", "out.h5", "--quiet", cwd=tmp_path).code == 0
+    assert "the same to the bit" in piped("", "diff", "out.h5", shared / "small.h5", cwd=tmp_path).out
+    assert piped(text, "simulate", "-", "-o", "t.h5", "--duration", "1 s", cwd=tmp_path).code == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "standard input, line 1: found an empty document"),
+        ("titel: x", "standard input, line 1: titel: found an unknown key"),
+        ("a: [", "standard input, line 1: found"),
+        ("x" * 1_000_001, "standard input: is larger than 1 MB"),
+    ],
+)
+def test_faults_on_standard_input(tmp_path: Path, text: str, said: str) -> None:
+    answer = piped(text, "run", "-", "-o", "out.h5", cwd=tmp_path)
+    assert (answer.code, answer.out) == (2, "")
+    assert said in answer.err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["show", "-"], ["plot", "-", "-o", "x.png"], ["window", "-"], ["diff", "-", "-"], ["classify", "-"],
+     ["export", "-", "-o", "x.csv"], ["replay", "-", "-o", "x.h5"], ["run", "study.yaml", "-o", "-"],
+     ["simulate", "study.yaml", "-o", "-"], ["plot", "out.h5", "-o", "-"]],
+)
+def test_results_and_pictures_are_files(call: Call, words: list[str]) -> None:
+    answer = call(*words)
+    assert (answer.code, answer.out) == (2, "")
+    assert "found '-'; allowed: the name of a file" in answer.err
+    assert not list(Path().iterdir())
+
+
+@pytest.mark.parametrize("units", ["si", "field"])
+def test_csv_on_standard_output(call: Call, shared: Path, units: str) -> None:
+    more = ["--units", units, "--peaks"]
+    answer = call("export", shared / "map.h5", "-o", "-", *more)
+    assert (answer.code, answer.err) == (0, "")
+    assert call("export", shared / "map.h5", "-o", "table.csv", *more).code == 0
+    assert answer.out == Path("table.csv").read_bytes().decode()
+    assert [path.name for path in Path().iterdir()] == ["table.csv"]
+
+
+def test_a_full_standard_output(shared: Path) -> None:
+    with open("/dev/full", "w") as full:
+        done = subprocess.run([SCRIPT, "export", shared / "map.h5", "-o", "-"], stdout=full, stderr=subprocess.PIPE,
+                              text=True, timeout=120)
+    assert done.returncode == 1
+    assert "standard output: cannot be written" in done.stderr
+
+
+def test_the_schema_as_a_file(call: Call) -> None:
+    assert call("schema").out == call("schema", "-o", "-").out
+    answer = call("schema", "-o", "study.schema.json")
+    assert answer.code == 0
+    assert "# yaml-language-server: $schema=study.schema.json" in answer.err
+    assert json.loads(Path("study.schema.json").read_text()) == json_schema()
+    assert json_schema()["$id"].startswith("urn:nsdrill:")
+    assert call("schema", "-o", "study.schema.json").code == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "found"), [("nsdrill wi", "plain,window"), ("nsdrill show --un", "plain,--units"),
+                         ("nsdrill show sm", "file,sm"), ("nsdrill plot -o pi", "file,pi")])
+def test_completion(words: str, found: str) -> None:
+    done = subprocess.run(
+        [SCRIPT], capture_output=True, text=True, timeout=60,
+        env={**os.environ, "_NSDRILL_COMPLETE": "bash_complete", "COMP_WORDS": words,
+             "COMP_CWORD": str(len(words.split()) - 1)})
+    assert found in done.stdout.splitlines()

@@ -1,0 +1,247 @@
+"""--units and NSDRILL_UNITS: the same numbers in field units, in words, JSON and CSV; and answers in the unit asked."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nsdrill.cli.words import in_units
+from nsdrill.store import read_results
+from nsdrill.units import from_si, to_si
+
+from .helpers import Call
+
+KLBF, FOOT, INCH, RPM = 4448.2216152605, 0.3048, 0.0254, np.pi / 30
+
+
+def both(call: Call, *words: object) -> tuple[Any, Any]:
+    si, field = (json.loads(call(*words, "--json", "--units", units).out) for units in ("si", "field"))
+    return si, field
+
+
+def structure(data: Any) -> Any:
+    """Keys and types, without the values."""
+    if isinstance(data, dict):
+        return {key: structure(value) for key, value in data.items()}
+    return [structure(one) for one in data] if isinstance(data, list) else type(data)
+
+
+def test_check(call: Call, small: Path) -> None:
+    out = call("check", small, "--units", "field").out
+    assert "speed 9.5493 rpm to 76.3944 rpm" in out
+    assert "At 6561.68 ft, 4.99975 klbf (22.24 kN), 28.6479 rpm (3 rad/s):" in out
+    assert "J                      11193.6 lb ft^2" in out  # 471.701 kg m^2, which are 23.7304 lb ft^2 each
+    si, field = both(call, "check", small)
+    assert structure(field) == structure(si)
+    assert field["operation"]["depth"] == {"value": pytest.approx(2000 / FOOT), "units": "ft"}
+    assert field["coefficients"]["gap"] == {"value": pytest.approx(3.0), "units": "in"}  # 15 in less 9 in, halved
+    for group in ("coefficients", "figures", "operation"):
+        for name, row in si[group].items():
+            units = row["units"]
+            if units != "1":
+                shown = field[group][name]
+                assert to_si(f"{shown['value']!r} {shown['units']}", units) == pytest.approx(row["value"], rel=1e-12)
+
+
+def test_warnings_of_check(call: Call, small: Path) -> None:
+    more = ["--set", "drillstring.eccentricity=10 cm", "--set", "simulation.observe=20 s"]
+    said = call("check", small, *more, "--units", "field").err
+    assert "the eccentricity (3.937 in) exceeds the clearance (3 in)" in said
+    assert "at 9.549 rpm the observed window" in said
+    assert both(call, "check", small, *more)[1]["warnings"][0] in said
+
+
+def test_show(call: Call, shared: Path) -> None:
+    out = call("show", shared / "map.h5", "--units", "field").out
+    assert "depth          6561.68 ft (2000 m)" in out
+    assert "weight on bit  4.49618 klbf to 22.4809 klbf, 5 values" in out
+    assert "e+0" not in out.partition("Least and greatest")[0]
+    si, field = both(call, "show", shared / "map.h5")
+    assert field.pop("units") == {"depth": "ft", "wob": "klbf", "rotary_speed": "rpm"}
+    assert structure(field) == structure(si)
+    assert field["axes"]["wob"]["from"] == pytest.approx(20e3 / KLBF)
+    assert field["axes"]["depth"]["to"] == pytest.approx(2000 / FOOT)
+    assert field["ranges"]["bit_torque_max"]["units"] == "kft*lbf"
+    torque = 1000 * FOOT * KLBF / 1000
+    assert field["ranges"]["bit_torque_max"]["max"] == pytest.approx(si["ranges"]["bit_torque_max"]["max"] / torque)
+    assert field["ranges"]["stuck_fraction"] == si["ranges"]["stuck_fraction"]
+
+
+def test_show_of_one_axis_and_of_failed_points(call: Call, shared: Path) -> None:
+    si, field = both(call, "show", shared / "failing.h5")
+    for name in ("intervals", "failed", "hysteresis"):
+        assert structure(field[name]) == structure(si[name])
+    assert field["failed"][0]["rotary_speed"] == pytest.approx(si["failed"][0]["rotary_speed"] / RPM)
+    assert field["intervals"][0]["from"] == pytest.approx(si["intervals"][0]["from"] / RPM)
+
+
+def test_a_trace(call: Call, small: Path) -> None:
+    assert call("simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft").code == 0
+    assert "depth          10000 ft (3048 m)" in call("show", "t.h5", "--units", "field").out
+    assert "depth          3048 m (10000 ft)" in call("show", "t.h5").out
+    si, field = both(call, "show", "t.h5")
+    assert (field["depth"], field["units"]["depth"]) == (10000.0, "ft")
+    assert field["ranges"]["depth"]["units"] == "ft"
+    assert field["ranges"]["radius"]["max"] == pytest.approx(si["ranges"]["radius"]["max"] / INCH)
+    assert field["duration"] == si["duration"]
+
+
+def test_diff(call: Call, small: Path) -> None:
+    for name, depth in (("a.h5", "10000 ft"), ("b.h5", "11000 ft")):
+        assert call("simulate", small, "-o", name, "--duration", "1 s", "--depth", depth).code == 0
+    out = call("diff", "a.h5", "b.h5", "--units", "field").out
+    assert "10000 ft" in out
+    assert "11000 ft" in out
+    assert "1e+03 ft" not in out
+    si, field = both(call, "diff", "a.h5", "b.h5")
+    assert structure(field) == structure(si)
+    (row,) = [row for row in field["variables"] if row["name"] == "depth"]
+    assert (row["largest"], row["units"]) == (pytest.approx(1000.0), "ft")
+    assert {"name": "depth", "a": "10000 ft", "b": "11000 ft"} in field["run"]
+
+
+def test_window(call: Call, shared: Path) -> None:
+    si, field = both(call, "window", shared / "map.h5", "--severity", "4")
+    assert field.pop("units")["wob"] == "klbf"
+    assert structure(field) == structure(si)
+    here, there = si["maps"][0], field["maps"][0]
+    assert there["regions"][0]["wob"] == pytest.approx(np.array(here["regions"][0]["wob"]) / KLBF)
+    assert there["share"] == here["share"]
+    best, found = here["recommended"], there["recommended"]
+    assert found["rotary_speed"] == pytest.approx(best["rotary_speed"] / RPM)
+    assert found["margin"] == best["margin"]  # in steps of the axes
+    margins = best["margins"]["wob"]["more"], found["margins"]["wob"]["more"]
+    assert margins[1]["margin"] == pytest.approx(margins[0]["margin"] / KLBF)
+    assert margins[1]["safe_to"] == pytest.approx(margins[0]["safe_to"] / KLBF)
+
+
+def test_csv(call: Call, shared: Path) -> None:
+    assert call("export", shared / "map.h5", "-o", "si.csv", "--peaks", "--states").code == 0
+    assert call("export", shared / "map.h5", "-o", "field.csv", "--peaks", "--states", "--units", "field").code == 0
+    (heads, *rows), (shown, *others) = (
+        list(csv.reader(Path(f"{name}.csv").read_text().splitlines())) for name in ("si", "field"))
+    assert len(rows) == len(others) == 20
+    changed = {
+        "wob [N]": ("wob [klbf]", KLBF), "depth [m]": ("depth [ft]", FOOT),
+        "axial_peaks_0 [m]": ("axial_peaks_0 [in]", INCH),
+        "initial_state_x": ("initial_state_x [in]", INCH), "bit_speed_max [rad s-1]": ("bit_speed_max [rpm]", RPM),
+    }  # fmt: skip
+    for head, (other, scale) in changed.items():
+        column, same = heads.index(head), shown.index(other)
+        assert column == same
+        values = [float(row[column]) / scale for row in rows]
+        assert [float(row[same]) for row in others] == pytest.approx(values, nan_ok=True)
+    for column, (head, other) in enumerate(zip(heads, shown, strict=True)):
+        if head == other:
+            assert [row[column] for row in rows] == [row[column] for row in others]
+    wob = read_results(shared / "map.h5").coords["wob"]
+    assert others[0][shown.index("wob [klbf]")] == repr(from_si(float(wob[0]), "klbf"))
+
+
+def test_netcdf_stays_in_si_and_says_so(call: Call, shared: Path) -> None:
+    answer = call("export", shared / "map.h5", "-o", "a.nc", "--units", "field")
+    assert answer.code == 0
+    assert "stays in SI units" in answer.err
+    assert "SI" not in call("export", shared / "map.h5", "-o", "b.nc").err
+    assert Path("a.nc").read_bytes() == Path("b.nc").read_bytes()
+
+
+def test_the_variable_sets_the_default_and_the_option_wins(
+    call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    plain, field = (call("show", shared / "map.h5", "--units", units).out for units in ("si", "field"))
+    assert plain != field
+    monkeypatch.setenv("NSDRILL_UNITS", "Field")
+    assert call("show", shared / "map.h5").out == field
+    assert call("show", shared / "map.h5", "--units", "SI").out == plain
+    monkeypatch.setenv("NSDRILL_UNITS", "")
+    assert call("show", shared / "map.h5").out == plain
+
+
+@pytest.mark.parametrize(
+    "words", [["check", "small.yaml"], ["show", "map.h5"], ["window", "map.h5"], ["export", "map.h5", "-o", "new.csv"],
+              ["plot", "map.h5", "-o", "new.png"], ["diff", "map.h5", "map.h5"], ["replay", "map.h5", "-o", "new.h5"]])
+def test_another_system_is_an_error_in_words(
+    call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]
+) -> None:
+    words = [str(shared / word) if (shared / word).exists() else word for word in words]
+    answer = call(*words, "--units", "metric")
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err == "Error: --units: found 'metric'; allowed: si or field.\n"
+    monkeypatch.setenv("NSDRILL_UNITS", "imperial")
+    answer = call(*words)
+    assert (answer.code, answer.out) == (2, "")
+    assert answer.err == "Error: NSDRILL_UNITS: found 'imperial'; allowed: si or field.\n"
+    assert not list(Path().iterdir())
+
+
+def test_the_nearest_point_is_taken_and_told_in_the_unit_asked(call: Call, shared: Path) -> None:
+    # The map has 20, 40, 60, 80, 100 kN; 10 klbf are 44.5 kN, and 40 kN are 8.99 klbf.
+    answer = call("plot", shared / "map.h5", "--wob", "10 klbf", "-o", "cut.png")
+    assert answer.code == 0
+    assert answer.err.startswith("At 8.99236 klbf, the nearest of the sweep.\n")
+    answer = call("replay", shared / "map.h5", "--wob", "10 klbf", "--rotary-speed", "32 rpm", "-o", "t.h5")
+    assert "Point: 2000 m, 8.99236 klbf, 30 rpm, same, the nearest of the sweep." in answer.err
+    asked = ["--wob", "40 kN", "--rotary-speed", "30 rpm", "-o", "f.h5", "--units", "field"]
+    assert "Point: 6561.68 ft, 40 kN, 30 rpm, same." in call("replay", shared / "map.h5", *asked).err
+
+
+def test_every_value_that_is_printed_can_be_given_back(call: Call, tmp_path: Path) -> None:
+    study = tmp_path / "odd.yaml"
+    study.write_text(
+        "sweep: {depth: {from: 1000 m, to: 7000 m, points: 14}, wob: [5 klbf, 10 klbf]}\n"
+        "simulation: {transient: 0.1 s, observe: 0.1 s}\n")
+    assert call("run", study, "-o", "odd.h5").code == 0
+    si = json.loads(call("show", "odd.h5", "--json").out)
+    assert si["axes"]["depth"]["points"] == 14
+    for asked in ("2846.15 m", "9337.77 ft"):  # the fifth, 1000 + 4 * 6000 / 13
+        answer = call("plot", "odd.h5", "--depth", asked, "-o", "cut.png", "--overwrite")
+        assert answer.code == 0
+        assert "nearest" not in answer.err
+
+
+@pytest.mark.parametrize("command", ["plot", "replay"])
+def test_beyond_the_sweep(call: Call, shared: Path, command: str) -> None:
+    answer = call(command, shared / "map.h5", "--wob", "50 klbf", "--rotary-speed", "30 rpm", "-o", "new.png")
+    assert answer.code == 2
+    assert "found 50 klbf" in answer.err
+    assert "4.496" in answer.err  # 20 kN
+    assert "klbf" in answer.err.partition("allowed")[2]
+
+
+def test_a_depth_inside_the_collars_is_told_in_feet(call: Call, small: Path) -> None:
+    answer = call("simulate", small, "-o", "t.h5", "--depth", "328 ft")
+    assert answer.code == 2
+    assert "depth: found 328 ft, allowed: more than the collar length, 656.168 ft" in answer.err
+
+
+@pytest.mark.parametrize("units", ["si", "field"])
+def test_one_point_is_one(call: Call, tmp_path: Path, units: str) -> None:
+    study = tmp_path / "one.yaml"
+    study.write_text("simulation: {transient: 0.1 s, observe: 0.1 s}\n")
+    said = call("check", study, "--units", units).out
+    answer = call("run", study, "-o", "one.h5")
+    assert answer.code in (0, 3)
+    said += answer.err + call("show", "one.h5", "--units", units).out + call("diff", "one.h5", "one.h5").out
+    assert "1 point" in said
+    assert "1 points" not in said
+
+
+def test_only_values_of_quantities_are_changed() -> None:
+    data = {
+        "kind": "x", "wob": [4448.2216152605], "made": [{"name": "python", "value": 3.11, "from": 1.0}],
+        "points": 5, "share": 0.5, "depth": {"open": [[304.8, 609.6]], "closes": None, "share": {"safe": 0.5}},
+        "bit.rock_stiffness": 25e6, "size": {"value": 1.0, "units": "B"}, "time": 3.0,
+    }  # fmt: skip
+    assert in_units(data, "si") is data
+    found = in_units(data, "field")
+    assert found["wob"] == pytest.approx([1.0], rel=1e-15)
+    assert found["depth"] == {"open": [[1000.0, 2000.0]], "closes": None, "share": {"safe": 0.5}}
+    assert found["units"] == {"wob": "klbf", "depth": "ft", "bit.rock_stiffness": "lbf/in"}
+    for name in ("kind", "made", "points", "share", "size", "time"):
+        assert found[name] == data[name]

@@ -1,0 +1,67 @@
+"""The registry of quantities: complete, consistent with what files hold, and readable back."""
+
+from __future__ import annotations
+
+import pytest
+
+from nsdrill.model.leaves import further_axes
+from nsdrill.quantity import SHOWN, SYSTEMS, amount, find, in_system, quantity
+from nsdrill.units import plain_units, to_si
+from nsdrill.variables import COORDINATES, TRACE_VARIABLES, VARIABLES
+
+HELD = {v.name: v.units for v in (*VARIABLES, *TRACE_VARIABLES) if v.units} | {k: v[0] for k, v in COORDINATES.items()}
+
+
+@pytest.mark.parametrize("name", HELD)
+def test_every_variable_of_a_file_is_there_with_its_units(name: str) -> None:
+    one = quantity(name)
+    assert one.units == ("" if HELD[name] == "1" else plain_units(HELD[name]))
+    assert one.words
+    assert one.label
+    for system in SYSTEMS:
+        if one.unit(system) not in ("", "percent"):
+            assert to_si(f"1 {one.unit(system)}", one.units) > 0.0
+
+
+def test_every_number_of_a_study_has_field_units() -> None:
+    for name, (key, units) in further_axes().items():
+        assert find(key) is find(name)
+        assert quantity(key).units == units
+        # Seconds, plain numbers and s/rad are the same on both sides of the ocean.
+        assert units in SHOWN or units in ("", "s", "s/rad", "1/s", "Hz"), key
+
+
+def test_there_is_no_quantity_of_another_name() -> None:
+    assert find("points") is None
+    with pytest.raises(KeyError):
+        quantity("points")
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (5000.0, "ft", "16404.2 ft"),
+        (500000.0, "ft", "1640420 ft"),
+        (2000.0, "ft", "6561.68 ft"),
+        (22241.1080763025, "klbf", "5 klbf"),
+        (13558.179483314004, "kft*lbf", "10 kft-lbf"),
+        (9.80665, "gravity", "1 g"),
+        (80.0, "percent", "80 %"),
+        (3.0, "", "3"),
+    ],
+)
+def test_amounts_have_no_powers_of_ten(value: float, unit: str, text: str) -> None:
+    assert amount(value, unit) == text
+
+
+def test_values_for_programs() -> None:
+    assert in_system(22241.1080763025, "N", "field") == (5.0, "klbf")
+    assert in_system(22241.1080763025, "N", "si") == (22241.1080763025, "N")
+    assert in_system(13558.179483314004, "N m", "field") == (pytest.approx(10.0), "kft*lbf")
+    assert in_system(0.5, "1", "field") == (0.5, "1")
+    assert in_system(10.0, "s", "field") == (10.0, "s")
+
+
+def test_an_amount_beside_another_is_short() -> None:
+    assert [amount(metres, "ft", 4) for metres in (5000.0, 3047.99, 2000.0, 12.5)] == [
+        "16404 ft", "10000 ft", "6562 ft", "41.01 ft"]
