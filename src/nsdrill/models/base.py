@@ -22,7 +22,6 @@ from nsdrill.observe.thresholds import Record, Thresholds
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Variant = tuple[int, ...]
-PHASE = "drive_angle"  # the name of the phase, which stands after the states
 
 
 class Ramps(ABC):
