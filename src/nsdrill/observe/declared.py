@@ -1,0 +1,492 @@
+"""The observer of a declaration (:mod:`nsdrill.observe.channels`), for any model and any number of lanes.
+
+It is made as text. Every packed step is examined in all lanes at once: the ends of the step are compared with what was
+found so far, sums over time are added up, and a number a lane notes the channels in which something happens inside the
+step: a quantity turns (its slope changes sign) or crosses its level. That is so in a few lanes only; they are then
+attended to one after another (:func:`locate`). Nothing depends on the neighbours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import astuple
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, Rows, compiled, inlined
+from nsdrill.elementary import bits_float, float_bits, fma, lowest_bit
+from nsdrill.generate import constants, define
+from nsdrill.observe import interpolant
+from nsdrill.observe.channels import (
+    MOST,
+    Channel,
+    Declaration,
+    Expression,
+    Extremes,
+    Names,
+    arguments,
+    check,
+    size_of,
+)
+from nsdrill.observe.findings import PEAKS, RETURNS, RINGS
+from nsdrill.observe.interpolant import above, crossing, divide, extreme, value
+from nsdrill.observe.section import position_and_velocity
+from nsdrill.scalar import embedded
+
+# Tolerances by which a maximum stands out from what is before and after it, to be a peak and no ripple of the error.
+PROMINENCE = 10.0
+# Of what has peaks: the least value since the last one, the greatest since then, if it may become one, and how far a
+# peak stands out at a value of zero.
+LOW, HIGH, MARGIN = range(3)
+START, END, MARK = "start", "end", "mark"
+NONE = -1  # no row
+CONSTANTS = {"PEAKS": PEAKS, "RETURNS": RETURNS, "RINGS": RINGS, "OPENS": OPENS, "CLOSES": CLOSES,
+             "PROMINENCE": PROMINENCE}  # fmt: skip
+HELPERS = ("quintic", "cubic", "derivative", "middle_of_quintic", "middle_of_cubic", "middle_of_rate", "mean_square")
+
+
+@inlined
+def turns(before, now):  # type: ignore[no-untyped-def]
+    """Whether a slope changes its sign; the turn is a maximum where it was positive before."""
+    return (before > 0.0) != (now > 0.0)
+
+
+@inlined
+def look(b, store, i, W, found, low_, growth_, ring, peaks):  # type: ignore[no-untyped-def]
+    """The next value of something with peaks. A greatest value becomes a peak as soon as the quantity has fallen far
+    enough below it. (The packed loop does the same where no peak comes of it.)"""
+    low, high = b[low_ + i], b[low_ + HIGH * W + i]
+    margin = fma(b[growth_ + i], abs(found), b[low_ + MARGIN * W + i])
+    if high - found > margin:
+        if peaks > 0:
+            count = int(store[ring])
+            store[ring + 1 + count % peaks] = high
+            store[ring] = count + 1
+        b[low_ + i] = found
+        b[low_ + HIGH * W + i] = -np.inf
+    else:
+        b[low_ + i] = min(low, found)
+        b[low_ + HIGH * W + i] = max(high, found) if found - low > margin else high
+
+
+@inlined
+def locate(  # type: ignore[no-untyped-def]
+    b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, level,
+    least_, above_, low_, growth_, ring, peaks,
+):
+    """What a channel of lane i does inside a step of length ``h``, from its polynomial, the values ``begin`` and
+    ``end`` and the slope at the end. Then come the rows where its findings stand, or NONE: the least value, before the
+    greatest; the time above; the least value since the last peak."""
+    turning = turns(p1, end_slope)
+    found = end
+    if turning:
+        found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, end_slope))
+    if least_ != NONE:
+        b[least_ + i] = min(b[least_ + i], found)
+        b[least_ + W + i] = max(b[least_ + W + i], found)
+    if low_ != NONE:
+        if turning:
+            look(b, store, i, W, found, low_, growth_, ring, peaks)
+        look(b, store, i, W, end, low_, growth_, ring, peaks)
+    if above_ != NONE:
+        above0, above1 = begin > level, end > level
+        if above0 != above1 or above0 != (found > level):
+            first, second, start, top, finish = divide(p0, p1, p2, p3, p4, p5, end_slope, level)
+            # A step with both ends above was counted as a whole.
+            b[above_ + i] += h * above(first, second, 1.0, start, top, finish) - (h if above0 and above1 else 0.0)
+
+
+@inlined
+def note_returns(  # type: ignore[no-untyped-def]
+    b, store, i, W, h, p0, p1, p2, p3, p4, p5, end, spacing, level_, ring, returns,
+    pairs, singles, start_, stage_, slope0_, slope1_, drift_,
+):
+    """Note all states where the polynomial reaches the next multiples of ``spacing``."""
+    entry = 2 * pairs + singles + 1
+    level = b[level_ + i]
+    while end >= level:
+        theta = crossing(p0 - level, p1, p2, p3, p4, p5, 0.0, 1.0)
+        count = int(store[ring])
+        place = ring + 1 + entry * (count % returns)
+        for k in range(pairs):
+            x, a = 2 * k * W, k * W
+            position, velocity = position_and_velocity(
+                b, i, theta, h, b[drift_ + a + i], start_ + x, start_ + x + W, slope0_ + a,
+                stage_ + x, stage_ + x + W, slope1_ + a)
+            store[place + 2 * k] = position
+            store[place + 2 * k + 1] = velocity
+        for k in range(singles):
+            x, a = (2 * pairs + k) * W + i, (pairs + k) * W + i
+            q0, q1, q2, q3, q4, q5 = interpolant.cubic(
+                b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a])
+            store[place + 2 * pairs + k] = value(q0, q1, q2, q3, q4, q5, theta)
+        store[place + entry - 1] = level
+        store[ring] = count + 1
+        # By number, not by adding up: the levels of a long run are multiples of the spacing.
+        following = (np.rint(level / spacing) + 1.0) * spacing
+        level = following if following > level else np.inf
+    b[level_ + i] = level
+
+
+def own_rows(declaration: Declaration) -> dict[tuple[Any, ...], int]:
+    """Where the observer keeps what: the places of its rows among those of the observers."""
+    outputs = declaration.outputs.names if declaration.outputs else ()
+    keys: list[tuple[Any, ...]] = [
+        *(("before", name) for name in outputs), *(("now", name) for name in outputs), *declaration.half,
+        *((part, name) for name in declaration.peaking for part in (LOW, HIGH, MARGIN)),
+        ("growth",), ("word",), ("level",),
+    ]  # fmt: skip
+    return {key: number for number, key in enumerate(keys)}
+
+
+def observed_rows(declaration: Declaration) -> int:
+    """How many rows of the lane buffer the observer has: ``observed`` of :class:`nsdrill.abi.Rows`."""
+    return len(own_rows(declaration))
+
+
+@lru_cache
+def make_observer(lanes: int, rows: Rows, names: Names, declaration: Declaration) -> tuple[Any, Any]:
+    """The compiled (observer, marker) of a declaration for a number of lanes and a row layout, of which ``names`` are
+    the rows. The observer's own rows are the first of ``rows.observed``; the layout need not know the stepper's.
+
+    ValueError where declaration, names and layout do not fit together.
+    """
+    check(names, declaration)
+    for what, found, wanted in (
+            ("states", len(names.states), rows.own), ("slopes", len(names.slopes), rows.own_slopes),
+            ("aux", len(names.aux), rows.aux), ("parameters", len(names.parameters), rows.parameters)):
+        if found != wanted:
+            raise ValueError(f"names.{what}: found {found} names for {wanted} rows")
+    if rows.observed < (least := observed_rows(declaration)):
+        raise ValueError(f"rows.observed: found {rows.observed}; allowed: at least {least}, see observed_rows")
+    return _Maker(lanes, rows, names, declaration).make()
+
+
+class _Maker:
+    """Writes the texts. In them b[row + i] is a row of lane i, and g0, d0, c0 and g1, d1, c1 followed by the number of
+    a channel are its value, slope and curvature at the start and at the end of the step."""
+
+    def __init__(self, lanes: int, rows: Rows, names: Names, declaration: Declaration) -> None:
+        self.lanes, self.rows, self.names, self.declaration = lanes, rows, names, declaration
+        self.number = {channel.name: k for k, channel in enumerate(declaration.channels)}
+        self.own = own_rows(declaration)
+        self.helpers: dict[Any, tuple[str, Any, str]] = {}
+        self.places = {when: self._places(when) for when in (START, END, MARK)}
+
+    def make(self) -> tuple[Any, Any]:
+        attend = self._compile("attend", types.void(BUFFER, BUFFER, types.int64), self._attend())
+        observer = self._compile("observer", types.void(BUFFER, BUFFER), self._observer(), attend=attend)
+        marker = self._compile(
+            "marker", types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+            self._marker())
+        return observer, marker
+
+    def _compile(self, name: str, signature: Any, lines: list[str], **known: Any) -> Any:
+        """From the lines of its body, the function ``name``. The code of all that it calls is told by its text, under
+        which the machine code is kept."""
+        called = [f"# {word}: {line}" for word, _, line in self.helpers.values()]
+        called += [f"# {word}: {function.__name__}" for word, function in known.items()]
+        takes = {"attend": "b, store, happens", "observer": "b, store", "marker": "b, store, i, mark, report, column"}
+        text = "\n".join([*called, constants(W=self.lanes), f"def {name}({takes[name]}):", *_indented(lines)]) + "\n"
+        known |= {word: helper for word, helper, _ in self.helpers.values()}
+        known |= {word: getattr(interpolant, word) for word in HELPERS}
+        function = define(
+            name, text, np=np, fma=fma, lowest_bit=lowest_bit, float_bits=float_bits, bits_float=bits_float,
+            turns=turns, locate=locate, note_returns=note_returns, **CONSTANTS, **known)
+        return compiled(signature, self.lanes, *astuple(self.rows))(function)
+
+    # What rows and expressions are called in the text.
+    def _b(self, row: int) -> str:
+        return f"b[{self.lanes * row} + i]"
+
+    def _own(self, *key: Any) -> str:
+        return self._b(self._own_row(*key))
+
+    def _own_row(self, *key: Any) -> int:
+        return self.rows.observer + self.own[key]
+
+    def _place(self, *key: Any) -> int:
+        """Where an own row begins in the buffer, or NONE."""
+        return self.lanes * self._own_row(*key) if key in self.own else NONE
+
+    def _places(self, when: str) -> dict[str, str]:
+        rows, names, outputs = self.rows, self.names, self.declaration.outputs
+        first_state, first_slope, kept = (
+            (rows.start, rows.start_acceleration, "before") if when == START else
+            (rows.stage, rows.acceleration, "now"))
+        begun, length = self._b(rows.time), self._b(rows.step)
+        return {
+            **{name: self._b(first_state + k) for k, name in enumerate(names.states)},
+            **{name: self._b(first_slope + k) for k, name in enumerate(names.slopes)},
+            **{name: self._b(rows.parameter + k) for k, name in enumerate(names.parameters)},
+            **{name: self._own(kept, name) for name in (outputs.names if outputs else ())},
+            "time": f"({begun} + {length})" if when == END else begun, "phase": self._b(rows.phase),
+        }  # fmt: skip
+
+    def _code(self, expression: Expression, place: dict[str, str]) -> str:
+        if isinstance(expression, str):
+            return place[expression]
+        if not callable(expression):
+            return repr(float(expression))
+        if expression not in self.helpers:
+            self.helpers[expression] = (f"function_{len(self.helpers)}", *embedded(expression))
+        return f"{self.helpers[expression][0]}({', '.join(place[name] for name in arguments(expression))})"
+
+    def _level(self, channel: Channel) -> str:
+        return "np.inf" if channel.level is None else self._code(channel.level, self.places[END])
+
+    def _ends(self, channel: Channel) -> list[str]:
+        """Lines that give the channel's values, slopes and curvatures their names."""
+        k, lines = self.number[channel.name], []
+        for end, when in enumerate((START, END)):
+            place = self.places[when]
+            slope = self._code(channel.slope, place)
+            lines += [
+                f"g{end}_{k} = {self._code(channel.value, place)}",
+                f"d{end}_{k} = {slope}" + (f" - {place[channel.frame]}" if channel.frame else ""),
+            ]
+            if channel.curvature is not None:
+                lines.append(f"c{end}_{k} = {self._code(channel.curvature, place)}")
+        return lines
+
+    def _base(self, channel: Channel) -> Channel | None:
+        return self.declaration.channels[self.number[channel.rate_of]] if channel.rate_of is not None else None
+
+    def _frame(self, channel: Channel) -> str:
+        return self.places[END][channel.frame] if channel.frame else "0.0"
+
+    def _observer(self) -> list[str]:
+        """All lanes, every step."""
+        rows, outputs = self.rows, self.declaration.outputs
+        shows = f"{self._b(rows.moves)} * {self._b(rows.window)} != 0.0"
+        # The length is nothing that the compiler knows, or it would unroll the loop of a small model before packing it.
+        lanes = "for i in range(min(W, len(b)){}):"
+        lines = ["seen = happens = 0", lanes.format("")]
+        if outputs:
+            reads = {**self.places[END], **{name: self._b(rows.aux_now + k) for k, name in enumerate(self.names.aux)}}
+            results = "".join(f"{self._own('now', name)}, " for name in outputs.names)
+            lines.append(f"    ({results}) = {self._code(outputs.function, reads)}")
+        lines += [
+            f"    seen |= (1 << i) if {shows} else 0",
+            lanes.format(" if seen != 0 else 0"),
+            f"    shows, h, word = {shows}, {self._b(rows.step)}, 0",
+            "    shown = h if shows else 0.0",
+            "    per_h = 1.0 / h if h > 0.0 else 0.0",
+        ]
+        for channel in self.declaration.channels:
+            lines += _indented(self._ends(channel))
+            lines += _indented(self._seen(channel))
+        if section := self.declaration.section:
+            lines.append(f"    word |= {1 << MOST} if g1_{self.number[section.channel]} >= {self._own('level')} else 0")
+        lines += [
+            "    word = word if shows else 0",
+            f"    {self._own('word')} = bits_float(word)",
+            "    happens |= (1 << i) if word != 0 else 0",
+            "if happens != 0:",
+            "    attend(b, store, happens)",
+        ]
+        if outputs:
+            lines += [lanes.format(""), f"    moves = {self._b(rows.moves)} != 0.0"]
+            for name in outputs.names:
+                lines += [
+                    f"    before, now = {self._own('before', name)}, {self._own('now', name)}",
+                    f"    {self._own('before', name)} = now if moves else before",
+                ]
+        return lines
+
+    def _seen(self, channel: Channel) -> list[str]:
+        """What is done with one channel in all lanes. (Both values are loaded and one is selected, where a lane is not
+        observed: what it shows may be NaN.)"""
+        k, name, lines = self.number[channel.name], channel.name, []
+        bit = 1 << k
+        if ("least", name) in self.own or ("above", name) in self.own:
+            lines.append(f"turning = turns(d0_{k}, d1_{k})")
+        if ("least", name) in self.own:
+            least, greatest = self._own("least", name), self._own("greatest", name)
+            lines += [
+                f"word |= {bit} if turning else 0",
+                f"low, high = {least}, {greatest}",
+                f"{least} = min(low, g1_{k}) if shows else low",
+                f"{greatest} = max(high, g1_{k}) if shows else high",
+            ]
+        if (LOW, name) in self.own:
+            low, high = self._own(LOW, name), self._own(HIGH, name)
+            lines += [
+                f"low, high = {low}, {high}",
+                f"margin = fma({self._own('growth')}, abs(g1_{k}), {self._own(MARGIN, name)})",
+                f"fallen = high - g1_{k} > margin",
+                f"word |= {bit} if fallen else 0",
+                "plain = shows and not turning and not fallen",
+                f"rises = plain and g1_{k} - low > margin",
+                f"{high} = max(high, g1_{k}) if rises else high",
+                f"{low} = min(low, g1_{k}) if plain else low",
+            ]
+        if ("above", name) in self.own:
+            lines += [
+                f"level = {self._level(channel)}",
+                f"above0, above1 = g0_{k} > level, g1_{k} > level",
+                f"word |= {bit} if above0 != above1 else 0",
+                f"word |= {bit} if turning and (d0_{k} > 0.0) != above0 else 0",
+                f"{self._own('above', name)} += shown if above0 and above1 else 0.0",
+            ]
+        base, frame = self._base(channel), self._frame(channel)
+        if ("integral", name) in self.own:
+            if base:
+                j = self.number[base.name]
+                gathered = f"fma({self._frame(base)}, h, g1_{j} - g0_{j})"
+            elif channel.curvature is None:
+                gathered = f"h * fma(h * (1.0 / 12.0), d0_{k} - d1_{k}, 0.5 * (g0_{k} + g1_{k}))"
+            else:
+                gathered = (f"h * fma(h, fma(h * (1.0 / 120.0), c0_{k} + c1_{k}, 0.1 * (d0_{k} - d1_{k})), "
+                            f"0.5 * (g0_{k} + g1_{k}))")
+            lines += self._summed("integral", name, gathered)
+        if ("square", name) in self.own:
+            if base:
+                j, frame = self.number[base.name], self._frame(base)
+                lines += [f"_, e2, e4, o1, o3, o5 = {_about_the_middle(base, j)}"]
+                middle = f"middle_of_rate(e2, e4, o1, o3, o5, per_h, {frame})"
+            else:
+                middle = _about_the_middle(channel, k)
+            lines += [f"e0, e2, e4, o1, o3, o5 = {middle}", *self._summed(
+                "square", name, "h * mean_square(e0, e2, e4, o1, o3, o5)")]
+        return lines
+
+    def _summed(self, what: str, name: str, gathered: str) -> list[str]:
+        total = self._own(what, name)
+        return [f"total, more = {total}, {gathered}", f"{total} = total + more if shows else total"]
+
+    def _attend(self) -> list[str]:
+        """One lane and one channel after the other, where something happens."""
+        rows, peaking, section = self.rows, self.declaration.peaking, self.declaration.section
+        followed = [channel for channel in self.declaration.channels
+                    if ("least", channel.name) in self.own or ("above", channel.name) in self.own]
+        lines = [
+            "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
+            "while happens != 0:",
+            "    i = lowest_bit(happens)",
+            "    happens &= happens - 1",
+            f"    h, word = {self._b(rows.step)}, float_bits({self._own('word')})",
+            "    while word != 0:",
+            "        k = lowest_bit(word)",
+            "        word &= word - 1",
+        ]
+        for channel in followed:
+            k = self.number[channel.name]
+            ring = peaking.index(channel.name) if channel.name in peaking else 0
+            lines += [f"        if k == {k}:", *_indented(self._polynomial(channel), 3), "            locate("]
+            lines += [
+                f"                b, store, i, W, h, g0_{k}, p0, p1, p2, p3, p4, p5, g1_{k}, h * d1_{k}, "
+                f"{self._level(channel)},",
+                f"                {self._place('least', channel.name)}, {self._place('above', channel.name)}, "
+                f"{self._place(LOW, channel.name)}, {self._place('growth')},",
+                f"                RINGS + ({len(peaking)} * i + {ring}) * (peaks + 1), peaks)",
+            ]
+        if section:
+            angle = self.declaration.channels[self.number[section.channel]]
+            states = len(self.names.states)
+            W = self.lanes
+            lines += [
+                f"        if k == {MOST}:",
+                *_indented(self._polynomial(angle), 3),
+                "            note_returns(",
+                f"                b, store, i, W, h, p0, p1, p2, p3, p4, p5, g1_{self.number[angle.name]}, "
+                f"{self._spacing()}, {self._place('level')},",
+                f"                RINGS + {len(peaking) * W} * (peaks + 1) + i * (1 + {states + 1} * returns),",
+                "                returns,",
+                f"                {rows.pairs}, {rows.singles}, {W * rows.start}, {W * rows.stage}, "
+                f"{W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.drift})",
+            ]
+        return lines
+
+    def _polynomial(self, channel: Channel) -> list[str]:
+        """Lines that give the coefficients p0 to p5 of a channel over the step."""
+        base, k = self._base(channel), self.number[channel.name]
+        if base is None:
+            return [*self._ends(channel), f"p0, p1, p2, p3, p4, p5 = {_coefficients(channel, k)}"]
+        j = self.number[base.name]
+        return [
+            *self._ends(channel), *self._ends(base), f"_, p1, p2, p3, p4, p5 = {_coefficients(base, j)}",
+            "p0, p1, p2, p3, p4, p5 = derivative(p1, p2, p3, p4, p5)",
+            f"p0, p1, p2, p3, p4 = p0 / h + {self._frame(base)}, p1 / h, p2 / h, p3 / h, p4 / h",
+        ]
+
+    def _marker(self) -> list[str]:
+        """One lane at a mark: its state is in the rows of the step's end, and so are the outputs."""
+        peaking, half, states = self.declaration.peaking, len(self.declaration.half), len(self.names.states)
+        first_half = self.lanes * (self.rows.observer + min(
+            (self.own[key] for key in self.declaration.half), default=0))
+        place, channels = self.places[MARK], self.declaration.channels
+        lines = [
+            "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
+            f"width = {len(peaking)} * (peaks + 1)",
+            f"of_section = 1 + {states + 1} * returns if {int(bool(self.declaration.section))} and returns > 0 else 0",
+            "rings, section = RINGS + i * width, RINGS + W * width + i * of_section",
+            "if mark == OPENS:",
+            "    for k in range(width):",
+            "        store[rings + k] = 0.0",
+            "    for k in range(of_section):",
+            "        store[section + k] = 0.0",
+            f"    tolerances = PROMINENCE / {self._b(self.rows.control + CONTROL.index('per_rtol'))}",
+            f"    {self._own('growth')} = tolerances",
+        ]
+        for name in peaking:
+            channel = channels[self.number[name]]
+            lines += [
+                f"    {self._own(LOW, name)} = {self._code(channel.value, place)}",
+                f"    {self._own(HIGH, name)} = -np.inf",
+                f"    {self._own(MARGIN, name)} = tolerances * {self._size(channel)}",
+            ]
+        if self.declaration.section:
+            angle = channels[self.number[self.declaration.section.channel]]
+            lines += [
+                f"    spacing, angle = {self._spacing()}, {self._code(angle.value, place)}",
+                f"    {self._own('level')} = np.inf",
+                "    if returns > 0 and spacing > 0.0:",
+                f"        {self._own('level')} = (np.floor(angle / spacing) + 1.0) * spacing",
+            ]
+        lines += [
+            "else:",
+            f"    first = column if mark != CLOSES else column + {half}",
+            f"    for k in range({half}):",
+            f"        report[first + k] = b[{first_half} + k * W + i]",
+            "    if mark == CLOSES:",
+            "        for k in range(width):",
+            f"            report[column + {2 * half} + k] = store[rings + k]",
+            "        for k in range(of_section):",
+            f"            report[column + {2 * half} + width + k] = store[section + k]",
+            f"for k in range({half}):",
+            f"    b[{first_half} + k * W + i] = 0.0",
+        ]
+        for name in self.declaration.channels_of(Extremes):
+            lines += [
+                f"now = {self._code(channels[self.number[name]].value, place)}",
+                f"{self._own('least', name)} = now",
+                f"{self._own('greatest', name)} = now",
+            ]
+        return lines
+
+    def _size(self, channel: Channel) -> str:
+        size = size_of(channel, self.names)
+        if size in self.names.states:
+            return self._b(self.rows.size + self.names.states.index(str(size)))
+        return f"abs({self._code(size, self.places[MARK])})"
+
+    def _spacing(self) -> str:
+        section = self.declaration.section
+        return self._code(section.spacing, self.places[MARK]) if section else "0.0"
+
+
+def _coefficients(channel: Channel, k: int) -> str:
+    if channel.curvature is None:
+        return f"cubic(g0_{k}, h * d0_{k}, g1_{k}, h * d1_{k})"
+    return f"quintic(g0_{k}, h * d0_{k}, h * h * c0_{k}, g1_{k}, h * d1_{k}, h * h * c1_{k})"
+
+
+def _about_the_middle(channel: Channel, k: int) -> str:
+    return f"middle_of_{_coefficients(channel, k)}"
+
+
+def _indented(lines: list[str], by: int = 1) -> list[str]:
+    return [f"{by * 4 * ' '}{line}" for line in lines]
