@@ -189,7 +189,8 @@ class _Maker:
         called = [f"# {word}: {line}" for word, _, line in self.helpers.values()]
         called += [f"# {word}: {function.__name__}" for word, function in known.items()]
         takes = {"attend": "b, store, happens", "observer": "b, store", "marker": "b, store, i, mark, report, column"}
-        text = "\n".join([*called, constants(W=self.lanes), f"def {name}({takes[name]}):", *_indented(lines)]) + "\n"
+        tables = self._tables() if name == "attend" else []
+        text = "\n".join([*called, constants(W=self.lanes), *tables, f"def {name}({takes[name]}):", *_indented(lines)]) + "\n"
         known |= {word: helper for word, helper, _ in self.helpers.values()}
         known |= {word: getattr(interpolant, word) for word in HELPERS}
         function = define(
@@ -357,9 +358,19 @@ class _Maker:
         total = self._own(what, name)
         return [f"total, more = {total}, {gathered}", f"{total} = total + more if shows else total"]
 
+    def _tables(self) -> list[str]:
+        """Lines that say by the number of a channel where its findings stand (see :func:`locate`)."""
+        names, peaking = [channel.name for channel in self.declaration.channels], self.declaration.peaking
+        return [
+            f"least_ = np.array({[self._place('least', name) for name in names]})",
+            f"above_ = np.array({[self._place('above', name) for name in names]})",
+            f"low_ = np.array({[self._place(LOW, name) for name in names]})",
+            f"ring_ = np.array({[peaking.index(name) if name in peaking else 0 for name in names]})",
+        ]
+
     def _attend(self) -> list[str]:
         """One lane and one channel after the other, where something happens."""
-        rows, peaking, section = self.rows, self.declaration.peaking, self.declaration.section
+        W, rows, peaking, section = self.lanes, self.rows, self.declaration.peaking, self.declaration.section
         followed = [channel for channel in self.declaration.channels
                     if ("least", channel.name) in self.own or ("above", channel.name) in self.own]
         lines = [
@@ -372,42 +383,46 @@ class _Maker:
             "        k = lowest_bit(word)",
             "        word &= word - 1",
         ]
-        for channel in followed:
-            k = self.number[channel.name]
-            ring = peaking.index(channel.name) if channel.name in peaking else 0
-            lines += [f"        if k == {k}:", *_indented(self._polynomial(channel), 3), "            locate("]
-            lines += [
-                f"                b, store, i, W, h, g0_{k}, p0, p1, p2, p3, p4, p5, g1_{k}, h * d1_{k}, "
-                f"{self._level(channel)},",
-                f"                {self._place('least', channel.name)}, {self._place('above', channel.name)}, "
-                f"{self._place(LOW, channel.name)}, {self._place('growth')},",
-                f"                RINGS + ({len(peaking)} * i + {ring}) * (peaks + 1), peaks)",
-            ]
         if section:
             angle = self.declaration.channels[self.number[section.channel]]
-            states = len(self.names.states)
-            W = self.lanes
+            entry = len(self.names.states) + 1
             lines += [
                 f"        if k == {MOST}:",
                 *_indented(self._polynomial(angle), 3),
                 "            note_returns(",
-                f"                b, store, i, W, h, p0, p1, p2, p3, p4, p5, g1_{self.number[angle.name]}, "
-                f"{self._spacing()}, {self._place('level')},",
-                f"                RINGS + {len(peaking) * W} * (peaks + 1) + i * (1 + {states + 1} * returns),",
-                "                returns,",
+                "                b, store, i, W, h, p0, p1, p2, p3, p4, p5, end,",
+                f"                {self._spacing()}, {self._place('level')},",
+                f"                RINGS + {len(peaking) * W} * (peaks + 1) + i * (1 + {entry} * returns), returns,",
                 f"                {rows.pairs}, {rows.singles}, {W * rows.start}, {W * rows.stage}, "
                 f"{W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.drift})",
+                "            continue",
+            ]
+        for channel in followed:
+            condition = f"if k == {self.number[channel.name]}:" if channel is not followed[-1] else "else:"
+            condition = f"el{condition}" if condition != "else:" and channel is not followed[0] else condition
+            lines += [
+                f"        {condition if len(followed) > 1 else 'if True:'}",
+                *_indented(self._polynomial(channel), 3),
+                f"            level = {self._level(channel)}",
+            ]
+        if followed:
+            lines += [
+                "        locate(",
+                "            b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, level,",
+                f"            least_[k], above_[k], low_[k], {self._place('growth')},",
+                f"            RINGS + ({len(peaking)} * i + ring_[k]) * (peaks + 1), peaks)",
             ]
         return lines
 
     def _polynomial(self, channel: Channel) -> list[str]:
-        """Lines that give the coefficients p0 to p5 of a channel over the step."""
+        """Lines that give a channel's coefficients p0 to p5 over the step, and what it has at the ends."""
         base, k = self._base(channel), self.number[channel.name]
+        lines = [*self._ends(channel), f"begin, end, end_slope = g0_{k}, g1_{k}, h * d1_{k}"]
         if base is None:
-            return [*self._ends(channel), f"p0, p1, p2, p3, p4, p5 = {_coefficients(channel, k)}"]
+            return [*lines, f"p0, p1, p2, p3, p4, p5 = {_coefficients(channel, k)}"]
         j = self.number[base.name]
         return [
-            *self._ends(channel), *self._ends(base), f"_, p1, p2, p3, p4, p5 = {_coefficients(base, j)}",
+            *lines, *self._ends(base), f"_, p1, p2, p3, p4, p5 = {_coefficients(base, j)}",
             "p0, p1, p2, p3, p4, p5 = derivative(p1, p2, p3, p4, p5)",
             f"p0, p1, p2, p3, p4 = p0 / h + {self._frame(base)}, p1 / h, p2 / h, p3 / h, p4 / h",
         ]
