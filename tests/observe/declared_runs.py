@@ -16,6 +16,9 @@ from nsdrill.observe.declared import make_observer, observed_rows
 from nsdrill.observe.findings import measured, new_store, peaks_of, report_width, returns_of
 from nsdrill.scalar import in_lanes
 
+# Rows for the observer, more than any declaration here wants: models of one size share the compiled loop.
+ROOM = 40
+
 
 @dataclass(frozen=True)
 class Model:
@@ -26,8 +29,8 @@ class Model:
     singles: int = 0
 
     def rows(self, declaration: Declaration) -> Rows:
-        return Rows(len(self.names.states), 0, len(self.names.parameters), observed_rows(declaration),
-                    singles=self.singles)
+        assert observed_rows(declaration) <= ROOM
+        return Rows(len(self.names.states), 0, len(self.names.parameters), ROOM, singles=self.singles)
 
 
 @dataclass
@@ -43,21 +46,21 @@ class Observed:
 
 def observe(
     model: Model, declaration: Declaration, parameters: Any, start: Any, simulation: Simulation, lanes: int = 1, *,
-    peaks: int = 8, returns: int = 0, drifts: Any = 0.0, phase_rate: Any = 0.0, sizes: Any = 1.0, first_step: float = 1e-3,
+    peaks: int = 8, returns: int = 0, drifts: Any = 0.0, phase_rate: Any = 0.0, first_step: float = 1e-3,
     order: Any = None,
 ) -> Observed:
-    """All runs side by side, queued in ``order``; ``start`` [states] or [runs, states]."""
+    """All runs side by side, queued in ``order``; ``start`` [states] or [runs, states]. All natural sizes are 1."""
     parameters = np.atleast_2d(np.asarray(parameters, dtype=float))
     count, rows, names = len(parameters), model.rows(declaration), model.names
     gang = Gang(lanes, count, rows, new_store(lanes, names, declaration, peaks, returns),
                 report_width(names, declaration, peaks, returns), simulation)
     initial = np.zeros((count, rows.states + 1))
     initial[:, : rows.states] = start
-    scale = np.broadcast_to(np.asarray(sizes, dtype=float), (count, rows.states)).copy()
+    sizes = np.ones((count, rows.states))
     order = np.arange(count) if order is None else np.asarray(order)
     drift = np.broadcast_to(np.asarray(drifts, dtype=float), (count, rows.slopes))
     gang.add_many(order, Runs(
-        parameters[order], scale[order], drift[order], np.broadcast_to(phase_rate, count)[order].astype(float),
+        parameters[order], sizes[order], drift[order], np.broadcast_to(phase_rate, count)[order].astype(float),
         np.full(count, first_step), initial[order]))
     parts = Compiled(in_lanes(model.slopes, lanes, rows), *make_observer(lanes, rows, names, declaration))
     done: list[Finished] = []
@@ -68,7 +71,7 @@ def observe(
         np.concatenate([getattr(part, name) for part in done])[back] for name in ("status", "report", "final"))
     assert (status == 1).all()
     return Observed(
-        measured(names, declaration, report, parameters, scale, simulation.observe),
+        measured(names, declaration, report, parameters, sizes, simulation.observe),
         peaks_of(declaration, report, peaks), returns_of(names, declaration, report, peaks, returns), report, final)
 
 

@@ -31,7 +31,7 @@ from nsdrill.observe.channels import (
     size_of,
 )
 from nsdrill.observe.findings import PEAKS, RETURNS, RINGS
-from nsdrill.observe.interpolant import above, crossing, divide, extreme, value
+from nsdrill.observe.interpolant import above, crossing, extreme, slope, value
 from nsdrill.observe.section import position_and_velocity
 from nsdrill.scalar import embedded
 
@@ -72,6 +72,25 @@ def look(b, store, i, W, found, low_, growth_, ring, peaks):  # type: ignore[no-
 
 
 @inlined
+def passage(p0, p1, p2, p3, p4, p5, low, high, above_at_low):  # type: ignore[no-untyped-def]
+    """Where the polynomial passes zero between ``low``, from which it comes from above or from below, and ``high``: to
+    1e-13. Newton, kept inside a shrinking bracket by bisection. (On which side it comes is told, as a run may start on
+    zero itself.)"""
+    theta = 0.5 * (low + high)
+    for _ in range(60):
+        rest, bend = value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta)
+        before = (rest > 0.0) == above_at_low
+        low, high = theta if before else low, high if before else theta
+        following = theta - rest / bend
+        if not (low <= following <= high):
+            following = 0.5 * (low + high)
+        if abs(following - theta) < 1e-13:
+            break
+        theta = following
+    return theta
+
+
+@inlined
 def locate(  # type: ignore[no-untyped-def]
     b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, level,
     least_, above_, low_, growth_, ring, peaks,
@@ -80,9 +99,10 @@ def locate(  # type: ignore[no-untyped-def]
     ``end`` and the slope at the end. Then come the rows where its findings stand, or NONE: the least value, before the
     greatest; the time above; the least value since the last peak."""
     turning = turns(p1, end_slope)
-    found = end
+    turn, found = 1.0, end
     if turning:
-        found = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, end_slope))
+        turn = extreme(p1, p2, p3, p4, p5, end_slope)
+        found = value(p0, p1, p2, p3, p4, p5, turn)
     if least_ != NONE:
         b[least_ + i] = min(b[least_ + i], found)
         b[least_ + W + i] = max(b[least_ + W + i], found)
@@ -91,11 +111,16 @@ def locate(  # type: ignore[no-untyped-def]
             look(b, store, i, W, found, low_, growth_, ring, peaks)
         look(b, store, i, W, end, low_, growth_, ring, peaks)
     if above_ != NONE:
-        above0, above1 = begin > level, end > level
-        if above0 != above1 or above0 != (found > level):
-            first, second, start, top, finish = divide(p0, p1, p2, p3, p4, p5, end_slope, level)
+        # The turn, or else the end, divides the step into two parts with at most one crossing each.
+        above0, top, above1 = begin > level, found > level, end > level
+        if above0 != top or above1 != top:
+            first, second = turn, 1.0
+            if above0 != top:
+                first = passage(p0 - level, p1, p2, p3, p4, p5, 0.0, turn, above0)
+            if above1 != top:
+                second = passage(p0 - level, p1, p2, p3, p4, p5, turn, 1.0, top)
             # A step with both ends above was counted as a whole.
-            b[above_ + i] += h * above(first, second, 1.0, start, top, finish) - (h if above0 and above1 else 0.0)
+            b[above_ + i] += h * above(first, second, 1.0, above0, top, above1) - (h if above0 and above1 else 0.0)
 
 
 @inlined
@@ -190,7 +215,8 @@ class _Maker:
         called += [f"# {word}: {function.__name__}" for word, function in known.items()]
         takes = {"attend": "b, store, happens", "observer": "b, store", "marker": "b, store, i, mark, report, column"}
         tables = self._tables() if name == "attend" else []
-        text = "\n".join([*called, constants(W=self.lanes), *tables, f"def {name}({takes[name]}):", *_indented(lines)]) + "\n"
+        head = [*called, constants(W=self.lanes), *tables, f"def {name}({takes[name]}):"]
+        text = "\n".join([*head, *_indented(lines), ""])
         known |= {word: helper for word, helper, _ in self.helpers.values()}
         known |= {word: getattr(interpolant, word) for word in HELPERS}
         function = define(
@@ -424,7 +450,7 @@ class _Maker:
         return [
             *lines, *self._ends(base), f"_, p1, p2, p3, p4, p5 = {_coefficients(base, j)}",
             "p0, p1, p2, p3, p4, p5 = derivative(p1, p2, p3, p4, p5)",
-            f"p0, p1, p2, p3, p4 = p0 / h + {self._frame(base)}, p1 / h, p2 / h, p3 / h, p4 / h",
+            "p0, p1, p2, p3, p4 = begin, p1 / h, p2 / h, p3 / h, p4 / h",
         ]
 
     def _marker(self) -> list[str]:
