@@ -133,6 +133,14 @@ def test_the_bits_depend_on_no_neighbours() -> None:
     assert mixed.report.tobytes() == swung(1).report.tobytes()
 
 
+def test_each_run_of_a_chain_begins_anew() -> None:
+    """The second run measures what one by itself does that starts where the first ended."""
+    parameters = [[2.0, 0.05], [1.5, 0.05]]
+    chain = observe(SWING, SWINGING, parameters, [1.0, 0.0], Simulation(1.0, 10.0, 1e-9), 8, chained=True)
+    second = observe(SWING, SWINGING, parameters[1:], chain.final[0], Simulation(1.0, 10.0, 1e-9), 8)
+    assert second.report[0].tobytes() == chain.report[1].tobytes()
+
+
 def test_a_feature_more_leaves_the_others_as_they_are() -> None:
     """And one whose channel, outputs and section are new as well."""
     more = replace(
@@ -193,8 +201,7 @@ STICKING = np.array([[565.0, 197.0, 50.0, torque, 20.0, 3.0, 0.05, wobble]
 
 @lru_cache
 def turned(lanes: int) -> Observed:
-    return observe(TORSION, TURNING, STICKING, [0.0, 3.0], Simulation(5.0, 25.0, 1e-9), lanes, drifts=-3.0,
-                   phase_rate=3.0)
+    return observe(TORSION, TURNING, STICKING, [0.0, 3.0], Simulation(5.0, 25.0, 1e-9), lanes, drifts=-3.0)
 
 
 @pytest.mark.parametrize("run", range(len(STICKING)))
@@ -353,54 +360,59 @@ def test_a_peak_stands_out_by_ten_tolerances() -> None:
 def test_the_ring_has_the_last_peaks_oldest_first() -> None:
     """Of a damped swing each maximum is smaller than the one before by the same factor."""
     many, few = (observe(SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=n)
-                 for n in (20, 3))
+                 for n in (20, 4))
     tops = many.peaks["x_peaks"][0]
     tops = tops[~np.isnan(tops)]
     assert len(tops) == 9
     assert tops[1:] / tops[:-1] == pytest.approx(np.full(8, math.exp(-0.01 * TWO_PI / math.sqrt(1 - 1e-4))), rel=1e-7)
-    assert few.peaks["x_peaks"][0].tolist() == tops[-3:].tolist()
+    assert few.peaks["x_peaks"][0].tolist() == tops[-4:].tolist()
     none = observe(SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=0)
     assert none.peaks["x_peaks"].shape == (1, 0)
     assert none.found["x_max"].tobytes() == many.found["x_max"].tobytes()
 
 
-# A wheel that turns at 2 rad/s in the frame of the drive and rocks: angle = phase + drive t + twist.
-def angle(twist, drive, phase, time):  # type: ignore[no-untyped-def]
-    return phase + drive * time + twist
-
-
+# A wheel that rocks in the frame of a drive, twist' = speed - drive, and a state of first order that tells the time.
 def rock(t, y, p):  # type: ignore[no-untyped-def]
     twist, _, x = y
     return -twist, -0.1 * x
 
 
-ROCKING = Model(rock, Names(("twist", "speed", "x"), ("acceleration", "dx"), ("drive",)), singles=1)
+ROCKING = Model(rock, Names(("twist", "speed", "x"), ("acceleration", "dx"), ("drive", "spacing")), singles=1)
+ANGLE = Channel(
+    "angle", lambda twist, drive, phase, time: phase + drive * time + twist, "speed", "acceleration")
 
 
 @pytest.mark.parametrize(("swing_of", "unique"), [(0.3, True), (2.0, False)])
 def test_the_section_notes_all_states_at_multiples_of_the_angle(swing_of: float, unique: bool) -> None:
-    """twist = A sin t, x = exp(-t / 10), angle = t + A sin t, from 0: for A = 0.3 it only rises; for A = 2 it turns
-    back, and the first time at each multiple of 0.5 counts."""
-    declaration = Declaration(
-        (Channel("angle", angle, lambda speed, drive: speed + drive, "acceleration"),), (),
-        section=Section("angle", 0.5))
-    drives = np.ones((3, 1))
-    o = observe(ROCKING, declaration, drives, [0.0, swing_of, 1.0], Simulation(1.0, 29.0, 1e-10), 8, returns=20,
-                phase_rate=1.0)
+    """twist = A sin t, x = exp(-t / 10), angle = 0.3 + t + A sin t: for A = 0.3 it only rises; for A = 2 it turns back,
+    and the first time at each multiple of 0.5 counts."""
     t = np.linspace(1.0, 30.0, 2_000_001)
-    turned_by = t + swing_of * np.sin(t)
+    turned_by = 0.3 + t + swing_of * np.sin(t)
     highest = np.maximum.accumulate(turned_by)
     levels = 0.5 * np.arange(np.floor(turned_by[0] / 0.5) + 1, np.floor(highest[-1] / 0.5) + 1)
     at = t[np.searchsorted(highest, levels)]  # to 1.5e-5 s
     assert unique == bool((np.diff(turned_by) > 0).all())
-    wanted = np.column_stack([swing_of * np.sin(at), swing_of * np.cos(at), np.exp(-0.1 * at), levels])[-20:]
-    for returns in o.returns:
+    wanted = np.column_stack([swing_of * np.sin(at), 1.0 + swing_of * np.cos(at), np.exp(-0.1 * at), levels])[-20:]
+    one, eight = (rocked(swing_of, [0.5] * 3, lanes) for lanes in (1, 8))
+    assert one.report.tobytes() == eight.report.tobytes()
+    for returns in one.returns:
         assert returns == pytest.approx(wanted, abs=1e-4)
-        # To its own precision: the angle is t + twist, and x = exp(-t / 10) tells the time.
-        assert returns[:, 0] - 10.0 * np.log(returns[:, 2]) == pytest.approx(returns[:, 3], abs=1e-7)
-    one = observe(ROCKING, declaration, drives, [0.0, swing_of, 1.0], Simulation(1.0, 29.0, 1e-10), 1, returns=20,
-                  phase_rate=1.0)
-    assert one.report.tobytes() == o.report.tobytes()
+        # To their own precision: the angle is 0.3 + t + twist, and x tells the time.
+        assert returns[:, 0] - 10.0 * np.log(returns[:, 2]) + 0.3 == pytest.approx(returns[:, 3], abs=1e-7)
+        assert (returns[:, 1] - 1.0) ** 2 + returns[:, 0] ** 2 == pytest.approx(np.full(20, swing_of**2), abs=1e-6)
+
+
+def test_a_spacing_of_nonsense_gives_no_returns_and_an_end() -> None:
+    assert np.isnan(rocked(0.3, [0.0, -0.5, np.nan], 8).returns).all()
+    rocked(0.3, [1e-30] * 3, 8)  # finer than the angles that floats can tell apart
+
+
+def rocked(swing_of: float, spacings: Any, lanes: int) -> Observed:
+    """From 1 to 30 s behind a drive at 1 rad/s, whose angle is 0.3 at first."""
+    declaration = Declaration((ANGLE,), (), section=Section("angle", "spacing"))
+    return observe(
+        ROCKING, declaration, [[1.0, spacing] for spacing in spacings], [0.0, 1.0 + swing_of, 1.0, 0.3],
+        Simulation(1.0, 29.0, 1e-10), lanes, returns=20, drifts=[-1.0, 0.0])
 
 
 # Auxiliary outputs are the right-hand side's to write: here twice the position.
