@@ -16,7 +16,7 @@ from nsdrill.observe.declared import make_observer, observed_rows
 from nsdrill.observe.findings import measured, new_store, peaks_of, report_width, returns_of
 from nsdrill.scalar import in_lanes
 
-# Rows for the observer, more than any declaration here wants: models of one size share the compiled loop.
+# Rows for the observer, more than most declarations here want: models of one size share the compiled loop.
 ROOM = 40
 
 
@@ -29,8 +29,8 @@ class Model:
     singles: int = 0
 
     def rows(self, declaration: Declaration) -> Rows:
-        assert observed_rows(declaration) <= ROOM
-        return Rows(len(self.names.states), 0, len(self.names.parameters), ROOM, singles=self.singles)
+        observed = max(ROOM, observed_rows(declaration))
+        return Rows(len(self.names.states), 0, len(self.names.parameters), observed, singles=self.singles)
 
 
 @dataclass

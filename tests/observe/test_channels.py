@@ -479,8 +479,11 @@ def wrong(_: str, channels: Any = None, features: Any = (), **more: Any) -> Decl
     (wrong("level", (Channel("x", "x", "v", level="x"),)), ("channel 'x': level", "'x'", "allowed: d, w")),
     (wrong("twice", (Channel("x", "x", "v"), Channel("x", "v", "a"))), ("channel: 'x'", "twice")),
     (wrong("feature", features=(Mean("y", "m"),)), ("Mean", "'y'", "allowed: x")),
-    (wrong("names", features=(Mean("x", "m"), Rms("x", "m"))), ("feature: 'm'", "twice")),
-    (wrong("taken", features=(Mean("x", "half_difference"),)), ("feature: 'half_difference'", "twice")),
+    (wrong("names", features=(Mean("x", "m"), Rms("x", "m"))), ("'m'", "twice")),
+    (wrong("taken", features=(Mean("x", "half_difference"),)), ("'half_difference'", "twice")),
+    (wrong("parameter's", features=(Mean("x", "w"),)), ("'w'", "twice")),
+    (wrong("infinite", (Channel("x", "x", "v", level=math.inf),)), ("channel 'x': level", "inf", "a finite number")),
+    (wrong("no number", (Channel("x", ("x",), "v"),)), ("channel 'x': value", "('x',)", "the name of a row")),
     (wrong("no level", features=(TimeAbove("x", "t"),)), ("TimeAbove 't'", "'x' has no level", "a number")),
     (wrong("size", (Channel("x", lambda x: x, "v"),), (Extremes("x", "high"),)), ("channel 'x'", "size", "a state")),
     (wrong("rate", (Channel("v", "v", "a", rate_of="y"),)), ("channel 'v': rate_of", "'y'", "allowed: v")),
@@ -512,13 +515,31 @@ def test_a_layout_that_does_not_fit_is_told() -> None:
         make_observer(1, replace(rows, observed=2), SWING.names, SWINGING)
 
 
+def test_functions_that_cannot_be_compiled_are_told() -> None:
+    declaration = replace(SWINGING, outputs=Outputs(("one", "two"), energy))
+    with pytest.raises(ValueError, match=r"\(.*energy\).*Outputs must return a tuple"):
+        make_observer(1, SWING.rows(declaration), SWING.names, declaration)
+
+
+def everything(k: int) -> tuple[Any, ...]:
+    """All features of channel k."""
+    return (Extremes(f"x{k}", f"high{k}", f"low{k}", f"peaks{k}"), TimeAbove(f"x{k}", f"above{k}"),
+            Mean(f"x{k}", f"mean{k}"), Rms(f"x{k}", f"rms{k}"))
+
+
+# More channels than the compiler packs in one loop.
+MANY = Declaration(
+    tuple(Channel(f"x{k}", "x", "v", "a", level=0.1 * k) for k in range(12)),
+    tuple(feature for k in range(12) for feature in everything(k)))
+
+
 CHILD = """
 import sys
 sys.path.insert(0, {tests!r})
 from observe import test_channels
 from nsdrill.kernel.steppers import STEPPERS
 declared = getattr(test_channels, sys.argv[1])
-model = test_channels.SWING if sys.argv[1] == "SWINGING" else test_channels.TORSION
+model = test_channels.TORSION if sys.argv[1] == "TURNING" else test_channels.SWING
 rows = STEPPERS["tsitouras"].rows(model.rows(declared))
 observer, marker = test_channels.make_observer(int(sys.argv[2]), rows, model.names, declared)
 if sys.argv[3] == "assembly":
@@ -535,7 +556,7 @@ def child(folder: Path, *arguments: str) -> str:
 
 
 @pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
-@pytest.mark.parametrize("declaration", ["SWINGING", "TURNING"])
+@pytest.mark.parametrize("declaration", ["SWINGING", "TURNING", "MANY"])
 def test_the_observer_compiles_to_packed_instructions(declaration: str, tmp_path: Path) -> None:
     """What happens in every step. (What attends to the events of one lane is a function of its own; 8 lanes leave no
     loop over the lanes that are left.)"""

@@ -172,7 +172,8 @@ def check(names: Names, declaration: Declaration) -> None:
     _unique("row", (*names.states, *names.slopes, *names.parameters, *names.aux, *outputs, *ALWAYS))
     _unique("channel", [channel.name for channel in declaration.channels])
     peaks = [feature.peaks for feature in declaration.those(Extremes) if feature.peaks]
-    _unique("feature", [*(name for name, _ in declaration.named), *peaks, HALF_DIFFERENCE])
+    features = [name for name, _ in declaration.named]
+    _unique("feature or parameter", [*features, *peaks, HALF_DIFFERENCE, *names.parameters])
     if len(declaration.channels) > MOST:
         raise ValueError(f"channels: found {len(declaration.channels)}; allowed: at most {MOST}")
     if declaration.outputs:
@@ -181,6 +182,10 @@ def check(names: Names, declaration: Declaration) -> None:
     known = {channel.name: channel for channel in declaration.channels}
     for channel in declaration.channels:
         where = f"channel {channel.name!r}"
+        for part in ("value", "slope", "curvature", "level", "size"):
+            found = getattr(channel, part)
+            if not (callable(found) and part not in ("level", "size")):
+                _name_or_number(f"{where}: {part}", found)
         for part in ("value", "slope", "curvature"):
             read_by = _reads(getattr(channel, part))
             if aux := sorted({*read_by} & {*names.aux}):
@@ -238,6 +243,13 @@ def _reads(expression: Expression | None) -> list[str]:
     if callable(expression):
         return arguments(expression)
     return [expression] if isinstance(expression, str) else []
+
+
+def _name_or_number(where: str, found: Any) -> None:
+    if found is not None and not isinstance(found, str) and not (
+            isinstance(found, float | int) and np.isfinite(found)):
+        raise ValueError(f"{where}: found {found!r}; allowed: the name of a row or a finite number (or a function, for "
+                         "a value and its rates)")
 
 
 def _known(where: str, found: Iterable[str], allowed: Iterable[str]) -> None:

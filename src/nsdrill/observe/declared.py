@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from numba import types
+from numba.core.errors import NumbaError
 
 from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, Rows, compiled
 from nsdrill.elementary import bits_float, float_bits, fma, lowest_bit
@@ -36,6 +37,9 @@ from nsdrill.scalar import embedded
 
 # Tolerances by which a maximum stands out from what is before and after it, to be a peak and no ripple of the error.
 PROMINENCE = 10.0
+# Channels in one loop over the lanes: a loop with too many places in the buffer (six channels with all their features,
+# measured) the compiler does not pack.
+TOGETHER = 2
 START, END, MARK = "start", "end", "mark"
 CONSTANTS = {"PEAKS": PEAKS, "RETURNS": RETURNS, "RINGS": RINGS, "OPENS": OPENS, "CLOSES": CLOSES,
              "PROMINENCE": PROMINENCE}  # fmt: skip
@@ -109,7 +113,14 @@ class _Maker:
         function = define(
             name, text, np=np, fma=fma, lowest_bit=lowest_bit, float_bits=float_bits, bits_float=bits_float,
             turns=turns, locate=locate, note_returns=note_returns, **CONSTANTS, **known)
-        return compiled(signature, self.lanes, *astuple(self.rows))(function)
+        try:
+            return compiled(signature, self.lanes, *astuple(self.rows))(function)
+        except NumbaError as error:
+            functions = ", ".join(getattr(f, "__qualname__", repr(f)) for f in self.helpers) or "none"
+            raise ValueError(
+                f"the {name} cannot be compiled with the functions of the declaration ({functions}): each must take "
+                "and return numbers and call only what the right-hand side may, and the one of Outputs must return a "
+                "tuple of as many as there are names") from error
 
     # What rows and expressions are called in the text.
     def _b(self, row: int) -> str:
@@ -182,22 +193,27 @@ class _Maker:
             reads = {**self.places[END], **{name: self._b(rows.aux_now + k) for k, name in enumerate(self.names.aux)}}
             results = "".join(f"{self._own('now', name)}, " for name in outputs.names)
             lines.append(f"    ({results}) = {self._code(outputs.function, reads)}")
+        lines += [f"    seen |= (1 << i) if {shows} else 0", f"    {self._own('word')} = 0.0"]
+        channels = self.declaration.channels
+        for first in range(0, len(channels), TOGETHER):
+            together = channels[first : first + TOGETHER]
+            lines += [
+                lanes.format(" if seen != 0 else 0"),
+                f"    shows, h, word = {shows}, {self._b(rows.step)}, float_bits({self._own('word')})",
+                "    shown = h if shows else 0.0",
+                "    per_h = 1.0 / h if h > 0.0 else 0.0",
+            ]
+            bases = [base for channel in together if (base := self._base(channel))]
+            for channel in dict.fromkeys((*together, *bases)):
+                lines += _indented(self._ends(channel))
+            for channel in together:
+                lines += _indented(self._seen(channel))
+            lines += [
+                "    word = word if shows else 0",
+                f"    {self._own('word')} = bits_float(word)",
+                "    happens |= (1 << i) if word != 0 else 0",
+            ]
         lines += [
-            f"    seen |= (1 << i) if {shows} else 0",
-            lanes.format(" if seen != 0 else 0"),
-            f"    shows, h, word = {shows}, {self._b(rows.step)}, 0",
-            "    shown = h if shows else 0.0",
-            "    per_h = 1.0 / h if h > 0.0 else 0.0",
-        ]
-        for channel in self.declaration.channels:
-            lines += _indented(self._ends(channel))
-            lines += _indented(self._seen(channel))
-        if section := self.declaration.section:
-            lines.append(f"    word |= {1 << MOST} if g1_{self.number[section.channel]} >= {self._own('level')} else 0")
-        lines += [
-            "    word = word if shows else 0",
-            f"    {self._own('word')} = bits_float(word)",
-            "    happens |= (1 << i) if word != 0 else 0",
             "if happens != 0:",
             "    attend(b, store, happens)",
         ]
@@ -214,7 +230,9 @@ class _Maker:
         """What is done with one channel in all lanes. (Both values are loaded and one is selected, where a lane is not
         observed: what it shows may be NaN.)"""
         k, name, lines = self.number[channel.name], channel.name, []
-        bit = 1 << k
+        bit, section = 1 << k, self.declaration.section
+        if section and section.channel == name:
+            lines.append(f"word |= {1 << MOST} if g1_{k} >= {self._own('level')} else 0")
         if ("least", name) in self.own or ("above", name) in self.own:
             lines.append(f"turning = turns(d0_{k}, d1_{k})")
         if ("least", name) in self.own:
@@ -245,7 +263,7 @@ class _Maker:
                 f"word |= {bit} if turning and (d0_{k} > 0.0) != above0 else 0",
                 f"{self._own('above', name)} += shown if above0 and above1 else 0.0",
             ]
-        base, frame = self._base(channel), self._frame(channel)
+        base = self._base(channel)
         if ("integral", name) in self.own:
             if base:
                 j = self.number[base.name]
@@ -258,9 +276,8 @@ class _Maker:
             lines += self._summed("integral", name, gathered)
         if ("square", name) in self.own:
             if base:
-                j, frame = self.number[base.name], self._frame(base)
-                lines += [f"_, e2, e4, o1, o3, o5 = {_about_the_middle(base, j)}"]
-                middle = f"middle_of_rate(e2, e4, o1, o3, o5, per_h, {frame})"
+                lines.append(f"_, e2, e4, o1, o3, o5 = {_about_the_middle(base, self.number[base.name])}")
+                middle = f"middle_of_rate(e2, e4, o1, o3, o5, per_h, {self._frame(base)})"
             else:
                 middle = _about_the_middle(channel, k)
             lines += [f"e0, e2, e4, o1, o3, o5 = {middle}", *self._summed(
@@ -310,11 +327,12 @@ class _Maker:
                 f"{W * rows.start_acceleration}, {W * rows.acceleration}, {W * rows.drift})",
                 "            continue",
             ]
-        for channel in followed:
-            condition = f"if k == {self.number[channel.name]}:" if channel is not followed[-1] else "else:"
-            condition = f"el{condition}" if condition != "else:" and channel is not followed[0] else condition
+        for place, channel in enumerate(followed):
+            head = f"{'elif' if place else 'if'} k == {self.number[channel.name]}:"
+            if place == len(followed) - 1:  # as the compiler wants each name to have a value in any case
+                head = "else:" if place else "if True:"
             lines += [
-                f"        {condition if len(followed) > 1 else 'if True:'}",
+                f"        {head}",
                 *_indented(self._polynomial(channel), 3),
                 f"            level = {self._level(channel)}",
             ]
