@@ -13,8 +13,10 @@ import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import astuple
 from pathlib import Path
+from types import FunctionType, ModuleType
 from typing import Any
 
+import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
@@ -64,8 +66,45 @@ def _row(name: str, numbers: Sequence[int]) -> str:
     return "".join(f"b[{name} + {number} * W + i], " for number in numbers)
 
 
-def _signed(function: Slopes) -> str:
-    """The function's name with a digest of the file it stands in: other code must not meet machine code from before."""
-    file = Path(inspect.getfile(function))
-    digest = hashlib.sha256(file.read_bytes()).hexdigest() if file.exists() else "no file"
-    return f"{function.__module__}.{function.__qualname__} {digest}"
+def embedded(function: Callable[..., Any]) -> tuple[Any, str]:
+    """``function`` as a helper that disappears into the text which calls it, and a line for that text which tells its
+    code from any other. A function that is compiled already stays as it is."""
+    line = _signed(function)
+    if not isinstance(function, FunctionType):
+        return function, line
+    # Two functions of one name, as all lambdas are, would be one to the cache.
+    name = f"{function.__name__.strip('<>')}_{hashlib.sha256(line.encode()).hexdigest()[:16]}"
+    copy = FunctionType(function.__code__, function.__globals__, name, function.__defaults__, function.__closure__)
+    copy.__qualname__ = name
+    copy.__module__ = function.__module__
+    return inlined(copy), line
+
+
+def _signed(function: Callable[..., Any], callers: tuple[Any, ...] = ()) -> str:
+    """The function's name with a digest of its code, of the file it stands in and of all that it refers to: other code
+    must not meet machine code from before."""
+    function = getattr(function, "py_func", function)
+    name = f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', repr(function))}"
+    # What belongs to the package is in the digest of its sources.
+    if not isinstance(function, FunctionType) or function in callers or name.startswith("nsdrill."):
+        return name
+    code, file = function.__code__, Path(inspect.getfile(function))
+    digest = hashlib.sha256(file.read_bytes() if file.exists() else b"")
+    digest.update(repr((code.co_code, code.co_names, code.co_varnames, _plain(code.co_consts))).encode())
+    known = inspect.getclosurevars(function)
+    for word, value in sorted({**known.globals, **known.nonlocals}.items()):
+        digest.update(f"{word} {_told(value, (*callers, function))}".encode())
+    return f"{name} {digest.hexdigest()}"
+
+
+def _plain(constants_of_code: tuple[Any, ...]) -> list[Any]:
+    return [value for value in constants_of_code if not inspect.iscode(value)]
+
+
+def _told(value: Any, callers: tuple[Any, ...]) -> str:
+    """What a function refers to, by its contents."""
+    if isinstance(value, ModuleType):
+        return value.__name__
+    if isinstance(value, np.ndarray):
+        return f"{value.dtype} {value.shape} {hashlib.sha256(value.tobytes()).hexdigest()}"
+    return _signed(value, callers) if callable(value) else repr(value)

@@ -40,3 +40,19 @@ def test_a_limit_cycle_returns_after_its_period(blocks: list[Path]) -> None:
     difference = names["second"].final[0, :2] - names["first"].final[names["first"].job == 0][0, :2]
     assert np.abs(difference).max() < 1e-7
     assert (names["first"].status == 1).all()
+
+
+def test_a_model_is_observed_as_declared(blocks: list[Path], docs: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The page shows what the example prints. Its numbers make sense: the bit turns as fast as the drive in the mean,
+    what it needs is the surface torque, and weak friction lets it turn steadily, at 3 rad/s."""
+    names = run(blocks[2])
+    page = (docs / "extending.md").read_text(encoding="utf-8")
+    shown = re.search(r"^```text\n(bit_speed_max.*?)^```", page, re.M | re.S)
+    assert shown is not None
+    assert capsys.readouterr().out.split() == shown.group(1).split()
+    found, (_, _, damping, drive, torque) = names["found"], names["parameters"][0]
+    friction = torque * 2 / np.pi * np.arctan(20.0 * drive) * (0.5 + 1.0 / (1.0 + 3.0 * drive))
+    assert found["surface_torque_mean"][0] == pytest.approx(friction + damping * drive, rel=1e-6)
+    assert found["stuck_fraction"][0] == 0.0
+    assert found["bit_speed_max"][0] == pytest.approx(drive, abs=1e-6)
+    assert found["stuck_fraction"][1] > 0.1
