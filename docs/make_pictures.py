@@ -24,6 +24,7 @@ STUDIES = {
     "fig2": "fig2_depth_same", "fig3": "fig3_depth_carried", "fig4": "fig4_speed_22kN", "fig5": "fig5_speed_67kN",
     "map": "map_wob_speed",
 }  # fmt: skip
+DRIVES = {"torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning"}
 COEXISTENCE = {"ensemble_speed_22kN": ("shares", "attractors"), "basin_slice": ("basin",)}
 WIDTH = 1400  # pixels, for the screen
 BLOCK = re.compile(r"(<!-- result: (\w+) -->\n).*?(<!-- end of result -->)", re.DOTALL)
@@ -82,6 +83,11 @@ def main(folder: Path) -> None:
         nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), "--overwrite")
         summaries[name] = json.loads(nsdrill("show", str(results), "--json"))
         drawn = folder / f"{name}.png"
+        nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
+        shrink(drawn, HERE / "pictures" / f"{name}.png")
+    for name, config in DRIVES.items():
+        results, drawn = folder / f"{name}.h5", folder / f"{name}.png"
+        nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), "--overwrite")
         nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
         shrink(drawn, HERE / "pictures" / f"{name}.png")
     for config, kinds in COEXISTENCE.items():

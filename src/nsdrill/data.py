@@ -95,6 +95,28 @@ class Trace:
         return self.time if name == "time" else self.variables[name]
 
 
+def frozen_modes(attrs: Mapping[str, Any]) -> tuple[str, ...]:
+    """The motions that the string of a file with the root attributes ``attrs`` does without: of axial, torsional and
+    lateral."""
+    modes = _resolved(attrs).get("modes")
+    return tuple(name for name, word in modes.items() if word == "frozen") if isinstance(modes, dict) else ()
+
+
+def drive_kind(attrs: Mapping[str, Any]) -> str:
+    """The kind of drive in a file with the root attributes ``attrs``, as a study names it."""
+    drive = _resolved(attrs).get("drive")
+    kind = drive.get("kind") if isinstance(drive, dict) else None
+    return kind if isinstance(kind, str) else "ideal"
+
+
+def _resolved(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    try:
+        found = json.loads(attrs.get("study_resolved") or "{}")
+    except (TypeError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
 def overrides(attrs: Mapping[str, Any], *, thresholds: bool = False) -> dict[str, str]:
     """The keys that ``--set`` changed in the study of a file with the root attributes ``attrs``, with their values as
     given; with ``thresholds`` also those that ``nsdrill classify`` changed. Of a key given twice the last value."""

@@ -26,7 +26,7 @@ from nsdrill.model.rhs import make_right_hand_side
 from nsdrill.models.registry import DEFAULT, model_named
 from nsdrill.observe.events import make_events
 from nsdrill.observe.layout import OBSERVED
-rows = model_named(DEFAULT).rows(len(OBSERVED))
+rows = model_named(DEFAULT).rows((0, 3, 0), len(OBSERVED))
 function = {
     "rhs": lambda: make_right_hand_side(8, False),
     **{name: lambda stepper=stepper: stepper.make(8, stepper.rows(rows)) for name, stepper in STEPPERS.items()},

@@ -16,7 +16,7 @@ import numpy as np
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.app.planned import plan_of
-from nsdrill.data import IN_MEMORY, Results, Trace, json_text, overrides
+from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
 from nsdrill.model.leaves import values_at
 from nsdrill.store import flag_words, read_results, rewrite_labels
@@ -58,6 +58,8 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         "kind": "results",
         **{name: str(results.attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
         "overrides": overrides(results.attrs),
+        "drive": drive_kind(results.attrs),
+        "frozen": list(frozen_modes(results.attrs)),
         # Only a run log has points that are still to come.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),

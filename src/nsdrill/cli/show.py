@@ -73,6 +73,10 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         if axis["points"] > 1:
             text += f" to {value_text(name, axis['to'], units)}, {axis['points']} values"
         yield f"  {label:14s} {text}"
+    if s["drive"] != "ideal":
+        yield f"  drive          {in_words(s['drive'])}"
+    if s["frozen"]:
+        yield f"  frozen         {' and '.join(s['frozen'])} motion"
     status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
     if starts := s.get("starts"):
         kind = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"

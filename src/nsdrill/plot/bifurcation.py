@@ -15,31 +15,38 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from nsdrill.data import Results
-from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles, shade_hysteresis
+from nsdrill.data import Results, frozen_modes
+from nsdrill.plot.columns import WORDS, frame, is_open, legend_below, outcome_handles, shade_hysteresis
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.slices import Line
 from nsdrill.plot.style import FULL_WIDTH, MANY_MARKERS, REFERENCE, RESPONSES, SHADE, SHADE_EDGE
 
-# Peaks, and the feature that is the constant value where there are none.
-PANELS = (("axial_peaks", "axial_max"), ("bit_speed_peaks", "bit_speed_max"), ("radius_peaks", "radius_max"))
+# By the mode whose motion they are: the peaks, and the feature that is the constant value where there are none.
+PANELS = {
+    "axial": ("axial_peaks", "axial_max"), "torsional": ("bit_speed_peaks", "bit_speed_max"),
+    "lateral": ("radius_peaks", "radius_max"),
+}
 HEIGHT = 6.3  # inches, of the three panels and the words
 WALL_IN_SIGHT = 0.4  # the wall is drawn where the motion comes this near to it, as a part of the gap
 
 
 def draw(results: Results, units: str = "si") -> Figure:
-    figure, lines, columns = frame(results, units, len(PANELS), HEIGHT)
+    frozen = frozen_modes(results.attrs)
+    modes = [mode for mode in PANELS if mode not in frozen] or list(PANELS)
+    panels = [PANELS[mode] for mode in modes]
+    figure, lines, columns = frame(results, units, len(panels), WORDS + (HEIGHT - WORDS) * len(panels) / len(PANELS))
     handles = outcome_handles(lines, markers=True)
     spans = steady = 0
-    markers = sum(int(np.isfinite(results[peaks]).sum()) for peaks, _ in PANELS)
+    markers = sum(int(np.isfinite(results[peaks]).sum()) for peaks, _ in panels)
     for one, column in zip(lines, columns, strict=True):
         x = quantity(one.axis, units)
-        for axes, (peaks, constant) in zip(column[1:], PANELS, strict=True):
+        for axes, (peaks, constant) in zip(column[1:], panels, strict=True):
             spans += shade_hysteresis(axes, one, x.scale)
             steady += draw_peaks(axes, one, peaks, constant, x, quantity(peaks, units), markers > MANY_MARKERS)
-    speed = draw_drive_speed(lines, [column[2] for column in columns], units)
-    wall = draw_wall(results, [column[3] for column in columns], units)
-    for axes, (peaks, _) in zip(columns[0][1:], PANELS, strict=True):
+    rows = {mode: [column[1 + row] for column in columns] for row, mode in enumerate(modes)}
+    speed = draw_drive_speed(lines, rows["torsional"], units) if "torsional" in rows else []
+    wall = draw_wall(results, rows["lateral"], units) if "lateral" in rows else []
+    for axes, (peaks, _) in zip(columns[0][1:], panels, strict=True):
         axes.set_ylabel(quantity(peaks, units).label)
     if {"up", "down"} <= set(lines[0].procedures):
         handles += [_marker("up: filled", REFERENCE), _marker("down: open", "none")]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from nsdrill import quantity as quantities
-from nsdrill.data import Results, overrides
+from nsdrill.data import Results, drive_kind, frozen_modes, overrides
 from nsdrill.errors import InputError
 from nsdrill.quantity import SYSTEMS
 from nsdrill.variables import AXES
@@ -70,7 +70,16 @@ def fixed_values(results: Results) -> dict[str, float]:
 def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
     """The title of the study and, on lines of their own, what ``--set`` changed and the operating values."""
     title = textwrap.fill(" ".join(str(attrs.get("title") or "").split()), width)
-    return "\n".join(line for line in (title, changed(attrs, width), point) if line)
+    return "\n".join(line for line in (title, changed(attrs, width), "; ".join([point, *_kind(attrs)])) if line)
+
+
+def _kind(attrs: Mapping[str, Any]) -> list[str]:
+    """What is not as usual about the string: its drive, and the motions that it does without."""
+    drive, frozen = drive_kind(attrs), frozen_modes(attrs)
+    return [
+        *([f"{drive.replace('_', ' ')} drive"] if drive != "ideal" else []),
+        *([f"{' and '.join(frozen)} motion frozen"] if frozen else []),
+    ]
 
 
 def changed(attrs: Mapping[str, Any], width: int) -> str:
