@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.model.ensemble import starting_states
-from nsdrill.model.rhs import drifts, first_step, pack, sizes
+from nsdrill.model.leaves import values_at
+from nsdrill.models.registry import model_named
 from nsdrill.study import load_study, template_text
 from nsdrill.study.document import parse
 from nsdrill.study.keys import all_leaves
@@ -221,13 +221,11 @@ def attempt(folder: Path, seed: int, number: int) -> bool:
         study = load_study(path, overrides)
         if study.initial.starts > 1000:
             return True
-        ends = [np.array([axis[0], axis[-1]]) for axis in study.axes.values()]
-        table = pack(study.parameters, *ends, study.thresholds.stuck_below)
-        states = starting_states(study.parameters, study.initial, *ends, 0)
-        made = {"parameters": table, "sizes": sizes(table), "drifts": drifts(table), "step": first_step(table),
-                "states": states}
-        for what, values in made.items():
-            if not np.all(np.isfinite(values)):
+        ends = {key: np.array([axis[0], axis[-1]]) for key, axis in study.axes.items()}
+        at, model = values_at(study.parameters, study.initial, ends), model_named(study.model)
+        runs = model.runs(model.pack(at, study.thresholds), model.variant(study.parameters), model.starts(at, 0))
+        for what, values in vars(runs).items():
+            if values is not None and not np.all(np.isfinite(values)):
                 raise Broken(f"the {what} of the lanes are not finite")
     return True
 
