@@ -15,6 +15,7 @@ import nsdrill
 from nsdrill.kernel.settings import Simulation
 from nsdrill.model.coefficients import derive
 from nsdrill.model.drives import Gains, gains, impedance
+from nsdrill.model.figures import figures, slope_held
 from nsdrill.model.forces import energy, powers
 from nsdrill.model.parameters import Drive, Operation, Parameters
 from nsdrill.model.rhs import DRIVE_STATES, STATES, make_right_hand_side, pack, rows_of
@@ -59,6 +60,24 @@ def test_modes_of_string_and_drive(keys: dict[str, object], modes: list[tuple[fl
     roots = np.linalg.eigvals(linear(driven(**keys)))
     found = sorted((abs(root), -root.real / abs(root)) for root in roots if root.imag > 1e-9)
     assert np.allclose(found, modes, atol=6e-4)
+
+
+@pytest.mark.parametrize(
+    ("keys", "held"),
+    [
+        ({"kind": "ideal"}, 50.0), ({"kind": "stiff"}, 52.2), ({"kind": "soft_torque", "matching": 1.0}, 86.8),
+        ({"kind": "soft_torque"}, 136.4), ({"kind": "equal_damping"}, 122.0), ({"kind": "z_torque"}, 123.1),
+        ({"kind": "z_torque", "a": 1.0}, 175.2), ({"kind": "lqr"}, 193.3),
+        ({"kind": "soft_torque", "matching": 3.0, "frequency": 0.85 * 0.093996}, 149.8),
+    ],
+)  # fmt: skip
+def test_the_slope_of_friction_that_each_drive_holds(keys: dict[str, object], held: float) -> None:
+    """Computed beforehand by other code; and the onset of stick-slip that follows, at 66.72 kN."""
+    parameters = driven(**keys)
+    assert slope_held(parameters, derive(parameters, *DEEP)) == pytest.approx(held, abs=0.06)
+    onset = figures(parameters, Operation(5000.0, 66.72e3, 3.0))["stick_slip_onset"].value
+    arm = 2 / 3 * 0.1905
+    assert onset == pytest.approx((math.sqrt(66.72e3 * arm * 0.3 * 3.0 / held) - 1) / 3.0, rel=2e-3)
 
 
 def test_closed_forms_of_the_gains() -> None:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from nsdrill.model.coefficients import Coefficients, derive
+from nsdrill.model.drives import gains, impedance
 from nsdrill.model.forces import friction
 from nsdrill.model.parameters import Operation, Parameters
 
@@ -42,7 +45,72 @@ def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
         "lift_off_wob": Figure(lift_off_wob(parameters, operation, k), "N", "WOB below which steady contact is lost"),
         "mean_torque": Figure(torque, "N m", "steady torque at the surface"),
         "static_twist": Figure(float(-torque / k.k_t), "rad", "steady twist of the string"),
+        **_torsion(parameters, operation, k),
     }
+
+
+def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> dict[str, Figure]:
+    """What decides on stick-slip: the string with its drive, linear, and the fall of friction with bit speed."""
+    law, arm = parameters.bit.friction, 2 / 3 * k.bit_radius
+    held = slope_held(parameters, k)
+    # The slope of the sharp law, -(T_s - T_d) tau / (1 + tau w)^2, equals the slope that is held.
+    fall = float(operation.wob * arm * (law.static - law.dynamic) * law.decay)
+    onset = (math.sqrt(fall / held) - 1) / law.decay if held > 1e-9 * fall and law.decay > 0 else None
+    found = {
+        "slope_held": Figure(
+            held, "N m s/rad", "steepest fall of the bit's friction torque with speed that steady drilling withstands"),
+        "stick_slip_onset": Figure(
+            onset if onset is not None and onset > 0 else None, "rad/s",
+            "speed below which steady drilling is unstable to stick-slip"),
+    }
+    if parameters.drive.kind == "ideal":
+        return found
+    law_of_drive = gains(parameters, k)
+    found |= {
+        "pipe_impedance": Figure(float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe"),
+        "drive_stiffness": Figure(float(law_of_drive.stiffness), "N m/rad", "integral gain of the drive, K_i"),
+        "drive_damping": Figure(float(law_of_drive.damping), "N m s/rad", "proportional gain of the drive, K_p"),
+    }
+    roots = np.linalg.eigvals(torsional_matrix(parameters, k))
+    modes = sorted((root for root in roots if root.imag > 0), key=abs)
+    for number, root in enumerate(modes, start=1):
+        found |= {
+            f"drive_mode_{number}": Figure(float(abs(root)), "rad/s", f"frequency {number} of string and drive"),
+            f"drive_damping_{number}": Figure(float(-root.real / abs(root)), "1", "its damping ratio, off bottom"),
+        }
+    return found
+
+
+def torsional_matrix(parameters: Parameters, k: Coefficients, fall: float = 0.0) -> np.ndarray:
+    """The matrix of string and drive [4, 4] for deviations of (lag, drive speed, twist, bit speed) from the set point,
+    with a friction torque that falls by ``fall`` [N m s/rad] at the bit; [2, 2] of the last two with an ideal drive."""
+    c_t = parameters.drillstring.torsional_damping - fall
+    J, k_t = float(k.J), float(k.k_t)
+    if parameters.drive.kind == "ideal":
+        return np.array([[0.0, 1.0], [-k_t / J, -c_t / J]])
+    inertia, stiffness, damping, twist, speed, c_s = (float(value) for value in gains(parameters, k))
+    return np.array([
+        [0.0, 1.0, 0.0, 0.0],
+        [(twist - stiffness - k_t) / inertia, -(damping + c_s) / inertia, (k_t - twist) / inertia,
+         (c_s - speed) / inertia],
+        [0.0, 0.0, 0.0, 1.0],
+        [k_t / J, c_s / J, -k_t / J, -(c_t + c_s) / J],
+    ])
+
+
+def slope_held(parameters: Parameters, k: Coefficients) -> float:
+    """The steepest fall of the friction torque with bit speed [N m s/rad] with which steady drilling is stable;
+    negative where the drive itself is unstable."""
+
+    def stable(fall: float) -> bool:
+        return float(np.linalg.eigvals(torsional_matrix(parameters, k, fall)).real.max()) < 0.0
+
+    step = 2.0 * math.sqrt(float(k.J) * float(k.k_t))  # a critical damping
+    low, high = -step, parameters.drillstring.torsional_damping + 4.0 * step
+    for _ in range(60):  # it is stable below and unstable above
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if stable(middle) else (low, middle)
+    return low
 
 
 def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
