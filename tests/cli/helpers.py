@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -13,7 +12,6 @@ from pathlib import Path
 import pytest
 
 from nsdrill.cli import main
-from nsdrill.interrupt import SIGNALS
 
 SCRIPT = str(Path(sys.executable).with_name("nsdrill"))
 Call = Callable[..., "Answer"]
@@ -29,14 +27,9 @@ class Answer:
 def call_here(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, *words: object) -> Answer:
     """``nsdrill words...`` in this process."""
     monkeypatch.setattr(sys, "argv", ["nsdrill", *map(str, words)])
-    before = {number: signal.getsignal(number) for number in SIGNALS}
     capfd.readouterr()
-    try:
-        with pytest.raises(SystemExit) as end:
-            main()
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+    with pytest.raises(SystemExit) as end:
+        main()
     out, err = capfd.readouterr()
     assert "Traceback" not in out + err
     assert isinstance(end.value.code, int)

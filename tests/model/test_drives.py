@@ -107,6 +107,14 @@ def test_gains_of_many_points_are_those_of_each() -> None:
         assert many[i].tobytes() == pack(parameters, depth[i], 22.24e3, 3.0)[0].tobytes()
 
 
+def test_an_lqr_without_gains_is_told() -> None:
+    """A pipe of no length is as stiff as any number, and the string as light as its collars."""
+    parameters = driven(kind="lqr")
+    short = derive(parameters, np.nextafter(200.0, 300.0), 22.24e3, 3.0)
+    with pytest.raises(nsdrill.InputError, match=r"lqr finds no gains.*torque_weight"):
+        gains(parameters, short)
+
+
 def slopes(parameters: Parameters, time: float, state: np.ndarray) -> np.ndarray:
     """d(state)/dt by the compiled equations."""
     rows = rows_of(True)

@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsdrill.errors import InputError
 from nsdrill.model.coefficients import Coefficients, power
 from nsdrill.model.parameters import Drive, Parameters
 
@@ -49,7 +50,8 @@ def impedance(parameters: Parameters) -> Any:
 
 
 def gains(parameters: Parameters, k: Coefficients) -> Gains:
-    """The law of the drive at operating points with the coefficients ``k``. ValueError for an ideal drive."""
+    """The law of the drive at operating points with the coefficients ``k``; not of an ideal one. InputError where an
+    LQR has no gains."""
     drive = parameters.drive
     made: Gains = _LAWS[drive.kind](drive, parameters, k)
     return made._replace(shaft_damping=drive.shaft_damping)
@@ -102,7 +104,14 @@ def _regulator(
         [0.0, c_s / J, -k_t / J, -(c_t + c_s) / J],
     ])
     force = np.array([[0.0], [1.0 / inertia], [0.0], [0.0]])
-    cost = solve_continuous_are(system, force, state_weight * np.eye(4), np.array([[torque_weight]]))
+    try:
+        cost = solve_continuous_are(system, force, state_weight * np.eye(4), np.array([[torque_weight]]))
+    except (np.linalg.LinAlgError, ValueError) as error:
+        raise InputError(
+            f"drive.kind: lqr finds no gains for a string with J = {J:.3g} kg m^2 and k_t = {k_t:.3g} N m/rad: the "
+            "Riccati equation cannot be solved to any use. Change drive.torque_weight or drive.state_weight, or take "
+            "another kind."
+        ) from error
     return [float(f"{value:.{DIGITS}g}") for value in (force.T @ cost / torque_weight)[0]]
 
 
