@@ -105,3 +105,6 @@ def test_a_trace_without_a_turn_has_no_section() -> None:
     values = {name: np.zeros(50) for name in ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")}
     with pytest.raises(InputError, match="less than one revolution"):
         section_of(Trace(time, {**values, "drive_angle": 2.0 * time}, {"rotary_speed": 2.0}))
+    values["twist"][7] = np.nan
+    with pytest.raises(InputError, match="are no numbers"):
+        section_of(Trace(time, {**values, "drive_angle": 2.0 * time}, {"rotary_speed": 2.0}))

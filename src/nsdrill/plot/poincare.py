@@ -170,6 +170,8 @@ def section_of(trace: Trace) -> dict[str, Array]:
     chosen = trace.time >= _observed_from(trace)
     time = trace.time[chosen]
     angle = (trace["twist"] + trace["drive_angle"])[chosen]
+    if not np.all(np.isfinite(angle)):
+        raise InputError("trace: found samples of the bit angle that are no numbers; the section needs all of them.")
     reached = np.maximum.accumulate(angle)  # a bit that turns back is not counted twice
     levels = np.arange(np.floor(angle[0] / (2 * pi)) + 1, np.floor(reached[-1] / (2 * pi)) + 1) * 2 * pi
     if not len(levels):
