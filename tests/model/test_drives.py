@@ -267,3 +267,16 @@ def test_a_ramp_with_a_drive_keeps_the_set_point() -> None:
     exact = solve_ivp(rate, (0, 40), [0, 0, 0, 0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=soft.time.values)
     assert soft["drive_speed"].values == pytest.approx(exact.y[1] + 2.0 + 0.1 * soft.time.values, abs=2e-6)
     assert soft["twist"].values == pytest.approx(exact.y[2], abs=2e-6)
+
+
+def test_a_drive_that_swings_is_no_ramp() -> None:
+    from nsdrill.plot.schedule import moving, point_words
+    from nsdrill.store import from_dataset
+
+    study = "drive: {kind: soft_torque}\noperation: {wob: 66.72 kN, rotary_speed: 2 rad/s}"
+    trace = from_dataset(nsdrill.simulate(study, duration=5.0, sample=0.1))
+    assert np.ptp(trace["drive_speed"]) > 0.0
+    assert moving(trace) == []
+    assert point_words(trace, "si").endswith("2 rad/s")
+    with pytest.raises(nsdrill.StudyError, match="initial.lag.*with an ensemble"):
+        parse_study(study + "\ninitial: {ensemble: 4, lag: 1 rad}")

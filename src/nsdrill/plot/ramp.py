@@ -18,10 +18,10 @@ from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import heading, operating_point, quantity
-from nsdrill.plot.schedule import moving, point_words, rate_words
+from nsdrill.plot.schedule import moving, point_words, rate_words, set_values
 from nsdrill.plot.slices import line, ordered
 from nsdrill.plot.style import BLUE, FULL_WIDTH, GREY, MANY_MARKERS, REFERENCE, VERMILLION, new_figure
-from nsdrill.variables import AXES, OK, SCHEDULED
+from nsdrill.variables import AXES, OK
 
 PANELS = (("z", "axial_peaks"), ("bit_speed", "bit_speed_peaks"), ("radius", "radius_peaks"))
 SWEPT = "#D9D9D9"  # the sweep lies behind, paler than anything of the ramp
@@ -33,7 +33,7 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
     x = quantity(axis, units)
     figure = new_figure(FULL_WIDTH, 6.3)
     panels = list(figure.subplots(len(PANELS), 1, sharex=True))
-    value = trace[SCHEDULED[axis]]
+    value = set_values(trace, axis)
     way = np.sign(np.diff(value, append=value[-1]))
     way[-1] = way[-2]
     handles: list[Artist] = []
@@ -94,7 +94,7 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
         if other == axis:
             continue
         values = np.asarray(results.coords[other], dtype=float)
-        wanted = float(trace[SCHEDULED[other]][0])
+        wanted = float(set_values(trace, other)[0])
         held[other] = float(values[np.argmin(np.abs(values - wanted))])
         if abs(held[other] - wanted) > 0.01 * abs(wanted):
             raise InputError(
@@ -102,7 +102,7 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
                 f"{operating_point({other: wanted}, units)}, as this trace.")
     one = line(ordered(results, held), axis)
     x = quantity(axis, units)
-    value = trace[SCHEDULED[axis]]
+    value = set_values(trace, axis)
     fine = (one["status"] == OK) & (one.x >= value.min()) & (one.x <= value.max())
     handles: list[Artist] = []
     for row, procedure in enumerate(one.procedures):

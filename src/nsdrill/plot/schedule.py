@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 
-from nsdrill.data import Trace
+from nsdrill.data import Trace, drive_kind
 from nsdrill.plot.labels import operating_point, quantity
 from nsdrill.variables import AXES, SCHEDULED, dimension_of
 
@@ -14,10 +14,19 @@ ORDER = ("rotary_speed", "wob", "depth")  # what a driller moves first
 MOST_VALUES = 4  # of a ramp told one by one
 
 
+def set_values(trace: Trace, name: str) -> np.ndarray:
+    """The operating value ``name`` along the trace as it was set; the speed of a drive that is not ideal is another."""
+    if name != "rotary_speed" or drive_kind(trace.attrs) == "ideal":
+        return trace[SCHEDULED[name]]
+    ramps = json.loads(str(trace.attrs.get("ramps") or "{}"))
+    times, values = ramps[name] if name in ramps else ([0.0], [float(trace.attrs.get(name) or 0.0)])
+    return np.interp(trace.time, times, values)
+
+
 def moving(trace: Trace) -> list[str]:
     """The operating values that are not constant along the trace."""
     return [name for name in ORDER if len(trace.time) and SCHEDULED[name] in trace.variables
-            and float(np.ptp(trace[SCHEDULED[name]])) > 0.0]
+            and float(np.ptp(set_values(trace, name))) > 0.0]
 
 
 def point_words(trace: Trace, units: str) -> str:
@@ -44,7 +53,7 @@ def point_words(trace: Trace, units: str) -> str:
 def knots(trace: Trace, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Times [s] and values [SI] of the knots of a moving value, as far as the trace goes."""
     ramps = json.loads(str(trace.attrs.get("ramps") or "{}"))
-    end, shown = float(trace.time[-1]), trace[SCHEDULED[name]]
+    end, shown = float(trace.time[-1]), set_values(trace, name)
     if name not in ramps:
         return trace.time[[0, -1]], shown[[0, -1]]
     times, values = (np.array(column, dtype=float) for column in ramps[name])

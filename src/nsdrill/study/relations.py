@@ -13,7 +13,7 @@ from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import SLICE, Leaf, shown
 from nsdrill.study.resolved import refined_axes
 from nsdrill.units import USUAL, format_quantity
-from nsdrill.variables import AXES, STATE_NAMES
+from nsdrill.variables import AXES, DRIVEN_STATE_NAMES
 
 MOST_POINTS = 10**8
 MOST_STARTS = 10**5  # of one operating point: they are compared with each other
@@ -215,7 +215,7 @@ class Checker:
         if procedure != "same" and self._sound("sweep.procedure"):
             found = f"starts of their own at every point, with sweep.procedure: {procedure}, which carries the state on"
             yield self.fault(key, found, "with sweep.procedure: same")
-        drawn = plane if plane else [name for name in STATE_NAMES if f"initial.{name}" in self.leaves]
+        drawn = plane if plane else [name for name in DRIVEN_STATE_NAMES if f"initial.{name}" in self.leaves]
         for name in drawn:
             leaf = self.leaves[f"initial.{name}"]
             if self._given(leaf.key) and self._sound(leaf.key) and self._value(leaf.key) != leaf.default:
