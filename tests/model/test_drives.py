@@ -278,5 +278,5 @@ def test_a_drive_that_swings_is_no_ramp() -> None:
     assert np.ptp(trace["drive_speed"]) > 0.0
     assert moving(trace) == []
     assert point_words(trace, "si").endswith("2 rad/s")
-    with pytest.raises(nsdrill.StudyError, match="initial.lag.*with an ensemble"):
+    with pytest.raises(nsdrill.StudyError, match=r"initial.lag.*with an ensemble"):
         parse_study(study + "\ninitial: {ensemble: 4, lag: 1 rad}")
