@@ -56,7 +56,7 @@ def _measure(side: str, depth: float, speeds: tuple[float, float], smoothing: fl
     from benchmarks.peers.nsdrill_peer import Nsdrill
     from benchmarks.peers.numbalsoda_peer import NumbaLsoda
     from benchmarks.workload import grid, problem_of, spun_up
-    from nsdrill.model.parameters import Parameters
+    from nsdrill.models.christoforou_yigit.parameters import Parameters
 
     base = Parameters()
     part = getattr(base, side)

@@ -17,8 +17,8 @@ import numpy as np
 
 from nsdrill.kernel.gang import Runs
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.coefficients import derive
-from nsdrill.model.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.engine import Engine, Progress
 from nsdrill.sweep.plan import Plan

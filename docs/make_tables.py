@@ -18,9 +18,10 @@ import nsdrill
 from nsdrill import api
 from nsdrill.app.check import MEANINGS as COEFFICIENTS
 from nsdrill.cli.main import COMMANDS, group
-from nsdrill.model.coefficients import UNITS
-from nsdrill.model.figures import figures
-from nsdrill.model.parameters import Operation, Parameters
+from nsdrill.models.christoforou_yigit.coefficients import UNITS
+from nsdrill.models.christoforou_yigit.figures import figures
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.plot.kinds import (
     ALIASES,

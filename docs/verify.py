@@ -19,8 +19,8 @@ import numpy as np
 import nsdrill
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
-from nsdrill.model.forces import energy, powers
-from nsdrill.model.parameters import Operation
+from nsdrill.models.christoforou_yigit.forces import energy, powers
+from nsdrill.models.operation import Operation
 from nsdrill.study import parse_study
 
 
@@ -239,7 +239,7 @@ def order() -> Iterator[Row]:
 
 def severity() -> Iterator[Row]:
     """The bands of the stick-slip index."""
-    from nsdrill.observe.classify import classify
+    from nsdrill.models.christoforou_yigit.classify import classify
     from nsdrill.observe.thresholds import Thresholds
     from nsdrill.variables import FEATURES
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from nsdrill.model.leaves import further_axes
+from nsdrill.models.leaves import further_axes
 from nsdrill.quantity import SHOWN, SYSTEMS, amount, find, in_system, quantity
 from nsdrill.units import plain_units, to_si
 from nsdrill.variables import COORDINATES, TRACE_VARIABLES, VARIABLES

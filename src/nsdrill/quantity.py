@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from nsdrill.model.leaves import further_axes, words_of
+from nsdrill.models.leaves import further_axes, words_of
 from nsdrill.units import from_si, plain_units, readable, to_si
 from nsdrill.variables import AXES, COORDINATES, TRACE_VARIABLES, VARIABLES, dimension_of
 

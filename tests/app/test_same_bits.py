@@ -139,11 +139,11 @@ def test_every_python_computes_the_same_bits(shared: Path) -> None:
 AFTERWARDS = """
 import hashlib
 import numpy as np
-from nsdrill.model.rhs import PARAMETERS
-from nsdrill.observe.layout import report_width
+from nsdrill.models.christoforou_yigit.rhs import PARAMETERS
+from nsdrill.models.christoforou_yigit.layout import report_width
 from nsdrill.observe.motion import zero_one
-from nsdrill.observe.reduce import features
-from nsdrill.observe.section import ENTRY, coordinates
+from nsdrill.models.christoforou_yigit.reduce import features
+from nsdrill.models.christoforou_yigit.section import ENTRY, coordinates
 draw = np.random.Generator(np.random.PCG64(1))
 report, table = draw.uniform(0.5, 2, (200, report_width(0))), draw.uniform(0.01, 0.5, (200, len(PARAMETERS)))
 made = features(report, table, 9.0, True)

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.model.leaves import values_at
+from nsdrill.models.leaves import values_at
 from nsdrill.models.registry import model_named
 from nsdrill.study import load_study, template_text
 from nsdrill.study.document import parse

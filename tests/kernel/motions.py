@@ -6,7 +6,7 @@ import numpy as np
 from model.cases import table_of
 from reference import Case
 
-from nsdrill.model.rhs import sizes
+from nsdrill.models.christoforou_yigit.rhs import sizes
 
 # The bit stays on the rock, the collar off the wall, no slip comes to rest: every derivative is smooth.
 SMOOTH = Case(

@@ -22,10 +22,10 @@ TESTS = str(Path(__file__).parents[1])
 ASSEMBLY = """
 import sys
 from nsdrill.kernel.steppers import STEPPERS
-from nsdrill.model.rhs import make_right_hand_side
+from nsdrill.models.christoforou_yigit.rhs import make_right_hand_side
 from nsdrill.models.registry import DEFAULT, model_named
-from nsdrill.observe.events import make_events
-from nsdrill.observe.layout import OBSERVED
+from nsdrill.models.christoforou_yigit.events import make_events
+from nsdrill.models.christoforou_yigit.layout import OBSERVED
 rows = model_named(DEFAULT).rows((0, 3, 0), len(OBSERVED))
 function = {
     "rhs": lambda: make_right_hand_side(8, False),

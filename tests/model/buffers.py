@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.model.rhs import AUX, PARAMETERS, STATES, drifts, make_right_hand_side
+from nsdrill.models.christoforou_yigit.rhs import AUX, PARAMETERS, STATES, drifts, make_right_hand_side
 
 ROWS = Rows(len(STATES), len(AUX), len(PARAMETERS), 0)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from reference import Case
 
-from nsdrill.model.parameters import (
+from nsdrill.models.christoforou_yigit.parameters import (
     Bit,
     BitFriction,
     Collar,
@@ -19,7 +19,7 @@ from nsdrill.model.parameters import (
     WallFriction,
     Well,
 )
-from nsdrill.model.rhs import pack
+from nsdrill.models.christoforou_yigit.rhs import pack
 
 
 def parameters_of(c: Case) -> Parameters:

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from reference import Case
 
 from model.cases import parameters_of, random_case
-from nsdrill.model.coefficients import UNITS, Coefficients, at, derive
-from nsdrill.model.parameters import Collar, Drillstring, Parameters
+from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, at, derive
+from nsdrill.models.christoforou_yigit.parameters import Collar, Drillstring, Parameters
 
 # Theory page, "Check": depth 2000 m, 22.24 kN, 3 rad/s; computed there with ten digits.
 CHECK = {

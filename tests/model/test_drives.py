@@ -13,13 +13,14 @@ from sweep.runs import finish, run_work, work_for
 
 import nsdrill
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.coefficients import derive
-from nsdrill.model.drives import Gains, gains, impedance
-from nsdrill.model.figures import figures, slope_held
-from nsdrill.model.forces import energy, powers
-from nsdrill.model.parameters import Drive, Operation, Parameters
-from nsdrill.model.rhs import DRIVE_STATES, STATES, make_right_hand_side, pack, rows_of
-from nsdrill.observe.layout import GROWTH_HEADER
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.drives import Gains, gains, impedance
+from nsdrill.models.christoforou_yigit.figures import figures, slope_held
+from nsdrill.models.christoforou_yigit.forces import energy, powers
+from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
+from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
+from nsdrill.models.christoforou_yigit.rhs import DRIVE_STATES, STATES, make_right_hand_side, pack, rows_of
+from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
 

@@ -19,8 +19,8 @@ from model.buffers import slopes
 from model.cases import operation_of, parameters_of, random_case, random_state, table_of
 from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.forces import energy, powers
-from nsdrill.model.rhs import STATES
+from nsdrill.models.christoforou_yigit.forces import energy, powers
+from nsdrill.models.christoforou_yigit.rhs import STATES
 from nsdrill.study import parse_study
 
 OPTIONS = list(itertools.product(["linear", "hertz"], ["live", "static", "none"], ["total", "steel"]))

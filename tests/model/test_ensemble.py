@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nsdrill.model.coefficients import derive
-from nsdrill.model.ensemble import hypercube, starting_states
-from nsdrill.model.parameters import Bit, Initial, Parameters
-from nsdrill.model.rhs import initial_states
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.ensemble import hypercube, starting_states
+from nsdrill.models.christoforou_yigit.parameters import Bit, Initial, Parameters
+from nsdrill.models.christoforou_yigit.rhs import initial_states
 from nsdrill.variables import STATE_NAMES
 
 POINTS = {"depth": np.array([500.0, 5000.0, 9000.0]), "wob": np.array([0.0, 22.24e3, 100e3]),

@@ -8,9 +8,9 @@ from reference import Case, contacts
 
 from model.buffers import slopes
 from model.cases import operation_of, parameters_of, random_case, random_state, table_of
-from nsdrill.model.forces import forces, friction
-from nsdrill.model.parameters import BitFriction
-from nsdrill.model.rhs import STATES
+from nsdrill.models.christoforou_yigit.forces import forces, friction
+from nsdrill.models.christoforou_yigit.parameters import BitFriction
+from nsdrill.models.christoforou_yigit.rhs import STATES
 
 
 def as_state(states: np.ndarray, drive_angle: np.ndarray) -> dict[str, np.ndarray]:

@@ -14,9 +14,9 @@ from sweep.runs import run_from, run_work, work_for
 from model.cases import operation_of, parameters_of
 from nsdrill.app.trajectory import simulate
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.coefficients import derive
-from nsdrill.model.figures import lift_off_wob, wall_speed
-from nsdrill.model.parameters import Initial
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.figures import lift_off_wob, wall_speed
+from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.study import parse_study
 
 # Case 2: no eccentricity, flat rock, no torsional damping, no cutting torque; only the torsional motion is left.

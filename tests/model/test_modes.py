@@ -9,9 +9,9 @@ import pytest
 
 import nsdrill
 from nsdrill.app.run import run_in_memory
-from nsdrill.model.coefficients import derive
-from nsdrill.model.forces import energy, powers
-from nsdrill.model.parameters import Operation
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.forces import energy, powers
+from nsdrill.models.operation import Operation
 from nsdrill.study import parse_study
 
 TORSION = """

@@ -11,12 +11,13 @@ from scipy.integrate import cumulative_simpson, solve_ivp
 from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import simulate
-from nsdrill.model.coefficients import derive
-from nsdrill.model.forces import energy, powers
-from nsdrill.model.parameters import Operation, Parameters
-from nsdrill.model.ramp import ahead, pack_ramp
-from nsdrill.model.rhs import STATES, initial_states
-from nsdrill.model.schedule import Ramp, Schedule
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.forces import energy, powers
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.ramp import ahead, pack_ramp
+from nsdrill.models.christoforou_yigit.rhs import STATES, initial_states
+from nsdrill.models.operation import Operation
+from nsdrill.models.schedule import Ramp, Schedule
 from nsdrill.study import Study, parse_study
 
 # In and out of the rock, the collar inside the hole; regular motion, or rounding would grow.

@@ -15,8 +15,8 @@ from reference import Case, contacts, derivative, quick
 
 from model.buffers import ROWS, buffer_of, slopes
 from model.cases import parameters_of, random_case, random_state, table_of
-from nsdrill.model.lobes import multiple_cosine, multiple_sine
-from nsdrill.model.rhs import INDEX, first_step, initial_states, make_right_hand_side, pack, sizes
+from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
+from nsdrill.models.christoforou_yigit.rhs import INDEX, first_step, initial_states, make_right_hand_side, pack, sizes
 
 HERE = Path(__file__).parent
 TESTS = str(HERE.parent)
@@ -246,7 +246,7 @@ def test_natural_sizes_and_first_steps_are_positive_everywhere() -> None:
 
 def test_bit_starts_where_it_rests_under_the_weight() -> None:
     """z = -W/(k_a + k_c): theory page."""
-    from nsdrill.model.parameters import Initial
+    from nsdrill.models.christoforou_yigit.parameters import Initial
 
     c = Case()
     state = initial_states(parameters_of(c), Initial(), c.depth, c.wob, c.speed)[0]

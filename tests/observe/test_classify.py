@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from nsdrill.observe.classify import classify
+from nsdrill.models.christoforou_yigit.classify import classify
 from nsdrill.observe.thresholds import BitBounce, StickSlip, Thresholds, Whirl
 from nsdrill.variables import (
     BACKWARD,

@@ -12,9 +12,9 @@ from reference import Case, floquet_exponents
 from sweep.runs import finish, run_work, same_bits, work_for
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.rhs import sizes
+from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
+from nsdrill.models.christoforou_yigit.rhs import sizes
 from nsdrill.observe.exponent import WAVES, exponent_of, growth_header, seed_deviation
-from nsdrill.observe.layout import GROWTH_HEADER
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work
 from observe.flows import exponents

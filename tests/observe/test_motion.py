@@ -8,7 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.observe.motion import classify_motion, in_the_bit_frame, period, zero_one
+from nsdrill.models.christoforou_yigit.classify import still
+from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
+from nsdrill.observe.motion import classify_motion, period, zero_one
 from nsdrill.observe.thresholds import Motion
 from nsdrill.variables import CHAOTIC, DIVERGED, EQUILIBRIUM, OK, PERIODIC, QUASI_PERIODIC, UNDETERMINED, UNSETTLED
 from observe.flows import roessler_returns
@@ -122,7 +124,9 @@ def kind(
             "radius_max": 1.0 + range_} | features
     arrays = {name: np.array([value]) for name, value in made.items()}
     arrays["section_radius"] = np.where(np.arange(1001) < count, 1.0, np.nan)[None]
-    label = classify_motion(arrays, np.array([status]), np.array([settled]), np.array([found]), ONES, T)
+    count = np.count_nonzero(np.isfinite(arrays["section_radius"]), axis=-1)
+    rests = still(arrays, ONES, T.absolute)
+    label = classify_motion(arrays, np.array([status]), np.array([settled]), np.array([found]), count, rests, T)
     return int(label[0])
 
 

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from sweep.runs import finish, run_work, same_bits, work_for
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.observe.section import ENTRY, coordinates, returns_of
+from nsdrill.models.christoforou_yigit.section import ENTRY, coordinates, returns_of
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work
 from nsdrill.variables import SECTION

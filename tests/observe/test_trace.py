@@ -11,7 +11,7 @@ from reference import Case, contacts, solve
 import nsdrill
 from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import replay, simulate
-from nsdrill.model.rhs import STATES
+from nsdrill.models.christoforou_yigit.rhs import STATES
 from nsdrill.study import parse_study
 from nsdrill.variables import OK, STEP_LIMIT, TRACE_VARIABLES
 

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from nsdrill.model.parameters import Bit, Drillstring, Mud, Parameters, Well
-from nsdrill.model.rhs import pack, sizes
-from nsdrill.observe.compare import COMPARED, difference, scales
+from nsdrill.models.christoforou_yigit.classify import responses
+from nsdrill.models.christoforou_yigit.compare import COMPARED, difference, scales
+from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Mud, Parameters, Well
+from nsdrill.models.christoforou_yigit.rhs import pack, sizes
 from nsdrill.observe.thresholds import Thresholds, Trust
 from nsdrill.observe.trust import (
     AGREES,
@@ -62,7 +63,7 @@ def found(**changes: list[float]) -> dict[str, np.ndarray]:
 
 def judged(response: list[int], thresholds: Thresholds = Thresholds(), **changes: list[float]) -> dict[str, np.ndarray]:  # noqa: B008
     values = found(**changes)
-    return {**values, "response": np.array(response), **trust_labels(values, np.array(response), thresholds)}
+    return {**values, "response": np.array(response), **trust_labels(values, np.array(response), thresholds, responses)}
 
 
 def test_a_point_is_trusted_where_both_checks_agree() -> None:

@@ -10,7 +10,7 @@ import pytest
 from nsdrill.app.refinement import summary
 from nsdrill.app.run import run_in_memory, run_study
 from nsdrill.errors import StudyError
-from nsdrill.model.leaves import further_axes
+from nsdrill.models.leaves import further_axes
 from nsdrill.plot.labels import quantity
 from nsdrill.store import open_results, read_results
 from nsdrill.study import parse_study, study_from_resolved

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from nsdrill.errors import Fault, StudyError
-from nsdrill.model.parameters import Collar, Friction, Parameters, Pipe, Well
+from nsdrill.models.christoforou_yigit.parameters import Collar, Friction, Parameters, Pipe, Well
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study import change_thresholds, parse_study
 

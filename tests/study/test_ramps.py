@@ -7,7 +7,7 @@ import json
 import pytest
 
 from nsdrill.errors import Fault, FileError, StudyError
-from nsdrill.model.schedule import Ramp
+from nsdrill.models.schedule import Ramp
 from nsdrill.study import json_schema, parse_study, study_from_resolved
 
 SWEEP = "sweep: {wob: [1 kN, 2 kN]}\n"

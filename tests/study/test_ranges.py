@@ -10,7 +10,8 @@ import pytest
 from nsdrill.app.check import check
 from nsdrill.data import json_text
 from nsdrill.errors import StudyError
-from nsdrill.model.parameters import Collar, Operation
+from nsdrill.models.christoforou_yigit.parameters import Collar
+from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Whirl
 from nsdrill.study import json_schema, parse_study
 from nsdrill.study.keys import Leaf, all_leaves

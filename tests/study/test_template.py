@@ -6,7 +6,8 @@ import re
 import pytest
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Initial, Operation, Parameters
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.study import json_schema, parse_study, template_text
 from nsdrill.study.document import parse

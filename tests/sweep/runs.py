@@ -12,7 +12,7 @@ from reference import Case
 
 from nsdrill.kernel.gang import Finished
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Initial
+from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.engine import Engine, Starts
 from nsdrill.sweep.plan import Plan

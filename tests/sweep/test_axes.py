@@ -9,10 +9,11 @@ import pytest
 from reference import Case
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.coefficients import power
-from nsdrill.model.leaves import values_at, with_values
-from nsdrill.model.parameters import Initial, Parameters, describe
-from nsdrill.model.rhs import first_step, pack, sizes
+from nsdrill.models.christoforou_yigit.coefficients import power
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit.rhs import first_step, pack, sizes
+from nsdrill.models.leaves import values_at, with_values
+from nsdrill.models.operation import describe
 from nsdrill.sweep.plan import Plan
 from sweep.runs import collect, finish, run_work, same_bits, work_for
 

@@ -10,7 +10,7 @@ import pytest
 from reference import Case
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Initial
+from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.engine import Engine, Progress, Starts
 from nsdrill.sweep.work import Work

@@ -9,7 +9,7 @@ import pytest
 from reference import Case
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Initial
+from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.sweep.plan import Plan
 from nsdrill.variables import OK, VARIABLES, Kept
 from sweep.runs import run_work, same_bits, work_for

@@ -13,7 +13,7 @@ from nsdrill.analysis.attractors import IF_THERE, NEEDED, SHOWN, Attractor, desc
 from nsdrill.analysis.branches import Places, number
 from nsdrill.data import IN_MEMORY, Array, Results
 from nsdrill.errors import FileError
-from nsdrill.model.leaves import values_at
+from nsdrill.models.leaves import values_at
 from nsdrill.models.registry import model_named
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, flag_words, points_in_block, read_results

@@ -10,11 +10,11 @@ from typing import Any
 
 from nsdrill.app.planned import kept_of, plan_of
 from nsdrill.app.size import disk, memory
-from nsdrill.model.coefficients import UNITS, Coefficients, derive
-from nsdrill.model.figures import Figure, figures, lateral_stiffness
-from nsdrill.model.leaves import Values, values_at
-from nsdrill.model.parameters import Operation
-from nsdrill.model.schedule import Ramp
+from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, derive
+from nsdrill.models.christoforou_yigit.figures import Figure, figures, lateral_stiffness
+from nsdrill.models.leaves import Values, values_at
+from nsdrill.models.operation import Operation
+from nsdrill.models.schedule import Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.study.study import Study
 

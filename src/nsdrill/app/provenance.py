@@ -18,8 +18,8 @@ from nsdrill.data import json_text
 from nsdrill.errors import printable
 from nsdrill.kernel.dormand_prince import DORMAND_PRINCE
 from nsdrill.kernel.tableau import TSITOURAS
-from nsdrill.model.coefficients import derive
-from nsdrill.model.leaves import values_at
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.leaves import values_at
 from nsdrill.study.study import Study
 
 # Root attributes of which each can change a bit of a result, and what people call them.

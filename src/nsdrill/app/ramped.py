@@ -8,8 +8,8 @@ import numpy as np
 
 from nsdrill.errors import InputError
 from nsdrill.kernel.gang import Compiled, Gang
-from nsdrill.model.schedule import PIECES, Array, Schedule
 from nsdrill.models.registry import model_named
+from nsdrill.models.schedule import PIECES, Array, Schedule
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
 from nsdrill.study.study import Study
 from nsdrill.variables import OK, STEP_LIMIT

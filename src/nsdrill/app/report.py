@@ -18,7 +18,7 @@ from nsdrill.analysis.hysteresis import hysteresis
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
-from nsdrill.model.leaves import values_at
+from nsdrill.models.leaves import values_at
 from nsdrill.store import flag_words, read_results, rewrite_labels
 from nsdrill.study.study import Study
 from nsdrill.variables import (
@@ -252,12 +252,13 @@ def new_labels(
     study = stored_study(path, results.attrs, results.coords)
     thresholds = change_thresholds(study.thresholds, overrides)
     size = _sizes(study, results)
-    labels = model_named(study.model).classify(results.variables, results["status"], thresholds, size)
+    model = model_named(study.model)
+    labels = model.classify(results.variables, results["status"], thresholds, size)
     if "start" in results.coords:
         plan = plan_of(study)
         labels["attractor"] = labels_of(study, plan, {**results.variables, **labels}, thresholds.attractors)
     if "trusted" in results.variables:
-        labels |= trust_labels(results.variables, labels["response"], thresholds)
+        labels |= trust_labels(results.variables, labels["response"], thresholds, model.responses)
     if study.refined:
         labels["response"], missing = infer_again(study, plan_of(study), results["status"], labels["response"])
         if missing:

@@ -17,10 +17,10 @@ from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, printable
 from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.kernel.settings import LONGEST, Simulation
-from nsdrill.model.leaves import OPERATION, Values, values_at
-from nsdrill.model.parameters import Operation
-from nsdrill.model.schedule import Schedule
+from nsdrill.models.leaves import OPERATION, Values, values_at
+from nsdrill.models.operation import Operation
 from nsdrill.models.registry import model_named
+from nsdrill.models.schedule import Schedule
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study

@@ -14,7 +14,6 @@ from nsdrill.app.passes import Passes
 from nsdrill.data import Array
 from nsdrill.kernel.gang import choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.observe.compare import difference
 from nsdrill.observe.trust import trust_labels
 from nsdrill.store import Source, columns
 from nsdrill.sweep.again import Again
@@ -64,10 +63,11 @@ def _run(passes: Passes, work: Work, check: Check, points: Array) -> None:
     def store(done: Array, found: dict[str, Array]) -> None:
         records = np.concatenate([log.read(point, point + 1) for point in done.tolist()])
         records[f"{check.name}_status"] = found["status"]
-        records[f"{check.name}_difference"] = difference(_fields(records), found, found)
+        records[f"{check.name}_difference"] = work.kind.difference(_fields(records), found, found)
         for name in CHECK_FEATURES:
             records[f"{check.name}_{name}"] = found[name]
-        for name, values in trust_labels(_fields(records), records["response"], work.thresholds).items():
+        for name, values in trust_labels(_fields(records), records["response"], work.thresholds,
+                                         work.kind.responses).items():
             records[name] = values
         passes.write(done, records)
 

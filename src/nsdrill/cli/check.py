@@ -40,7 +40,7 @@ def command(study: str, as_json: bool, units: str, overrides: tuple[str, ...]) -
     from nsdrill.data import json_text
     from nsdrill.errors import printable
     from nsdrill.files import amount
-    from nsdrill.model.coefficients import UNITS
+    from nsdrill.models.christoforou_yigit.coefficients import UNITS
 
     report = check(loaded, units)
     if as_json:

@@ -15,9 +15,9 @@ import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.kernel.gang import Runs
-from nsdrill.model.leaves import Values
-from nsdrill.model.parameters import Parameters
-from nsdrill.model.schedule import Schedule
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.leaves import Values
+from nsdrill.models.schedule import Schedule
 from nsdrill.observe.thresholds import Record, Thresholds
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -50,8 +50,6 @@ class Model(ABC):
     name: ClassVar[str]
     contacts: ClassVar[tuple[str, ...]] = ()
     """Names of the contacts at which the Jacobian jumps; each has a function that is positive where it touches."""
-    has_tangent: ClassVar[bool] = False
-    """Whether there are the linearised equations that a Lyapunov exponent needs."""
 
     # What is fixed when code is compiled
 
@@ -158,8 +156,17 @@ class Model(ABC):
         """The labels of runs with these features."""
 
     @abstractmethod
+    def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
+        """The critical responses as a sum of bits, from the features that decide on them."""
+
+    @abstractmethod
     def scales(self, table: Array) -> dict[str, Array]:
         """What differences of features are measured in, by name, arrays [n]."""
+
+    @abstractmethod
+    def difference(self, one: Mapping[str, Array], two: Mapping[str, Array], units: Mapping[str, Array]) -> Array:
+        """The largest difference of the features of two runs of each point, each measured in its natural size
+        (:meth:`scales`, in ``units``); NaN where a run did not end well."""
 
     # One trajectory
 

@@ -1,6 +1,6 @@
 """The largest Lyapunov exponent: the mean rate at which a small deviation grows in the observed window.
 
-The deviation is integrated along with the motion (:mod:`nsdrill.model.tangent`). Every so often it is scaled back to
+The deviation is integrated along with the motion, by the tangent of the model. Every so often it is scaled back to
 length one and the logarithm of its length is noted (Benettin et al. 1980, Meccanica 15:9-20). It turns into the
 fastest growing direction during the transient. Lengths are measured in the natural sizes of the states, which does not
 matter for the exponent.

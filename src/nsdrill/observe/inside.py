@@ -8,8 +8,7 @@ import numpy as np
 
 from nsdrill.abi import inlined
 from nsdrill.elementary import fma
-from nsdrill.observe.interpolant import above, crossing, cubic, extreme, slope, value
-from nsdrill.observe.section import position_and_velocity
+from nsdrill.observe.interpolant import above, crossing, cubic, extreme, position_and_velocity, slope, value
 
 # Of what has peaks, as many rows: the least value since the last one, the greatest since then, if it may become one,
 # and how far a peak stands out at a value of zero.

@@ -200,3 +200,12 @@ def middle_of_rate(e2, e4, o1, o3, o5, per_h, frame):  # type: ignore[no-untyped
     over the length of the step."""
     twice = 2.0 * per_h
     return fma(twice, o1, frame), twice * (3.0 * o3), twice * (5.0 * o5), twice * (2.0 * e2), twice * (4.0 * e4), 0.0
+
+
+@inlined
+def position_and_velocity(b, i, theta, h, drift, x0_, v0_, a0_, x1_, v1_, a1_):  # type: ignore[no-untyped-def]
+    """Position and velocity of one pair of states of lane i inside the step."""
+    p0, p1, p2, p3, p4, p5 = quintic(
+        b[x0_ + i], h * (b[v0_ + i] + drift), h * h * b[a0_ + i],
+        b[x1_ + i], h * (b[v1_ + i] + drift), h * h * b[a1_ + i])
+    return value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta) / h - drift

@@ -26,31 +26,19 @@ LEAST_RETURNS = 1000  # for the 0-1 test: 200 tell neither a rattling collar nor
 FREQUENCIES = 64  # of the 0-1 test
 
 
-def in_the_bit_frame(section: Mapping[str, Array]) -> Array:
-    """States at the section as an observer on the bit sees them: shape (..., returns, 8), in the order of the states.
-
-    A motion that repeats after some revolutions does so in this frame, whatever the lobes and the drive angle.
-    """
-    r, angle = section["section_radius"], section["section_whirl_angle"]
-    outward, around = section["section_radial_velocity"], r * section["section_whirl_speed"]
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack(
-        [r * c, outward * c - around * s, r * s, outward * s + around * c, section["section_axial"],
-         section["section_axial_velocity"], section["section_twist"], section["section_bit_speed"]], axis=-1)
-
-
 def period(returns: Array, sizes: Array, t: Motion) -> Array:
     """The least number of returns after which all of them repeat, 0 where none is found: int16 [points].
 
-    ``returns`` has shape (points, returns, 8), oldest first and NaN where there are none, ``sizes`` (points, 8) is the
-    natural size of each state. Two returns are the same where every state differs by less than ``absolute`` times its
-    size plus ``relative`` times its range over all returns. A period of two or more must stand out and last besides: a
-    motion that spirals towards its goal comes near some of its returns again and again, but its returns draw together.
+    ``returns`` has shape (points, returns, states), oldest first and NaN where there are none, ``sizes`` (points,
+    states) is the natural size of each state. Two returns are the same where every state differs by less than
+    ``absolute`` times its size plus ``relative`` times its range over all returns. A period of two or more must stand
+    out and last besides: a motion that spirals towards its goal comes near some of its returns again and again, but its
+    returns draw together.
     """
     found = np.zeros(len(returns), dtype=np.int16)
     # Contiguous and writable, as it was compiled for.
     returns, sizes = (np.require(array, requirements=["C", "W"]) for array in (returns, sizes))
-    _make_period()(returns, sizes, t.absolute, t.relative, t.longest_period, found, np.empty((2, 8)))
+    _make_period()(returns, sizes, t.absolute, t.relative, t.longest_period, found, np.empty((2, returns.shape[2])))
     return found
 
 
@@ -72,7 +60,7 @@ def _make_period() -> Any:
             while seen < len(states) and math.isfinite(states[seen, 0]):
                 seen += 1
             widest, lasts = 0.0, True
-            for j in range(8):
+            for j in range(states.shape[1]):
                 low, high = np.inf, -np.inf
                 for k in range(seen):
                     low, high = min(low, states[k, j]), max(high, states[k, j])
@@ -81,11 +69,11 @@ def _make_period() -> Any:
                     widest = (high - low) / sizes[point, j]
                     first, last = spread(states, j, 0, seen // 3), spread(states, j, seen - seen // 3, seen)
                     lasts = min(first, last) >= LASTS * max(first, last)
-            for j in range(8):
+            for j in range(states.shape[1]):
                 limits[1, j] = min(limits[0, j], STANDS_OUT * widest * sizes[point, j])
             for n in range(1, (min(longest, seen // REPEATS) if lasts else 1) + 1):
                 repeats = True
-                for j in range(8):
+                for j in range(states.shape[1]):
                     allowed = limits[0 if n == 1 else 1, j]
                     for place in range(n):
                         low, high = np.inf, -np.inf
@@ -161,21 +149,14 @@ def _make_displacement() -> Any:
 
 
 def classify_motion(
-    features: Mapping[str, Array], status: Array, settled: Array, found: Array, sizes: Array, t: Motion
+    features: Mapping[str, Array], status: Array, settled: Array, found: Array, returns: Array, still: Array, t: Motion
 ) -> Array:
     """The kind of motion of runs: int8, shape of ``status``.
 
-    ``found`` is their :func:`period`, ``settled`` their label, ``sizes`` (..., 8) the natural sizes of the states;
-    ``features`` holds the extremes, ``section_radius``, ``zero_one``, and, if measured, ``lyapunov_exponent`` with its
-    error. No motion and no period without three returns: undetermined.
+    ``found`` is their :func:`period`, ``settled`` their label, ``returns`` how many returns each has, ``still`` whether
+    no state moves; ``features`` holds ``zero_one`` and, if measured, ``lyapunov_exponent`` with its error. No motion
+    and no period without three returns: undetermined.
     """
-    still = (
-        (features["axial_max"] - features["axial_min"] <= t.absolute * sizes[..., 4])
-        & (features["bit_speed_max"] - features["bit_speed_min"] <= t.absolute * sizes[..., 7])
-        & (features["radius_max"] - np.nan_to_num(features["section_radius"], nan=np.inf).min(axis=-1)
-           <= t.absolute * sizes[..., 0])
-    )
-    returns = np.count_nonzero(np.isfinite(features["section_radius"]), axis=-1)
     if "lyapunov_exponent" in features:
         exponent, error = features["lyapunov_exponent"], 2.0 * features["lyapunov_error"]
         chaotic, decaying = exponent - error > t.exponent, exponent + error < 0.0

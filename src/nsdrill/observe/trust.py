@@ -5,12 +5,11 @@ Two checks: ``tight``, the same run with a smaller tolerance, and ``long``, the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
 
-from nsdrill.observe.classify import responses
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.variables import CHECK_FEATURES, CHECKS, OK, PENDING
 
@@ -18,9 +17,12 @@ Array = np.ndarray[Any, np.dtype[Any]]
 UNCHECKED, AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, CHECK_FAILED = range(5)  # verdicts
 
 
-def trust_labels(found: Mapping[str, Array], response: Array, thresholds: Thresholds) -> dict[str, Array]:
+def trust_labels(
+    found: Mapping[str, Array], response: Array, thresholds: Thresholds,
+    responses: Callable[[Mapping[str, Array], Thresholds], Array],
+) -> dict[str, Array]:
     """The labels ``tight_response``, ``long_response`` and ``trusted`` of points with this ``response``; ``found``
-    holds how their checks ended, the features that the responses are made from, and the differences."""
+    holds how their checks ended, the features that the ``responses`` are made from, and the differences."""
     labels = {}
     trusted = np.ones(np.shape(response), dtype=bool)
     for check in CHECKS:

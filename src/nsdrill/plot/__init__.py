@@ -86,7 +86,7 @@ def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None)
 
     at = {dimension_of(key): value for key, value in (at or {}).items()}
     if unknown := set(at) - set(data.axes):
-        from nsdrill.model.leaves import further_axes
+        from nsdrill.models.leaves import further_axes
 
         keys = {name: key for name, (key, _) in further_axes().items()}
         found, allowed = (", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes))

@@ -11,7 +11,7 @@ import numpy as np
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.model.leaves import further_axes
+from nsdrill.models.leaves import further_axes
 from nsdrill.observe.trust import verdict
 from nsdrill.plot.labels import quantity
 from nsdrill.quantity import amount

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from nsdrill.errors import FileError
-from nsdrill.model.leaves import further_axes
-from nsdrill.model.parameters import Operation
-from nsdrill.model.schedule import Ramp
+from nsdrill.models.leaves import further_axes
+from nsdrill.models.operation import Operation
+from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.variables import AXES, STATE_NAMES, dimension_of
 

@@ -13,7 +13,7 @@ import numpy as np
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
 from nsdrill.files import replacing
-from nsdrill.model.parameters import Operation
+from nsdrill.models.operation import Operation
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import check_attributes, get_attributes, plain, text_of
 from nsdrill.store.layout import Layout

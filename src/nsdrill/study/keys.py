@@ -15,7 +15,8 @@ from typing import Any, Literal
 
 from nsdrill import units as si
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Operation, Well
+from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Well
+from nsdrill.models.operation import Operation
 from nsdrill.models.registry import DEFAULT, NAMES
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import bound_text, range_text

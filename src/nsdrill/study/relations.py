@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 from typing import Any
 
 from nsdrill.errors import Fault
-from nsdrill.model.parameters import LARGEST_FORCE, WIDEST_BORE, deepest
+from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE, deepest
+from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.ranges import bound_text
 from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import SLICE, Leaf, shown

@@ -15,8 +15,9 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Operation, Parameters, Well
-from nsdrill.model.schedule import Ramp
+from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Parameters, Well
+from nsdrill.models.operation import Operation
+from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
 from nsdrill.study.keys import MODEL, STIFFNESS, axis_leaves

@@ -8,8 +8,9 @@ from typing import Any, Literal
 import numpy as np
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.model.parameters import Initial, Operation, Parameters
-from nsdrill.model.schedule import Ramp
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.operation import Operation
+from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.variables import Axis
 

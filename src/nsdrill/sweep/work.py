@@ -15,15 +15,15 @@ from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
 from nsdrill.kernel.loop import make_advance
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
-from nsdrill.model.leaves import Values, values_at
-from nsdrill.model.parameters import Initial, Parameters
 from nsdrill.models.base import Model
 from nsdrill.models.base import Variant as Fixed
+from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.leaves import Values, values_at
 from nsdrill.models.registry import DEFAULT, NAMES, model_named
 from nsdrill.observe.exponent import GROWTH, exponent_of, growth_header, make_growth, seed_deviation
 from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
-from nsdrill.observe.layout import GROWTH_HEADER
 from nsdrill.observe.motion import period, zero_one
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.plan import Plan

@@ -8,20 +8,20 @@ from typing import Any
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.model import ramp, rhs, tangent
-from nsdrill.model.ensemble import starting_states
-from nsdrill.model.forces import forces
-from nsdrill.model.leaves import Values
-from nsdrill.model.parameters import Parameters
-from nsdrill.model.schedule import Schedule
 from nsdrill.models.base import Array, Model, Ramps, Variant
-from nsdrill.observe import classify, compare, features, layout, motion, reduce, section
+from nsdrill.models.christoforou_yigit import classify, compare, features, layout, ramp, reduce, rhs, section, tangent
+from nsdrill.models.christoforou_yigit.ensemble import starting_states
+from nsdrill.models.christoforou_yigit.forces import forces
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
+from nsdrill.models.leaves import Values
+from nsdrill.models.schedule import Schedule
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.variables import PEAKS
 
 
 class Ramped(Ramps):
-    """The drive that moves: see :mod:`nsdrill.model.ramp`."""
+    """The drive that moves: see :mod:`nsdrill.models.christoforou_yigit.ramp`."""
 
     def columns(self, variant: Variant) -> tuple[str, ...]:
         return ramp.ramped_columns(bool(variant[2]))
@@ -43,7 +43,6 @@ class ChristoforouYigit(Model):
 
     name = "christoforou_yigit"
     contacts = tangent.CONTACTS
-    has_tangent = True
     ramps = Ramped()
 
     def variant(self, parameters: Parameters) -> Variant:
@@ -114,15 +113,21 @@ class ChristoforouYigit(Model):
         return section.coordinates(reduce.section(report, record.peaks, record.poincare))
 
     def returns(self, section: Mapping[str, Array]) -> Array:
-        return motion.in_the_bit_frame(section)
+        return in_the_bit_frame(section)
 
     def classify(
         self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array
     ) -> dict[str, Array]:
         return classify.classify(features, status, thresholds, sizes[..., : len(rhs.STATES)])  # of string and bit
 
+    def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
+        return classify.responses(features, thresholds)
+
     def scales(self, table: Array) -> dict[str, Array]:
         return compare.scales(table)
+
+    def difference(self, one: Mapping[str, Array], two: Mapping[str, Array], units: Mapping[str, Array]) -> Array:
+        return compare.difference(one, two, units)
 
     def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         return forces(parameters, point, state)

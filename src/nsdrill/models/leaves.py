@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from nsdrill.model.parameters import Initial, Parameters, describe
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.operation import describe
 from nsdrill.variables import dimension_of
 
 OPERATION = ("depth", "wob", "rotary_speed")  # axes by their short keys

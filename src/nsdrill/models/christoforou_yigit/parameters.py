@@ -9,14 +9,13 @@ here. P prints five numbers and refers to CY for the others, so its figures can 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
+from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.ranges import Checked, choice, parameter
 
 WIDEST_BORE = 0.999  # of the outer diameter; as wide as that, nothing would be left to bear
-LARGEST_FORCE = 1e7  # N
 
 
 def _check_bore(ring: Collar | Pipe) -> None:
@@ -210,7 +209,7 @@ class Modes(Checked):
 
 @dataclass(frozen=True)
 class Drive(Checked):
-    """What turns the top of the string, and how it is controlled (:mod:`nsdrill.model.drives`).
+    """What turns the top of the string, and how it is controlled (:mod:`nsdrill.models.christoforou_yigit.drives`).
 
     Each kind reads its own keys: ``soft_torque`` ``matching``, ``frequency`` (None: that of the string) and
     ``compensated_inertia``; ``z_torque`` ``a`` and ``high_pass``; ``lqr`` the two weights; ``pi`` ``stiffness``,
@@ -267,19 +266,6 @@ class Parameters:
             )
 
 
-@dataclass(frozen=True)
-class Operation(Checked):
-    """The operating point."""
-
-    depth: float = parameter(
-        5000.0, "m", "P", "certain", low=1e-2, high=1e5, usual="100 to 12 300 m; laboratory rigs 1 m"
-    )
-    wob: float = parameter(22.24e3, "N", "P (5 klbf)", "certain", high=LARGEST_FORCE, usual="0 to 500 kN")
-    rotary_speed: float = parameter(
-        3.0, "rad/s", "P", "certain", low=1e-9, high=1e3, usual="20 to 300 rpm, with a motor 1000 rpm"
-    )
-
-
 def _state(default: float | None, units: str, reach: float, usual: str) -> Any:
     return parameter(default, units, low=-reach, high=reach, usual=usual)
 
@@ -290,8 +276,8 @@ class Initial(Checked):
     bit, ``bit_speed`` and ``drive_speed`` for the set speed of the top drive.
 
     With an ``ensemble`` of two or more every operating point is started from so many states, drawn as
-    :mod:`nsdrill.model.ensemble` says; with a ``slice``, {state: {from, to, points}} of two states in SI, from all
-    pairs of their values, the other states as given.
+    :mod:`.ensemble` says; with a ``slice``, {state: {from, to, points}} of two states in SI, from all pairs of their
+    values, the other states as given.
     """
 
     x: float = _state(1e-3, "m", 10.0, "within the gap, 10 to 100 mm, and some mm of wall")
@@ -316,14 +302,3 @@ class Initial(Checked):
         if self.slice:
             return math.prod(int(axis["points"]) for axis in self.slice.values())
         return self.ensemble if self.ensemble > 1 else 0
-
-
-def describe(record: Any, visit: Callable[[str, Any, Any], None], prefix: str = "") -> None:
-    """Calls ``visit(dotted_name, value, metadata)`` for each leaf of a tree of parameter dataclasses."""
-    for item in fields(record):
-        value = getattr(record, item.name)
-        name = f"{prefix}{item.name}"
-        if is_dataclass(value):
-            describe(value, visit, f"{name}.")
-        else:
-            visit(name, value, item.metadata)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.model.parameters import Operation
+from nsdrill.models.operation import Operation
 
 Array = np.ndarray[Any, np.dtype[Any]]
 PIECES = 256  # of a leg along which a value doubles; more than that of no leg

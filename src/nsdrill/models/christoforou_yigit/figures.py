@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.model.coefficients import Coefficients, derive
-from nsdrill.model.drives import gains, impedance
-from nsdrill.model.forces import friction
-from nsdrill.model.parameters import Operation, Parameters
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
+from nsdrill.models.christoforou_yigit.drives import gains, impedance
+from nsdrill.models.christoforou_yigit.forces import friction
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.operation import Operation
 
 
 @dataclass(frozen=True)

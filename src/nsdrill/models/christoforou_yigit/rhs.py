@@ -15,11 +15,11 @@ from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
-from nsdrill.model.coefficients import Coefficients, derive, power
-from nsdrill.model.drives import gains
-from nsdrill.model.friction import slip_factors
-from nsdrill.model.lobes import multiple_sine
-from nsdrill.model.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
+from nsdrill.models.christoforou_yigit.drives import gains
+from nsdrill.models.christoforou_yigit.friction import slip_factors
+from nsdrill.models.christoforou_yigit.lobes import multiple_sine
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 
 STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
 # Left by the right-hand side for the observer: cosine and sine of the bit angle, the smoothed direction of the bit

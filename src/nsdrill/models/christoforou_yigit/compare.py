@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.model.rhs import INDEX, STATES, sizes
+from nsdrill.models.christoforou_yigit.rhs import INDEX, STATES, sizes
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.model.coefficients import derive
-from nsdrill.model.drives import Gains, gains
-from nsdrill.model.parameters import Friction, Operation, Parameters
-from nsdrill.model.schedule import History
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.drives import Gains, gains
+from nsdrill.models.christoforou_yigit.parameters import Friction, Parameters
+from nsdrill.models.operation import Operation
+from nsdrill.models.schedule import History
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 

@@ -23,20 +23,8 @@ from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
 from nsdrill.elementary import fma, lowest_bit
-from nsdrill.model.friction import coefficient, slip_factors
-from nsdrill.model.rhs import PARAMETERS
-from nsdrill.observe.interpolant import (
-    above,
-    derivative,
-    divide,
-    extreme,
-    integral_of_cubic,
-    quintic,
-    slope,
-    top_of_cubic,
-    value,
-)
-from nsdrill.observe.layout import (
+from nsdrill.models.christoforou_yigit.friction import coefficient, slip_factors
+from nsdrill.models.christoforou_yigit.layout import (
     COLUMNS,
     COUNT,
     CROSSINGS,
@@ -50,6 +38,18 @@ from nsdrill.observe.layout import (
     SPARE,
     TOPS,
     TURNS,
+)
+from nsdrill.models.christoforou_yigit.rhs import PARAMETERS
+from nsdrill.observe.interpolant import (
+    above,
+    derivative,
+    divide,
+    extreme,
+    integral_of_cubic,
+    quintic,
+    slope,
+    top_of_cubic,
+    value,
 )
 
 PLACES = tuple(SIDE_BY_SIDE * i for i in range(COLUMNS))

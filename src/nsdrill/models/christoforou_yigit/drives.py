@@ -23,8 +23,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from nsdrill.errors import InputError
-from nsdrill.model.coefficients import Coefficients, power
-from nsdrill.model.parameters import Drive, Parameters
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, power
+from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
 DIGITS = 9  # of gains that come from LAPACK, whose last digits depend on the processor

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.model.parameters import Parameters
+from nsdrill.models.christoforou_yigit.parameters import Parameters
 
 Float = float | np.ndarray
 

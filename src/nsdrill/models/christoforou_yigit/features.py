@@ -1,7 +1,7 @@
 """What is measured while a run is integrated, in constant memory and on the continuous solution.
 
 Every packed step is examined in all lanes at once: sums over time, and a bit for every lane in which something happens
-inside the step: a quantity turns (its slope changes sign) or crosses a level (see :mod:`nsdrill.observe.events`). The
+inside the step: a quantity turns (its slope changes sign) or crosses a level (see :mod:`.events`). The
 extremes of a quantity lie at its turns or at the ends of the window, so nothing else is compared.
 
 The observed window has two halves, measured separately, so that their agreement tells whether the run has settled.
@@ -18,11 +18,9 @@ from numba import types
 
 from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, compiled, inlined
 from nsdrill.elementary import fma, lowest_bit
-from nsdrill.model.friction import coefficient
-from nsdrill.model.lobes import multiple_cosine, multiple_sine
-from nsdrill.model.rhs import AUX, PARAMETERS, STATES, rows_of
-from nsdrill.observe.events import keep, least_of, make_events, slide
-from nsdrill.observe.layout import (
+from nsdrill.models.christoforou_yigit.events import keep, least_of, make_events, slide
+from nsdrill.models.christoforou_yigit.friction import coefficient
+from nsdrill.models.christoforou_yigit.layout import (
     ANCHORS,
     CLIMBED,
     ENDS,
@@ -43,7 +41,10 @@ from nsdrill.observe.layout import (
     SPEED_TURNED,
     SUMS,
 )
-from nsdrill.observe.section import ENTRY, bit_angle_crossing, position_and_velocity
+from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
+from nsdrill.models.christoforou_yigit.rhs import AUX, PARAMETERS, STATES, rows_of
+from nsdrill.models.christoforou_yigit.section import ENTRY, bit_angle_crossing
+from nsdrill.observe.interpolant import position_and_velocity
 
 SECOND = 32  # the bit of lane 0 in the second set of a number: there are no more lanes than that
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.model.rhs import INDEX
-from nsdrill.observe.layout import ANCHORS, EXTREMES, HALF_REPORT, RINGS_OF_PEAKS, SUMS, report_width
-from nsdrill.observe.section import returns_of
+from nsdrill.models.christoforou_yigit.layout import ANCHORS, EXTREMES, HALF_REPORT, RINGS_OF_PEAKS, SUMS, report_width
+from nsdrill.models.christoforou_yigit.rhs import INDEX
+from nsdrill.models.christoforou_yigit.section import returns_of
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 

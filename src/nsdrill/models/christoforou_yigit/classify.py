@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.observe.motion import classify_motion, in_the_bit_frame, period
+from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
+from nsdrill.observe.motion import classify_motion, period
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.variables import (
     BACKWARD,
@@ -75,9 +76,20 @@ def classify(
         returns = in_the_bit_frame(features)
         flat = returns.reshape(-1, *returns.shape[-2:])
         found = np.where(ok, period(flat, sizes.reshape(-1, 8), t.motion).reshape(ok.shape), 0).astype(np.int16)
-        labels["motion"] = classify_motion(features, status, labels["settled"], found, sizes, t.motion)
+        count = np.count_nonzero(np.isfinite(features["section_radius"]), axis=-1)
+        labels["motion"] = classify_motion(
+            features, status, labels["settled"], found, count, still(features, sizes, t.motion.absolute), t.motion)
         labels["period"] = np.where(labels["motion"] == PERIODIC, found, 0).astype(np.int16)
     return labels
+
+
+def still(features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:
+    """Whether bit and collar do not move beyond ``absolute`` times the natural ``sizes`` (..., 8) of their states."""
+    least = np.nan_to_num(features["section_radius"], nan=np.inf).min(axis=-1)
+    return np.asarray(
+        (features["axial_max"] - features["axial_min"] <= absolute * sizes[..., 4])
+        & (features["bit_speed_max"] - features["bit_speed_min"] <= absolute * sizes[..., 7])
+        & (features["radius_max"] - least <= absolute * sizes[..., 0]))
 
 
 def _grade(values: Array, bounds: tuple[float, ...], present: Array) -> Array:

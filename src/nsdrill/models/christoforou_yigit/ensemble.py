@@ -34,9 +34,9 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.model.coefficients import derive
-from nsdrill.model.parameters import Initial, Parameters
-from nsdrill.model.rhs import frozen, initial_states
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit.rhs import frozen, initial_states
 from nsdrill.variables import STATE_NAMES
 
 Array = np.ndarray[Any, np.dtype[Any]]

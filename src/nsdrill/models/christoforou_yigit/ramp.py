@@ -24,9 +24,9 @@ from numba import types
 
 from nsdrill.abi import BUFFER, compiled
 from nsdrill.elementary import fma
-from nsdrill.model.parameters import Parameters
-from nsdrill.model.rhs import INDEX, PARAMETERS, columns_of, make_right_hand_side, pack, rows_of
-from nsdrill.model.schedule import Array, Schedule
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.rhs import INDEX, PARAMETERS, columns_of, make_right_hand_side, pack, rows_of
+from nsdrill.models.schedule import Array, Schedule
 
 DRIVE = 1  # the drive's speed, the first parameter, stays that of the constant drive
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.abi import CACHE_LINE, aligned_zeros
-from nsdrill.observe.section import REVOLUTION, section_width
+from nsdrill.models.christoforou_yigit.section import REVOLUTION, section_width
 
 # Quantities at an end of a step that are not states: interference u of bit and rock with its rates, bit torque and its
 # rate, radius with its rate and its inverse.
@@ -37,7 +37,7 @@ PROMINENCE = 10.0
 # What a half leaves in the outbox: the sums so far, its length and the state of the slow angles at its end.
 HALF_REPORT = (*HALF, "twist_end", "angle_end", "lag_end")
 
-# A list of events (:mod:`nsdrill.observe.events`): as many columns of as many rows, then the number of events. Every
+# A list of events (:mod:`.events`): as many columns of as many rows, then the number of events. Every
 # column begins on a cache line.
 COLUMNS = 24
 SIDE_BY_SIDE = 2 * CACHE_LINE  # two vector registers: one works while the other waits

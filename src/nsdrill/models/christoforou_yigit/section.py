@@ -7,13 +7,14 @@ bit that turns back and comes again is not counted twice. The crossing is locate
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from nsdrill.abi import inlined
 from nsdrill.elementary import fma
-from nsdrill.observe.interpolant import crossing, quintic, slope, value
+from nsdrill.observe.interpolant import crossing, quintic
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 REVOLUTION = 2.0 * math.pi
@@ -21,15 +22,6 @@ REVOLUTION = 2.0 * math.pi
 ENTRY = 9
 # numpy's own arctan2 differs in the last bit between processors with AVX-512 and without.
 _arctan2 = np.vectorize(math.atan2, otypes=[float])
-
-
-@inlined
-def position_and_velocity(b, i, theta, h, drift, x0_, v0_, a0_, x1_, v1_, a1_):  # type: ignore[no-untyped-def]
-    """Position and velocity of one pair of states of lane i inside the step."""
-    p0, p1, p2, p3, p4, p5 = quintic(
-        b[x0_ + i], h * (b[v0_ + i] + drift), h * h * b[a0_ + i],
-        b[x1_ + i], h * (b[v1_ + i] + drift), h * h * b[a1_ + i])
-    return value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta) / h - drift
 
 
 @inlined
@@ -75,3 +67,16 @@ def coordinates(crossings: Array) -> dict[str, Array]:
         "section_twist": twist,
         "section_bit_speed": speed,
     }
+
+
+def in_the_bit_frame(section: Mapping[str, Array]) -> Array:
+    """States at the section as an observer on the bit sees them: shape (..., returns, 8), in the order of the states.
+
+    A motion that repeats after some revolutions does so in this frame, whatever the lobes and the drive angle.
+    """
+    r, angle = section["section_radius"], section["section_whirl_angle"]
+    outward, around = section["section_radial_velocity"], r * section["section_whirl_speed"]
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack(
+        [r * c, outward * c - around * s, r * s, outward * s + around * c, section["section_axial"],
+         section["section_axial_velocity"], section["section_twist"], section["section_bit_speed"]], axis=-1)

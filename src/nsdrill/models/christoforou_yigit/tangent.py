@@ -18,9 +18,9 @@ from numba import types
 
 from nsdrill.abi import BUFFER, RATES, compiled
 from nsdrill.elementary import fma
-from nsdrill.model.friction import coefficient, slip_factors
-from nsdrill.model.lobes import multiple_cosine, multiple_sine
-from nsdrill.model.rhs import AUX, PARAMETERS, STATES, make_right_hand_side, rows_of, states_of
+from nsdrill.models.christoforou_yigit.friction import coefficient, slip_factors
+from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
+from nsdrill.models.christoforou_yigit.rhs import AUX, PARAMETERS, STATES, make_right_hand_side, rows_of, states_of
 
 CONTACTS = ("rock", "wall")  # each has a function that is positive where it touches
 
