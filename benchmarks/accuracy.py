@@ -62,15 +62,21 @@ def main() -> None:
     tolerances = TOLERANCES[::2] if arguments.quick else TOLERANCES
     measured = [_precision(regime, peers, points, rounds, tolerances) for regime in REGIMES]
     statistics, ends = _chaos(peers, 64 if arguments.quick else 256)
-    text = "\n\n".join([
-        "# Work and precision", where(machine),
-        f"{points} points a regime, median error over them; median of {rounds} interleaved timings.",
-        *(_tables(regime, result, tolerances) for regime, result in zip(REGIMES, measured, strict=True)),
-        statistics,
-        "Not run:\n\n" + ("\n".join(f"- **{name}**: needs {why}." for name, why in absent.items()) or "- nobody."),
-    ])
-    write(arguments.out, text, {
-        "machine": machine, "regimes": dict(zip((r.name for r in REGIMES), measured, strict=True)), "chaos": ends})
+    text = "\n\n".join(
+        [
+            "# Work and precision",
+            where(machine),
+            f"{points} points a regime, median error over them; median of {rounds} interleaved timings.",
+            *(_tables(regime, result, tolerances) for regime, result in zip(REGIMES, measured, strict=True)),
+            statistics,
+            "Not run:\n\n" + ("\n".join(f"- **{name}**: needs {why}." for name, why in absent.items()) or "- nobody."),
+        ]
+    )
+    write(
+        arguments.out,
+        text,
+        {"machine": machine, "regimes": dict(zip((r.name for r in REGIMES), measured, strict=True)), "chaos": ends},
+    )
 
 
 def _precision(
@@ -123,7 +129,8 @@ def _tables(regime: Regime, result: dict[str, Any], tolerances: tuple[float, ...
     base = next(name for name in result if name.startswith("nsdrill"))
     errors = table(
         ("error at rtol", *(f"{rtol:.0e}" for rtol in tolerances)),
-        [(name, *(f"{e:.1e}" for e in one["error"])) for name, one in result.items()])
+        [(name, *(f"{e:.1e}" for e in one["error"])) for name, one in result.items()],
+    )
     own = {level: time_at(level, result[base]["error"], result[base]["seconds"]) for level in LEVELS}
     rows = []
     for name, one in result.items():
@@ -132,7 +139,8 @@ def _tables(regime: Regime, result: dict[str, Any], tolerances: tuple[float, ...
     equal = table(("time at equal error, nsdrill = 1", *(f"{level:.0e}" for level in LEVELS)), rows)
     return (
         f"## {regime.name.capitalize()}\n\n{regime.depth:g} m, {regime.speeds[0]:g} to {regime.speeds[1]:g} rad/s, "
-        f"{regime.horizon:g} s after {regime.spin:g} s.\n\n{errors}\n\n{equal}")
+        f"{regime.horizon:g} s after {regime.spin:g} s.\n\n{errors}\n\n{equal}"
+    )
 
 
 def _chaos(peers: list[Any], members: int) -> tuple[str, dict[str, Any]]:
@@ -170,7 +178,8 @@ def _chaos(peers: list[Any], members: int) -> tuple[str, dict[str, Any]]:
     solvers = table(("end states against nsdrill's", "radius", "z", "twist", "bit speed"), rows)
     return (
         f"## Chaotic motion\n\n{members} runs of 40 s at 5000 m, 2.999 to 3.001 rad/s. Differences of means in "
-        f"standard errors: below about 3 they are chance.\n\n{features}\n\n{solvers}"), data
+        f"standard errors: below about 3 they are chance.\n\n{features}\n\n{solvers}"
+    ), data
 
 
 if __name__ == "__main__":

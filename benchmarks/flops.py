@@ -63,45 +63,88 @@ def main() -> None:
     rows = []
     for name, (_, calls) in functions.items():
         packed = counted[name]["packed"]
-        rows.append((name, calls, *(packed[kind] for kind in KINDS[:-2]), sum(counted[name]["scalar"].values()),
-                     counted[name]["call"], counted[name]["spills"], counted[name]["jumps back"], _operations(packed)))
+        rows.append(
+            (
+                name,
+                calls,
+                *(packed[kind] for kind in KINDS[:-2]),
+                sum(counted[name]["scalar"].values()),
+                counted[name]["call"],
+                counted[name]["spills"],
+                counted[name]["jumps back"],
+                _operations(packed),
+            )
+        )
     by_part = {name: _operations(counted[name]["packed"]) * calls for name, (_, calls) in functions.items()}
     core = by_part["right-hand side"] + by_part["stepper"]
-    per_step = {"right-hand sides": 6 * np.array(timed["right-hand side"]),
-                "in turn": 6 * np.array(timed["in turn"]), "null": np.array(timed["null observer"]),
-                "whole": np.array(timed["whole"])}
+    per_step = {
+        "right-hand sides": 6 * np.array(timed["right-hand side"]),
+        "in turn": 6 * np.array(timed["in turn"]),
+        "null": np.array(timed["null observer"]),
+        "whole": np.array(timed["whole"]),
+    }
     in_turn = per_step["in turn"]
     times = [
-        ("six right-hand sides, each after the last", spread(in_turn, "{:.0f}"), by_part["right-hand side"],
-         spread(by_part["right-hand side"] / in_turn / peak, "{:.0%}")),
-        ("six right-hand sides, overlapping", spread(per_step["right-hand sides"], "{:.0f}"),
-         by_part["right-hand side"],
-         spread(by_part["right-hand side"] / per_step["right-hand sides"] / peak, "{:.0%}")),
-        ("stepper: what is left of the kernel", spread(per_step["null"] - in_turn, "{:.0f}"), by_part["stepper"],
-         spread(by_part["stepper"] / (per_step["null"] - in_turn) / peak, "{:.0%}")),
-        ("kernel: both (null observer)", spread(per_step["null"], "{:.0f}"), core,
-         spread(core / per_step["null"] / peak, "{:.0%}")),
+        (
+            "six right-hand sides, each after the last",
+            spread(in_turn, "{:.0f}"),
+            by_part["right-hand side"],
+            spread(by_part["right-hand side"] / in_turn / peak, "{:.0%}"),
+        ),
+        (
+            "six right-hand sides, overlapping",
+            spread(per_step["right-hand sides"], "{:.0f}"),
+            by_part["right-hand side"],
+            spread(by_part["right-hand side"] / per_step["right-hand sides"] / peak, "{:.0%}"),
+        ),
+        (
+            "stepper: what is left of the kernel",
+            spread(per_step["null"] - in_turn, "{:.0f}"),
+            by_part["stepper"],
+            spread(by_part["stepper"] / (per_step["null"] - in_turn) / peak, "{:.0%}"),
+        ),
+        (
+            "kernel: both (null observer)",
+            spread(per_step["null"], "{:.0f}"),
+            core,
+            spread(core / per_step["null"] / peak, "{:.0%}"),
+        ),
         ("observer", spread(per_step["whole"] - per_step["null"], "{:.0f}"), f"up to {by_part['observer']}", "-"),
-        ("whole packed step", spread(per_step["whole"], "{:.0f}"), f"{core} and more",
-         spread(core / per_step["whole"] / peak, "{:.0%}")),
+        (
+            "whole packed step",
+            spread(per_step["whole"], "{:.0f}"),
+            f"{core} and more",
+            spread(core / per_step["whole"] / peak, "{:.0%}"),
+        ),
     ]
-    text = "\n\n".join([
-        "# Floating-point work", where(machine),
-        f"Peak of the core in this measurement: {spread(peak, '{:.1f}')} GFLOP/s.",
-        f"## Machine code, {LANES} lanes\n\nPacked instructions by kind (any width above one number), then "
-        "instructions on single numbers, calls, accesses to the stack, jumps back (loops). Operations: of one call, "
-        "all lanes.\n\n"
-        + table(
-            ("function", "calls a step", *KINDS[:-2], "scalar", "calls", "stack", "loops", "operations"), rows),
-        f"## A packed step of {LANES} lanes\n\n" + table(
-            ("part", "ns", "operations", "of the peak, in the same round"), times)
-        + f"\n\nA lane-step: {spread(per_step['whole'] / LANES, '{:.0f}')} ns with all observers, "
-        f"{spread(per_step['null'] / LANES, '{:.0f}')} ns without.",
-        f"## perf stat\n\n{perf}",
-    ])
-    write(arguments.out, text, {
-        "machine": machine, "counts": counted, "operations": by_part, "times_ns": per_step, "peak_gflops": peak,
-        "perf": perf})
+    text = "\n\n".join(
+        [
+            "# Floating-point work",
+            where(machine),
+            f"Peak of the core in this measurement: {spread(peak, '{:.1f}')} GFLOP/s.",
+            f"## Machine code, {LANES} lanes\n\nPacked instructions by kind (any width above one number), then "
+            "instructions on single numbers, calls, accesses to the stack, jumps back (loops). Operations: of one "
+            "call, all lanes.\n\n"
+            + table(("function", "calls a step", *KINDS[:-2], "scalar", "calls", "stack", "loops", "operations"), rows),
+            f"## A packed step of {LANES} lanes\n\n"
+            + table(("part", "ns", "operations", "of the peak, in the same round"), times)
+            + f"\n\nA lane-step: {spread(per_step['whole'] / LANES, '{:.0f}')} ns with all observers, "
+            f"{spread(per_step['null'] / LANES, '{:.0f}')} ns without.",
+            f"## perf stat\n\n{perf}",
+        ]
+    )
+    write(
+        arguments.out,
+        text,
+        {
+            "machine": machine,
+            "counts": counted,
+            "operations": by_part,
+            "times_ns": per_step,
+            "peak_gflops": peak,
+            "perf": perf,
+        },
+    )
 
 
 def _functions() -> dict[str, tuple[Any, int]]:
@@ -144,8 +187,14 @@ def _count(function: Any) -> dict[str, Any]:
         elif kind is not None:
             single = word.endswith(("sd", "ss")) or ("mov" in word and "mm" not in operands)
             (scalar if single else packed)[kind] += 1
-    return {"packed": dict(packed), "scalar": dict(scalar), "call": calls, "spills": stack, "jumps back": back,
-            "width": max((w for w, mark in ((8, "zmm"), (4, "ymm"), (2, "xmm")) if mark in text), default=1)}
+    return {
+        "packed": dict(packed),
+        "scalar": dict(scalar),
+        "call": calls,
+        "spills": stack,
+        "jumps back": back,
+        "width": max((w for w, mark in ((8, "zmm"), (4, "ymm"), (2, "xmm")) if mark in text), default=1),
+    }
 
 
 def _operations(packed: dict[str, int]) -> int:
@@ -247,8 +296,19 @@ def _busy(seconds: float) -> None:
 def _perf() -> str:
     if shutil.which("perf") is None:
         return "perf is not installed."
-    command = ["perf", "stat", "-x", ";", "-e", "cycles,instructions", sys.executable, "-m", "benchmarks.flops",
-               "--only-steps", "5"]
+    command = [
+        "perf",
+        "stat",
+        "-x",
+        ";",
+        "-e",
+        "cycles,instructions",
+        sys.executable,
+        "-m",
+        "benchmarks.flops",
+        "--only-steps",
+        "5",
+    ]
     done = subprocess.run(command, capture_output=True, text=True)
     numbers = {}
     for line in done.stderr.splitlines():

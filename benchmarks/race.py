@@ -49,16 +49,19 @@ def main() -> None:
         own.run(work)
     steps_by_point = base.columns["steps"] + base.columns["rejected"]
     some = np.arange(len(problem) // SPARSE // 2, len(problem), SPARSE)
-    share = {peer.name: steps_by_point[some].sum() / steps_by_point.sum() if "SciPy" in peer.name else 1.0
-             for peer in peers}
+    share = {
+        peer.name: steps_by_point[some].sum() / steps_by_point.sum() if "SciPy" in peer.name else 1.0 for peer in peers
+    }
     parts = {peer.name: problem.part(some) if "SciPy" in peer.name else problem for peer in peers}
     for peer in peers:
         peer.run(parts[peer.name], arguments.rtol)
 
     runners: list[tuple[str, str, float, Any]] = [
         *((own.name, own.lacks, 1.0, lambda own=own: own.run(work)) for own in ours),
-        *((peer.name, peer.lacks, share[peer.name], lambda peer=peer: peer.run(parts[peer.name], arguments.rtol))
-          for peer in peers),
+        *(
+            (peer.name, peer.lacks, share[peer.name], lambda peer=peer: peer.run(parts[peer.name], arguments.rtol))
+            for peer in peers
+        ),
     ]
     results: dict[str, list[Any]] = {name: [] for name, *_ in runners}
     for turn in range(arguments.rounds):
@@ -84,36 +87,75 @@ def main() -> None:
         sizes = problem.sizes if part == 1.0 else problem.sizes[some]
         apart = float(np.nanmedian(np.max(np.abs(one.end - compared) / sizes, axis=1)))
         failed = int(np.sum(~np.isfinite(one.end).all(axis=1)))
-        rows.append((
-            name, "-" if per_step is None else f"{np.median(per_step):.0f}",
-            "-" if per_call is None else f"{np.median(per_call):.1f}",
-            "-" if steps is None else f"{steps / simulated:.0f}", f"{np.median(cost) * 1000:.4f}", spread(ratio)))
-        data.append({
-            "name": name, "lacks": lacks, "ns_per_step": per_step, "ns_per_evaluation": per_call, "steps": steps,
-            "seconds_per_1000_simulated": cost * 1000, "ratio": ratio, "points_run_share_of_steps": part,
-            "median_distance_of_ends": apart, "failed": failed,
-            "wall_seconds": [r.seconds for r in results[name]], "cpu_seconds": [r.cpu_seconds for r in results[name]]})
+        rows.append(
+            (
+                name,
+                "-" if per_step is None else f"{np.median(per_step):.0f}",
+                "-" if per_call is None else f"{np.median(per_call):.1f}",
+                "-" if steps is None else f"{steps / simulated:.0f}",
+                f"{np.median(cost) * 1000:.4f}",
+                spread(ratio),
+            )
+        )
+        data.append(
+            {
+                "name": name,
+                "lacks": lacks,
+                "ns_per_step": per_step,
+                "ns_per_evaluation": per_call,
+                "steps": steps,
+                "seconds_per_1000_simulated": cost * 1000,
+                "ratio": ratio,
+                "points_run_share_of_steps": part,
+                "median_distance_of_ends": apart,
+                "failed": failed,
+                "wall_seconds": [r.seconds for r in results[name]],
+                "cpu_seconds": [r.cpu_seconds for r in results[name]],
+            }
+        )
     kinds = regimes(base.columns)
-    head = ("solver", "ns per step tried", "ns per evaluation", "steps per simulated s", "s per 1000 simulated s",
-            f"times {base.name} (median, least to largest)")
-    text = "\n\n".join([
-        "# Race",
-        where(machine),
-        f"{len(problem)} points, {problem.duration:g} s each, relative tolerance {arguments.rtol:g}; "
-        + ", ".join(f"{count} {name}" for name, count in kinds.items())
-        + f". {arguments.rounds} rounds, {arguments.clock} time, one core, interleaved. Steps count accepted and "
-        "rejected ones; an evaluation is one call of the right-hand side for one state. "
-        f"Lanes in use: {base.lane_use:.0%} of {base.lanes}.",
-        table(head, rows),
-        "What each does and leaves out:\n\n" + "\n".join(
-            f"- **{name}**: {lacks}" + (f"; gave up on {row['failed']} points" if row["failed"] else "") + "."
-            for (name, lacks, *_), row in zip(runners, data, strict=True)),
-        "Not run:\n\n" + ("\n".join(f"- **{name}**: needs {why}." for name, why in absent.items()) or "- nobody."),
-    ])
-    write(arguments.out, text, {
-        "machine": machine, "points": len(problem), "duration": problem.duration, "rtol": arguments.rtol,
-        "regimes": kinds, "rounds": arguments.rounds, "clock": arguments.clock, "results": data, "skipped": absent,
-        "lane_use": {own.name: own.lane_use for own in ours if own.observed}})
+    head = (
+        "solver",
+        "ns per step tried",
+        "ns per evaluation",
+        "steps per simulated s",
+        "s per 1000 simulated s",
+        f"times {base.name} (median, least to largest)",
+    )
+    text = "\n\n".join(
+        [
+            "# Race",
+            where(machine),
+            f"{len(problem)} points, {problem.duration:g} s each, relative tolerance {arguments.rtol:g}; "
+            + ", ".join(f"{count} {name}" for name, count in kinds.items())
+            + f". {arguments.rounds} rounds, {arguments.clock} time, one core, interleaved. Steps count accepted and "
+            "rejected ones; an evaluation is one call of the right-hand side for one state. "
+            f"Lanes in use: {base.lane_use:.0%} of {base.lanes}.",
+            table(head, rows),
+            "What each does and leaves out:\n\n"
+            + "\n".join(
+                f"- **{name}**: {lacks}" + (f"; gave up on {row['failed']} points" if row["failed"] else "") + "."
+                for (name, lacks, *_), row in zip(runners, data, strict=True)
+            ),
+            "Not run:\n\n" + ("\n".join(f"- **{name}**: needs {why}." for name, why in absent.items()) or "- nobody."),
+        ]
+    )
+    write(
+        arguments.out,
+        text,
+        {
+            "machine": machine,
+            "points": len(problem),
+            "duration": problem.duration,
+            "rtol": arguments.rtol,
+            "regimes": kinds,
+            "rounds": arguments.rounds,
+            "clock": arguments.clock,
+            "results": data,
+            "skipped": absent,
+            "lane_use": {own.name: own.lane_use for own in ours if own.observed},
+        },
+    )
 
 
 def _arguments() -> argparse.Namespace:

@@ -65,28 +65,51 @@ def main() -> None:
     sides = (10, 32) if quick else (10, 32, 100, 316)
     cost = [entry for duration in (100.0, 10.0) for entry in _cost(sides, duration)]
     threads = _threads(12 if quick else 60)
-    text = "\n\n".join([
-        "# Scaling", where(machine),
-        f"## Cost per point\n\nOne thread, {choose_lanes(100)} lanes; engine, features and classification included; "
-        "medians of three, the longest once.\n\n" + table(
-            ("duration [s]", "points", "us per point", "ns per step", "lanes in use"),
-            [(f"{c['duration']:g}", c["points"], f"{c['microseconds']:.1f}", f"{c['ns_per_step']:.0f}",
-              f"{c['lane_use']:.0%}") for c in cost]),
-        "## Memory\n\n`nsdrill run`, results file and all; 1 ms + 1 ms each.\n\n" + table(
-            ("points", "largest resident [MB]", "s", "results file [MB]"),
-            [(m["points"], f"{m['megabytes']:.0f}", f"{m['seconds']:.1f}", f"{m['file_megabytes']:.1f}")
-             for m in memory]),
-        "## To begin\n\nMedian, least and largest.\n\n" + table(
-            ("what", "s"), [(name, spread(values, "{:.2f}")) for name, values in begin.items()]),
-        f"## Threads\n\n{threads['points']} points of 100 s: one worker {threads['one']:.2f} s, two workers "
-        f"{threads['two']:.2f} s: {threads['one'] / threads['two']:.2f} times.",
-        "## A whole study\n\n" + (
-            "Not run." if study is None else
-            f"configs/fig4_speed_22kN.yaml ({study['points']} points of 500 s in one chain), one worker: "
-            f"{study['seconds']:.1f} s."),
-    ])
-    write(arguments.out, text, {
-        "machine": machine, "cost": cost, "memory": memory, "begin": begin, "threads": threads, "study": study})
+    text = "\n\n".join(
+        [
+            "# Scaling",
+            where(machine),
+            f"## Cost per point\n\nOne thread, {choose_lanes(100)} lanes; engine, features, classification included; "
+            "medians of three, the longest once.\n\n"
+            + table(
+                ("duration [s]", "points", "us per point", "ns per step", "lanes in use"),
+                [
+                    (
+                        f"{c['duration']:g}",
+                        c["points"],
+                        f"{c['microseconds']:.1f}",
+                        f"{c['ns_per_step']:.0f}",
+                        f"{c['lane_use']:.0%}",
+                    )
+                    for c in cost
+                ],
+            ),
+            "## Memory\n\n`nsdrill run`, results file and all; 1 ms + 1 ms each.\n\n"
+            + table(
+                ("points", "largest resident [MB]", "s", "results file [MB]"),
+                [
+                    (m["points"], f"{m['megabytes']:.0f}", f"{m['seconds']:.1f}", f"{m['file_megabytes']:.1f}")
+                    for m in memory
+                ],
+            ),
+            "## To begin\n\nMedian, least and largest.\n\n"
+            + table(("what", "s"), [(name, spread(values, "{:.2f}")) for name, values in begin.items()]),
+            f"## Threads\n\n{threads['points']} points of 100 s: one worker {threads['one']:.2f} s, two workers "
+            f"{threads['two']:.2f} s: {threads['one'] / threads['two']:.2f} times.",
+            "## A whole study\n\n"
+            + (
+                "Not run."
+                if study is None
+                else f"configs/fig4_speed_22kN.yaml ({study['points']} points of 500 s in one chain), one worker: "
+                f"{study['seconds']:.1f} s."
+            ),
+        ]
+    )
+    write(
+        arguments.out,
+        text,
+        {"machine": machine, "cost": cost, "memory": memory, "begin": begin, "threads": threads, "study": study},
+    )
 
 
 def _cost(sides: tuple[int, ...], duration: float) -> list[dict[str, Any]]:
@@ -105,14 +128,20 @@ def _cost(sides: tuple[int, ...], duration: float) -> list[dict[str, Any]]:
             for _ in range(repeats):
                 _, progress = sweep(work, lanes)
             seconds = (time.perf_counter() - begun) / repeats
-            taken[side].append((
-                seconds / work.plan.points * 1e6, seconds / progress.lane_steps * 1e9,
-                progress.lanes_in_use))
+            taken[side].append(
+                (seconds / work.plan.points * 1e6, seconds / progress.lane_steps * 1e9, progress.lanes_in_use)
+            )
     return [
-        {"duration": duration} | dict(zip(
-            ("points", "microseconds", "ns_per_step", "lane_use"),
-            (works[side].plan.points, *np.median(taken[side], axis=0).tolist()), strict=True))
-        for side in sides]
+        {"duration": duration}
+        | dict(
+            zip(
+                ("points", "microseconds", "ns_per_step", "lane_use"),
+                (works[side].plan.points, *np.median(taken[side], axis=0).tolist()),
+                strict=True,
+            )
+        )
+        for side in sides
+    ]
 
 
 def _threads(side: int) -> dict[str, Any]:
@@ -144,8 +173,10 @@ def _memory(folder: Path, points: int) -> dict[str, Any]:
     out = folder / f"out{points}.h5"
     begun = time.perf_counter()
     child = subprocess.Popen(
-        _command("run", _study(folder, points, 0.001, 0.001), "--output", out), stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE)
+        _command("run", _study(folder, points, 0.001, 0.001), "--output", out),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+    )
     assert child.stderr is not None
     said = child.stderr.read()
     _, status, usage = os.wait4(child.pid, 0)
@@ -154,8 +185,11 @@ def _memory(folder: Path, points: int) -> dict[str, Any]:
         raise SystemExit(f"nsdrill run failed: {said.decode()[-2000:]}")
     scale = 1 if sys.platform == "darwin" else 1024
     return {
-        "points": points, "megabytes": usage.ru_maxrss * scale / 1e6, "seconds": time.perf_counter() - begun,
-        "file_megabytes": out.stat().st_size / 1e6}
+        "points": points,
+        "megabytes": usage.ru_maxrss * scale / 1e6,
+        "seconds": time.perf_counter() - begun,
+        "file_megabytes": out.stat().st_size / 1e6,
+    }
 
 
 def _beginnings(folder: Path) -> dict[str, list[float]]:
@@ -193,10 +227,13 @@ def _whole_study(folder: Path) -> dict[str, Any]:
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     begun = time.perf_counter()
     subprocess.run(
-        _command("run", path, "--output", folder / "fig4.h5", "--workers", "1"), check=True, capture_output=True)
+        _command("run", path, "--output", folder / "fig4.h5", "--workers", "1"), check=True, capture_output=True
+    )
     return {
-        "points": plan_of(load_study(path)).points, "seconds": time.perf_counter() - begun,
-        "cpu_seconds": resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before}
+        "points": plan_of(load_study(path)).points,
+        "seconds": time.perf_counter() - begun,
+        "cpu_seconds": resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before,
+    }
 
 
 if __name__ == "__main__":

@@ -36,18 +36,40 @@ def main() -> None:
     machine = describe()
     sections, data = [], {}
     for title, case in CASES.items():
-        rows = [_measure(*case, smoothing)
-                for smoothing in (SMOOTHINGS[:3] if arguments.quick else SMOOTHINGS)]
+        rows = [_measure(*case, smoothing) for smoothing in (SMOOTHINGS[:3] if arguments.quick else SMOOTHINGS)]
         data[title] = rows
-        sections.append(f"## {title.capitalize()}\n\n" + table(
-            ("smoothing", "steps per simulated s", "rejected", "s per 1000 simulated s", "in regime",
-             "lsoda, times nsdrill"),
-            [(f"{r['smoothing']:.0e}", f"{r['steps']:.0f}", f"{r['rejected']:.1%}", f"{1000 * r['seconds']:.3f}",
-              f"{r['in_regime']:.0%}", "-" if r["lsoda"] is None else f"{r['lsoda']:.2f}") for r in rows]))
-    text = "\n\n".join([
-        "# Friction smoothing", where(machine),
-        f"{POINTS} points each, relative tolerance 1e-6, eight lanes, processor time, median of three.",
-        *sections])
+        sections.append(
+            f"## {title.capitalize()}\n\n"
+            + table(
+                (
+                    "smoothing",
+                    "steps per simulated s",
+                    "rejected",
+                    "s per 1000 simulated s",
+                    "in regime",
+                    "lsoda, times nsdrill",
+                ),
+                [
+                    (
+                        f"{r['smoothing']:.0e}",
+                        f"{r['steps']:.0f}",
+                        f"{r['rejected']:.1%}",
+                        f"{1000 * r['seconds']:.3f}",
+                        f"{r['in_regime']:.0%}",
+                        "-" if r["lsoda"] is None else f"{r['lsoda']:.2f}",
+                    )
+                    for r in rows
+                ],
+            )
+        )
+    text = "\n\n".join(
+        [
+            "# Friction smoothing",
+            where(machine),
+            f"{POINTS} points each, relative tolerance 1e-6, eight lanes, processor time, median of three.",
+            *sections,
+        ]
+    )
     write(arguments.out, text, {"machine": machine, "cases": data})
 
 
@@ -79,9 +101,13 @@ def _measure(side: str, depth: float, speeds: tuple[float, float], smoothing: fl
     except MissingPeer:
         ratio = None
     return {
-        "smoothing": smoothing, "steps": float(np.mean(steps)) / seconds,
-        "rejected": float(columns["rejected"].sum() / steps.sum()), "seconds": cpu,
-        "in_regime": float(np.mean(inside)), "lsoda": ratio}
+        "smoothing": smoothing,
+        "steps": float(np.mean(steps)) / seconds,
+        "rejected": float(columns["rejected"].sum() / steps.sum()),
+        "seconds": cpu,
+        "in_regime": float(np.mean(inside)),
+        "lsoda": ratio,
+    }
 
 
 if __name__ == "__main__":

@@ -104,8 +104,7 @@ def problem_of(work: Started) -> Problem:
     runs = work.prepare(points)
     constants = constants_of(work.parameters, *work.plan.values(points).values(), runs.initial[:, STATES])
     duration = work.simulation.transient + work.simulation.observe
-    return Problem(
-        constants, runs.sizes.copy(), runs.first_step.copy(), runs.initial[:, :STATES].copy(), duration)
+    return Problem(constants, runs.sizes.copy(), runs.first_step.copy(), runs.initial[:, :STATES].copy(), duration)
 
 
 def constants_of(parameters: Parameters, depth: Array, wob: Array, speed: Array, drive_angle: Array) -> Array:
@@ -165,6 +164,8 @@ def regimes(columns: dict[str, Array]) -> dict[str, int]:
     stick = ~wall & (columns["stuck_fraction"] > 0.0)
     bounce = ~wall & ~stick & (columns["lift_off_fraction"] > 0.01)
     return {
-        "on the wall": int(wall.sum()), "stick-slip": int(stick.sum()), "bouncing": int(bounce.sum()),
+        "on the wall": int(wall.sum()),
+        "stick-slip": int(stick.sum()),
+        "bouncing": int(bounce.sum()),
         "free whirl on rock": int((~wall & ~stick & ~bounce).sum()),
     }

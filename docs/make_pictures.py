@@ -57,14 +57,19 @@ def words(counts: dict[str, int]) -> str:
 def result(summary: dict[str, Any]) -> str:
     lines = ["| carried | points by response | kinds of whirl |", "| --- | --- | --- |"]
     for procedure in summary["procedures"]:
-        lines.append(f"| {procedure} | {words(summary['responses'][procedure])} "
-                     f"| {words(summary['whirl_kinds'][procedure])} |")
+        lines.append(
+            f"| {procedure} | {words(summary['responses'][procedure])} | {words(summary['whirl_kinds'][procedure])} |"
+        )
     ranges = []
     for name, (scale, unit) in RANGES.items():
         ends = summary["ranges"][name]
         ranges.append(f"`{name}` {ends['min'] * scale:.3g} to {ends['max'] * scale:.4g} {unit}")
-    lines += ["", f"Status: {words(summary['status'])}; settled {summary['settled']} of {summary['points']}. "
-              f"Over all points: {'; '.join(ranges)}.", ""]
+    lines += [
+        "",
+        f"Status: {words(summary['status'])}; settled {summary['settled']} of {summary['points']}. "
+        f"Over all points: {'; '.join(ranges)}.",
+        "",
+    ]
     intervals = summary.get("intervals", [])
     if 0 < len(intervals) <= 30:
         axis, unit = intervals[0]["axis"], {"depth": "m", "wob": "N", "rotary_speed": "rad/s"}[intervals[0]["axis"]]
@@ -99,8 +104,17 @@ def main(folder: Path) -> None:
             shrink(drawn, HERE / "pictures" / f"coexistence_{kind}.png")
     # One run with its trajectory: stick-slip at low speed.
     trace, drawn = folder / "trace.h5", folder / "trace.png"
-    nsdrill("simulate", str(CONFIGS / "fig4_speed_22kN.yaml"), "--rotary-speed", "1.2 rad/s", "--duration", "60 s",
-            "-o", str(trace), "--overwrite")
+    nsdrill(
+        "simulate",
+        str(CONFIGS / "fig4_speed_22kN.yaml"),
+        "--rotary-speed",
+        "1.2 rad/s",
+        "--duration",
+        "60 s",
+        "-o",
+        str(trace),
+        "--overwrite",
+    )
     nsdrill("plot", str(trace), "-o", str(drawn), "--overwrite")
     shrink(drawn, HERE / "pictures" / "trace.png")
     page = HERE / "studies.md"

@@ -110,8 +110,10 @@ def unit(leaf: Leaf) -> str:
 def parameters() -> str:
     sections = ("drillstring", "mud", "well", "bit", "operation")
     found = [leaf for section in sections for leaf in leaves(SECTIONS[section], section)]
-    rows = ([code(leaf.key), code(SYMBOLS.get(leaf.key, "")), leaf.default_text, leaf.source, leaf.confidence]
-            for leaf in found)
+    rows = (
+        [code(leaf.key), code(SYMBOLS.get(leaf.key, "")), leaf.default_text, leaf.source, leaf.confidence]
+        for leaf in found
+    )
     return table(["key", "symbol", "default", "source", "confidence"], rows)
 
 
@@ -159,14 +161,18 @@ def sweep_keys() -> str:
 
 
 def thresholds() -> str:
-    rows = ([code(leaf.key), leaf.default_text + (" %" if leaf.units == "percent" else ""), leaf.meaning, leaf.source]
-            for leaf in leaves(Thresholds, "classify"))
+    rows = (
+        [code(leaf.key), leaf.default_text + (" %" if leaf.units == "percent" else ""), leaf.meaning, leaf.source]
+        for leaf in leaves(Thresholds, "classify")
+    )
     return table(["key", "default", "meaning", "source"], rows)
 
 
 def units() -> str:
-    return table(["quantity in", "units to write (any unit of that dimension is read)"],
-                 ([code(si), ", ".join(map(code, names))] for si, names in USUAL.items()))
+    return table(
+        ["quantity in", "units to write (any unit of that dimension is read)"],
+        ([code(si), ", ".join(map(code, names))] for si, names in USUAL.items()),
+    )
 
 
 def flags(variable: Variable) -> str:
@@ -177,30 +183,53 @@ def flags(variable: Variable) -> str:
     return f" ({kind}{listed})" if words else ""
 
 
-ROOMS = {"run": "bookkeeping", "feature": "feature", "label": "label", "peaks": "peaks", "section": "section",
-         "states": "states", "trust": "check"}
-ONLY = {"peaks": "record.peaks", "returns": "record.poincare", "exponent": "record.exponent",
-        "starts": "initial.ensemble", "verify": "simulation.verify", "driven": "drive.kind"}
+ROOMS = {
+    "run": "bookkeeping",
+    "feature": "feature",
+    "label": "label",
+    "peaks": "peaks",
+    "section": "section",
+    "states": "states",
+    "trust": "check",
+}
+ONLY = {
+    "peaks": "record.peaks",
+    "returns": "record.poincare",
+    "exponent": "record.exponent",
+    "starts": "initial.ensemble",
+    "verify": "simulation.verify",
+    "driven": "drive.kind",
+}
 
 
 def results_variables() -> str:
     def rows() -> Iterable[list[str]]:
         for v in VARIABLES:
             extra = ", ".join(code(name) for name in v.dims[4:])
-            yield [code(v.name), v.dtype, v.units or "`state_units`", ROOMS[v.room], extra, v.long_name + flags(v),
-                   code(ONLY[v.only]) if v.only else ""]
+            yield [
+                code(v.name),
+                v.dtype,
+                v.units or "`state_units`",
+                ROOMS[v.room],
+                extra,
+                v.long_name + flags(v),
+                code(ONLY[v.only]) if v.only else "",
+            ]
 
     return table(["variable", "type", "units", "kind", "further dimension", "meaning", "only with"], rows())
 
 
 def trace_variables() -> str:
-    return table(["variable", "type", "units", "meaning"],
-                 ([code(v.name), v.dtype, v.units, v.long_name] for v in TRACE_VARIABLES))
+    return table(
+        ["variable", "type", "units", "meaning"],
+        ([code(v.name), v.dtype, v.units, v.long_name] for v in TRACE_VARIABLES),
+    )
 
 
 def coordinates() -> str:
-    return table(["dimension", "units", "meaning"],
-                 ([code(name), units, words] for name, (units, words) in COORDINATES.items()))
+    return table(
+        ["dimension", "units", "meaning"], ([code(name), units, words] for name, (units, words) in COORDINATES.items())
+    )
 
 
 def coefficients() -> str:
@@ -272,8 +301,11 @@ def option_text(option: object) -> str:
 
 def python_functions() -> str:
     """Every function of the package, as its signature and its docstring have it."""
-    return "".join(f"\n### {name}\n\n```python\n{signature(name)}\n```\n\n{docstring(getattr(api, name))}\n"
-                   for name in nsdrill.__all__ if name.islower())
+    return "".join(
+        f"\n### {name}\n\n```python\n{signature(name)}\n```\n\n{docstring(getattr(api, name))}\n"
+        for name in nsdrill.__all__
+        if name.islower()
+    )
 
 
 def signature(name: str) -> str:
@@ -298,8 +330,10 @@ def signature(name: str) -> str:
 
 def python_classes() -> str:
     names = [name for name in nsdrill.__all__ if not name.islower()]
-    return table(["class", "meaning"],
-                 ([code(f"nsdrill.{name}"), " ".join(docstring(getattr(nsdrill, name)).split())] for name in names))
+    return table(
+        ["class", "meaning"],
+        ([code(f"nsdrill.{name}"), " ".join(docstring(getattr(nsdrill, name)).split())] for name in names),
+    )
 
 
 def docstring(thing: object) -> str:

@@ -57,8 +57,15 @@ def string() -> Iterator[Row]:
     yield Row("1 string", "k_t of the same [N m/rad]", 472.97, k.k_t, 2e-5)
     k = nsdrill.check(study("operation: {depth: 2000 m, wob: 22.24 kN, rotary_speed: 3 rad/s}")).coefficients
     by_hand = {
-        "m_l": 3941.120735, "c_h": 1441.487328, "k_bend": 174186.7573, "m_a": 73314.5033, "k_a": 397218.7863,
-        "J": 471.7007221, "k_t": 525.5269838, "depth_of_cut": 6.912151728e-4, "cutting_arm": 0.01147503771,
+        "m_l": 3941.120735,
+        "c_h": 1441.487328,
+        "k_bend": 174186.7573,
+        "m_a": 73314.5033,
+        "k_a": 397218.7863,
+        "J": 471.7007221,
+        "k_t": 525.5269838,
+        "depth_of_cut": 6.912151728e-4,
+        "cutting_arm": 0.01147503771,
     }
     for name, value in by_hand.items():
         yield Row("1 string", f"{name}, default string at 2000 m", value, float(getattr(k, name)), 1e-9)
@@ -84,8 +91,12 @@ def stick_slip() -> Iterator[Row]:
     law = s.parameters.bit.friction
     force = s.operation.wob * s.parameters.bit.rock_stiffness / (k.k_a + s.parameters.bit.rock_stiffness)
     speed = np.geomspace(1e-8, 1.0, 200_001)  # the greatest value of the smoothed law is its static friction
-    peak = np.max(2 / math.pi * np.arctan(law.smoothing * speed)
-                  * ((law.static - law.dynamic) / (1 + law.decay * speed) + law.dynamic))
+    peak = np.max(
+        2
+        / math.pi
+        * np.arctan(law.smoothing * speed)
+        * ((law.static - law.dynamic) / (1 + law.decay * speed) + law.dynamic)
+    )
     arm = 2 / 3 * k.bit_radius
     drop = force * arm * (peak - law.dynamic)
     w = math.sqrt(k.k_t / k.J)
@@ -96,8 +107,13 @@ def stick_slip() -> Iterator[Row]:
     starts, ends = np.flatnonzero(~stuck[1:] & stuck[:-1]), np.flatnonzero(stuck[1:] & ~stuck[:-1])
     ends = ends[ends > starts[0]]
     slip, stick = time[ends[1]] - time[starts[1]], time[starts[2]] - time[ends[1]]
-    yield Row("2 stick-slip", "greatest bit speed, Ω + √(Ω² + A²) [rad/s]", omega + math.hypot(omega, a),
-              float(spin[starts[1]:ends[1]].max()), 0.01)
+    yield Row(
+        "2 stick-slip",
+        "greatest bit speed, Ω + √(Ω² + A²) [rad/s]",
+        omega + math.hypot(omega, a),
+        float(spin[starts[1] : ends[1]].max()),
+        0.01,
+    )
     slipping = 2 / w * (math.pi - math.atan(a / omega))
     yield Row("2 stick-slip", "slip time, (2/ω)(π − atan(A/Ω)) [s]", slipping, slip, 0.02)
     yield Row("2 stick-slip", "stick time, 2(T_s − T_d)/(k_t Ω) [s]", 2 * drop / (k.k_t * omega), stick, 0.03)
@@ -128,8 +144,13 @@ def lift_off() -> Iterator[Row]:
         weights = found.coords["wob"]
         last = int(np.flatnonzero(found["lift_off_fraction"].ravel() > 0.0)[-1])
         low, high = float(weights[last]), float(weights[last + 1])
-        yield Row("3 lift-off", f"WOB at which contact is lost, {depth:g} m, {speed:g} rad/s [N]", expected,
-                  0.5 * (low + high), 1e-5)
+        yield Row(
+            "3 lift-off",
+            f"WOB at which contact is lost, {depth:g} m, {speed:g} rad/s [N]",
+            expected,
+            0.5 * (low + high),
+            1e-5,
+        )
 
 
 WHIRLING = """
@@ -155,8 +176,13 @@ def whirl() -> Iterator[Row]:
             b = (k.k_bend - k.m_l * speed**2) ** 2
             c = (k.m_e * s.parameters.drillstring.eccentricity * speed**2) ** 2
             radius = math.sqrt(2 * c / (b + math.sqrt(b * b + 4 * a * c)))
-            yield Row("4 whirl", f"radius at {speed:g} rad/s, eccentric mass {mass} [mm]", 1e3 * radius,
-                      1e3 * float(found["radius_mean"][0, 0, 0, i]), 1e-6)
+            yield Row(
+                "4 whirl",
+                f"radius at {speed:g} rad/s, eccentric mass {mass} [mm]",
+                1e3 * radius,
+                1e3 * float(found["radius_mean"][0, 0, 0, i]),
+                1e-6,
+            )
 
 
 def balance() -> Iterator[Row]:
@@ -165,9 +191,14 @@ def balance() -> Iterator[Row]:
         ("bit-bounce, 5000 m, 22.24 kN, 3 rad/s", "", 5000.0, 22240.0, 3.0),
         ("stick-slip with impacts, 66.72 kN, 2.5 rad/s", "", 5000.0, 66720.0, 2.5),
         ("backward rolling, 22.24 kN, 8 rad/s", "initial: {x: 76 mm}", 5000.0, 22240.0, 8.0),
-        ("the same, Hertz wall, static softening",
-         "initial: {x: 76 mm}\nwell: {law: hertz, stiffness: 200 MN/m^1.5}\ndrillstring: {lateral_softening: static}",
-         5000.0, 22240.0, 8.0),
+        (
+            "the same, Hertz wall, static softening",
+            "initial: {x: 76 mm}\nwell: {law: hertz, stiffness: 200 MN/m^1.5}\n"
+            "drillstring: {lateral_softening: static}",
+            5000.0,
+            22240.0,
+            8.0,
+        ),
     )
     for name, text, depth, wob, speed in cases:
         s = study(text + "\nsimulation: {rtol: 1e-10}")
@@ -212,10 +243,18 @@ def order() -> Iterator[Row]:
     smooth = "bit: {friction: {smoothing: 5 s/rad}}\ninitial: {x: 10 mm}\n"
     cases = (
         ("contact kept, inside the hole, 10 s", smooth, 1000.0, 60000.0, 3.0, 10.0, (-7, -12)),
-        ("bit-bounce and wall impacts, 3 s", "initial: {x: 70 mm, vx: 0.5 m/s}\n", 5000.0, 22240.0, 6.0, 3.0,
-         (-5, -10)),
+        (
+            "bit-bounce and wall impacts, 3 s",
+            "initial: {x: 70 mm, vx: 0.5 m/s}\n",
+            5000.0,
+            22240.0,
+            6.0,
+            3.0,
+            (-5, -10),
+        ),
     )
     for name, text, depth, wob, speed, duration, (first, last) in cases:
+
         def run(rtol: float) -> nsdrill.app.trajectory.Trajectory:
             s = study(text + f"simulation: {{rtol: {rtol!r}}}")  # noqa: B023
             return simulate(s, depth=depth, wob=wob, rotary_speed=speed, duration=duration)  # noqa: B023
@@ -251,7 +290,12 @@ def severity() -> Iterator[Row]:
 
 
 CASES: dict[str, Callable[[], Iterator[Row]]] = {
-    "string": string, "stick-slip": stick_slip, "lift-off": lift_off, "whirl": whirl, "energy": balance, "order": order,
+    "string": string,
+    "stick-slip": stick_slip,
+    "lift-off": lift_off,
+    "whirl": whirl,
+    "energy": balance,
+    "order": order,
     "severity": severity,
 }
 
@@ -268,13 +312,21 @@ def main(arguments: list[str]) -> int:
     for name in chosen:
         for row in CASES[name]():
             bad += not row.good
-            cells = (row.case, row.quantity, f"{row.expected:.10g}", f"{row.measured:.10g}", f"{row.error:.1e}",
-                     f"{row.allowed:g}")
+            cells = (
+                row.case,
+                row.quantity,
+                f"{row.expected:.10g}",
+                f"{row.measured:.10g}",
+                f"{row.error:.1e}",
+                f"{row.allowed:g}",
+            )
             if markdown:
                 print("| " + " | ".join(cells) + " |")
             else:
-                print(f"{cells[0]:12s} {cells[1]:75s} {cells[2]:>16s} {cells[3]:>16s} {cells[4]:>8s} "
-                      f"{'ok' if row.good else 'EXCEEDS ' + cells[5]}")
+                print(
+                    f"{cells[0]:12s} {cells[1]:75s} {cells[2]:>16s} {cells[3]:>16s} {cells[4]:>8s} "
+                    f"{'ok' if row.good else 'EXCEEDS ' + cells[5]}"
+                )
     return 1 if bad else 0
 
 

@@ -89,7 +89,8 @@ class Case:
     def m_a(self):
         return self.density * (
             _area(self.collar_od, self.collar_id) * self.collar_length
-            + _area(self.pipe_od, self.pipe_id) * self.pipe_length / 3)
+            + _area(self.pipe_od, self.pipe_id) * self.pipe_length / 3
+        )
 
     @property
     def k_a(self):
@@ -99,7 +100,8 @@ class Case:
     def J(self):
         return self.density * (
             _polar(self.collar_od, self.collar_id) * self.collar_length
-            + _polar(self.pipe_od, self.pipe_id) * self.pipe_length / 3)
+            + _polar(self.pipe_od, self.pipe_id) * self.pipe_length / 3
+        )
 
     @property
     def k_t(self):
@@ -151,15 +153,25 @@ def contacts(case, t, state, phase=0.0, touching=None):
     r = np.sqrt(x * x + y * y)
     depth = np.maximum(r - c.gap, 0.0) if touching is None else touching[1] * (r - c.gap)
     normal = c.wall_stiffness * depth ** (1.5 if c.wall_law == "hertz" else 1.0)
-    tangential_speed = np.divide(x * vy - y * vx, r, out=np.zeros_like(r), where=np.real(r) > 0) if np.ndim(r) else (
-        (x * vy - y * vx) / r if r > 0 else 0.0)
+    tangential_speed = (
+        np.divide(x * vy - y * vx, r, out=np.zeros_like(r), where=np.real(r) > 0)
+        if np.ndim(r)
+        else ((x * vy - y * vx) / r if r > 0 else 0.0)
+    )
     slip = omega * c.collar_radius + tangential_speed
     rub = normal * friction(slip, c.wall_static, c.wall_dynamic, c.wall_smoothing, c.wall_decay)
     force, torque = {"live": (bit_force, bit_torque), "static": (c.wob, 0.0), "none": (0.0, 0.0)}[c.softening]
     stiffness = c.k_bend - (force * math.pi**2 / (2 * c.span) + torque * math.pi**3 / (2 * c.span**2))
     return {
-        "phi": phi, "interference": interference, "bit_force": bit_force, "bit_torque": bit_torque, "radius": r,
-        "wall_force": normal, "wall_friction": rub, "slip": slip, "stiffness": stiffness,
+        "phi": phi,
+        "interference": interference,
+        "bit_force": bit_force,
+        "bit_torque": bit_torque,
+        "radius": r,
+        "wall_force": normal,
+        "wall_friction": rub,
+        "slip": slip,
+        "stiffness": stiffness,
         "tangential_speed": tangential_speed,
     }
 
@@ -182,11 +194,13 @@ def derivative(case, t, state, phase=0.0, touching=None):
     #   (J + m_e e0^2) phi'' - s sin(phi) x'' + s cos(phi) y'' = moment
     s = c.m_e * c.eccentricity
     zero, one = np.zeros_like(omega), np.ones_like(omega)
-    matrix = np.array([
-        [c.m_l * one, zero, -s * sin],
-        [zero, c.m_l * one, s * cos],
-        [-s * sin, s * cos, (c.J + s * c.eccentricity) * one],
-    ])
+    matrix = np.array(
+        [
+            [c.m_l * one, zero, -s * sin],
+            [zero, c.m_l * one, s * cos],
+            [-s * sin, s * cos, (c.J + s * c.eccentricity) * one],
+        ]
+    )
     right = np.array([force_x + s * cos * omega**2, force_y + s * sin * omega**2, moment + zero])
     if np.ndim(omega):
         ax, ay, alpha = np.linalg.solve(np.moveaxis(matrix, -1, 0), right.T[:, :, None])[:, :, 0].T
@@ -199,8 +213,7 @@ def derivative(case, t, state, phase=0.0, touching=None):
 def quick(case, phase=0.0):
     """The same derivative for one state at a time, in scalar Python, for SciPy: f(t, state)."""
     c = case
-    m_l, m_e, c_h, k_bend, m_a, k_a, J, k_t, gap = (
-        c.m_l, c.m_e, c.c_h, c.k_bend, c.m_a, c.k_a, c.J, c.k_t, c.gap)
+    m_l, m_e, c_h, k_bend, m_a, k_a, J, k_t, gap = (c.m_l, c.m_e, c.c_h, c.k_bend, c.m_a, c.k_a, c.J, c.k_t, c.gap)
     R, r_h, e0 = c.collar_radius, c.bit_radius, c.eccentricity
     arm = c.zeta * math.sqrt(r_h * c.depth_of_cut)
     s = m_e * e0
@@ -223,7 +236,8 @@ def quick(case, phase=0.0):
         if force > 0.0:
             torque = force * (
                 2 / 3 * r_h * law(omega, c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay)
-                + arm * 2 / math.pi * math.atan(c.bit_smoothing * omega))
+                + arm * 2 / math.pi * math.atan(c.bit_smoothing * omega)
+            )
         r = math.sqrt(x * x + y * y)
         k = k_bend - (soft_f * force + soft_t * torque if live else 0.0)
         drag = c_h * math.sqrt(vx * vx + vy * vy)
@@ -236,11 +250,18 @@ def quick(case, phase=0.0):
             fy += (-normal * y - rub * x) / r
         moment = -torque - c.torsional_damping * omega - k_t * twist - rub * R
         alpha = (moment - s / m_l * (fy * cos - fx * sin)) / inertia
-        return np.array((
-            vx, (fx + s * (omega * omega * cos + alpha * sin)) / m_l,
-            vy, (fy + s * (omega * omega * sin - alpha * cos)) / m_l,
-            vz, (force - c.wob - c.axial_damping * vz - k_a * z) / m_a,
-            omega - c.speed, alpha))
+        return np.array(
+            (
+                vx,
+                (fx + s * (omega * omega * cos + alpha * sin)) / m_l,
+                vy,
+                (fy + s * (omega * omega * sin - alpha * cos)) / m_l,
+                vz,
+                (force - c.wob - c.axial_damping * vz - k_a * z) / m_a,
+                omega - c.speed,
+                alpha,
+            )
+        )
 
     return f
 
@@ -249,8 +270,14 @@ def solve(case, initial, duration, rtol=1e-12, phase=0.0, dense=False, **options
     """SciPy's DOP853, an eighth-order pair that shares nothing with the package's; absolute tolerance 1e-14."""
     options = {"atol": 1e-14, **options}
     return solve_ivp(
-        quick(case, phase), (0.0, duration), np.asarray(initial, dtype=float), "DOP853", rtol=rtol,
-        dense_output=dense, **options)
+        quick(case, phase),
+        (0.0, duration),
+        np.asarray(initial, dtype=float),
+        "DOP853",
+        rtol=rtol,
+        dense_output=dense,
+        **options,
+    )
 
 
 def deviate(case, state, deviations, duration, phase=0.0, rtol=1e-11):

@@ -60,7 +60,8 @@ def angles() -> np.ndarray:
 def test_sine_and_cosine_are_within_two_ulp() -> None:
     worst = max(
         max(ulps(found, exact, 1e-11) for found, exact in zip(sincos(a), (mpmath.sin(a), mpmath.cos(a)), strict=True))
-        for a in angles().tolist())
+        for a in angles().tolist()
+    )
     # Nearer to a zero the two-part pi/2, of 106 bits, leaves an absolute error of 1e-27; an angle of 1e5 is itself
     # known to 1e-11 only.
     assert worst <= 2.0

@@ -30,9 +30,7 @@ def test_without_a_terminal_a_line_now_and_then(
     assert capsys.readouterr() == ("", "")
 
 
-def test_lines_name_failures_and_the_pass(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_lines_name_failures_and_the_pass(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(progress, "LINE_SECONDS", 0.0)
     with reporting(True) as watch:
         watch(Counts(total=40, before=10, done=0, failed=0))
@@ -43,9 +41,7 @@ def test_lines_name_failures_and_the_pass(
     assert second.endswith(" left (check: tight)")
 
 
-def test_a_bar_in_a_terminal(
-    small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_bar_in_a_terminal(small: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("rich.console.Console.is_terminal", True)
     nsdrill.run(small)
     out, shown = capsys.readouterr()
@@ -76,10 +72,17 @@ def test_a_function_is_told_how_far_the_run_is(monkeypatch: pytest.MonkeyPatch) 
 def test_a_refined_and_checked_run_ends_at_its_total() -> None:
     seen: list[Progress] = []
     nsdrill.run(
-        {"operation.depth": "2 km", "simulation": {"transient": "1 s", "observe": "1 s", "verify": True},
-         "sweep": {"wob": {"from": "20 kN", "to": "60 kN", "points": 3},
-                   "rotary_speed": {"from": "2 rad/s", "to": "6 rad/s", "points": 3}, "refine": 1}},
-        progress=seen.append)
+        {
+            "operation.depth": "2 km",
+            "simulation": {"transient": "1 s", "observe": "1 s", "verify": True},
+            "sweep": {
+                "wob": {"from": "20 kN", "to": "60 kN", "points": 3},
+                "rotary_speed": {"from": "2 rad/s", "to": "6 rad/s", "points": 3},
+                "refine": 1,
+            },
+        },
+        progress=seen.append,
+    )
     assert seen[-1].done == seen[-1].total > 9
     assert all(a.done <= b.done for a, b in pairwise(seen))
 

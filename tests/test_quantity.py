@@ -64,4 +64,8 @@ def test_values_for_programs() -> None:
 
 def test_an_amount_beside_another_is_short() -> None:
     assert [amount(metres, "ft", 4) for metres in (5000.0, 3047.99, 2000.0, 12.5)] == [
-        "16404 ft", "10000 ft", "6562 ft", "41.01 ft"]
+        "16404 ft",
+        "10000 ft",
+        "6562 ft",
+        "41.01 ft",
+    ]

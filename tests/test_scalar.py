@@ -55,9 +55,17 @@ def run(lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: fl
     n = len(torques)
     gang = Gang(lanes, n, ROWS, np.zeros(1), 0, Simulation(5.0, 15.0, rtol, pair=stepper))  # type: ignore[arg-type]
     table = np.column_stack([np.full(n, INERTIA), np.full(n, STIFFNESS), np.full(n, DAMPING), torques])
-    gang.add_many(np.arange(n), Runs(
-        table, sizes=np.ones((n, 2)), drifts=np.full((n, 1), -3.0), phase_rate=np.full(n, 3.0),
-        first_step=np.full(n, 1e-3), initial=np.zeros((n, 3))))
+    gang.add_many(
+        np.arange(n),
+        Runs(
+            table,
+            sizes=np.ones((n, 2)),
+            drifts=np.full((n, 1), -3.0),
+            phase_rate=np.full(n, 3.0),
+            first_step=np.full(n, 1e-3),
+            initial=np.zeros((n, 3)),
+        ),
+    )
     done = gang.advance(Compiled(in_lanes(torsion, lanes, ROWS), watch_nothing, mark_nothing), 60.0, True)
     assert gang.idle
     order = np.argsort(done.job)
@@ -70,6 +78,7 @@ def test_a_scalar_model_follows_its_equations(stepper: str) -> None:
     """Against SciPy's DOP853 at 1e-12. Twenty seconds at rtol 1e-10, a few thousand steps: 1e-6."""
     done = run(1, stepper)
     for torque, final in zip(TORQUES, done.final, strict=True):
+
         def slopes(t: float, y: np.ndarray, torque: float = torque) -> list[float]:
             twist, speed = y
             direction = 2 / np.pi * np.arctan(SMOOTHING * speed)
@@ -107,7 +116,11 @@ print("".join(in_lanes(torsion, 8, ROWS).inspect_asm().values()))
 def test_a_scalar_model_compiles_to_packed_instructions(tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, "-c", ASSEMBLY.format(tests=str(Path(__file__).parent))],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}, capture_output=True, text=True, check=True)
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     packed = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)pd\b[^\n]*%[yz]mm", done.stdout)
     single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", done.stdout)
     assert len(packed) > 20

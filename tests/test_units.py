@@ -128,7 +128,8 @@ def test_a_symbol_has_no_plural(text: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "meant"),
-    [("5 klb", "klbf"), ("5 klbs", "klbf"), ("5000 lb", "lbf"), ("5000 lbs", "lbf"), ("2 t", "tonne_force")])
+    [("5 klb", "klbf"), ("5 klbs", "klbf"), ("5000 lb", "lbf"), ("5000 lbs", "lbf"), ("2 t", "tonne_force")],
+)
 def test_the_force_that_was_meant_by_a_mass(text: str, meant: str) -> None:
     with pytest.raises(QuantityError, match=f"Did you mean {meant}[?]"):
         to_si(text, "N")

@@ -21,23 +21,30 @@ class Clode:
         self.name = "clODE dopri5"
         self.lacks = (
             f"no observers in this mode (its own observers cost extra), no classification; {SCALAR_TOLERANCE}; maximum "
-            "norm; tells no step counts")
+            "norm; tells no step counts"
+        )
         self._clode = clode
         names = [*CONSTANTS, *(f"size_{i}" for i in range(STATES))]
         try:
             clode.set_log_level(clode.LogLevel.err)
             self._simulator = clode.Simulator(
-                variables={f"y{i}": 0.0 for i in range(STATES)}, parameters=dict.fromkeys(names, 1.0),
-                src_file=str(SOURCE), stepper=clode.Stepper.dormand_prince, single_precision=False,
-                dtmax=1.0, max_steps=2_000_000_000)
+                variables={f"y{i}": 0.0 for i in range(STATES)},
+                parameters=dict.fromkeys(names, 1.0),
+                src_file=str(SOURCE),
+                stepper=clode.Stepper.dormand_prince,
+                single_precision=False,
+                dtmax=1.0,
+                max_steps=2_000_000_000,
+            )
         except Exception as error:  # whatever the OpenCL runtime throws
             raise MissingPeer(f"an OpenCL runtime that clODE can use: {error}") from error
 
     def run(self, problem: Problem, rtol: float) -> Result:
         simulator = self._simulator
         simulator.set_ensemble(
-            variables=problem.initial / problem.sizes, parameters=np.concatenate(
-                [problem.constants, problem.sizes], axis=1))
+            variables=problem.initial / problem.sizes,
+            parameters=np.concatenate([problem.constants, problem.sizes], axis=1),
+        )
         simulator.set_solver_parameters(abstol=rtol, reltol=rtol, dt=float(problem.first_step.min()))
         simulator.set_tspan((0.0, problem.duration))
         with Stopwatch() as watch:

@@ -37,7 +37,8 @@ class Diffrax:
         scaled = problem.initial / problem.sizes
         args = [
             (tuple(problem.constants[g].T), tuple(problem.sizes[g].T), problem.first_step[g], tuple(scaled[g].T))
-            for g in groups]
+            for g in groups
+        ]
         if groups.shape[1] not in self._warm:
             self._solve(*args[0], 1e-3, rtol)[1].block_until_ready()
             self._warm.add(groups.shape[1])
@@ -92,8 +93,18 @@ def _compile(jax: Any, diffrax: Any) -> Any:
     def one(constants: Any, sizes: Any, first: Any, scaled: Any, duration: Any, rtol: Any) -> Any:
         controller = diffrax.PIDController(rtol=rtol, atol=rtol)
         solution = diffrax.diffeqsolve(
-            term, diffrax.Dopri5(), 0.0, duration, jnp.minimum(first, duration), scaled, args=(constants, sizes),
-            stepsize_controller=controller, saveat=diffrax.SaveAt(t1=True), max_steps=None, throw=False)
+            term,
+            diffrax.Dopri5(),
+            0.0,
+            duration,
+            jnp.minimum(first, duration),
+            scaled,
+            args=(constants, sizes),
+            stepsize_controller=controller,
+            saveat=diffrax.SaveAt(t1=True),
+            max_steps=None,
+            throw=False,
+        )
         return tuple(y[0] for y in solution.ys), solution.stats["num_steps"]
 
     return jax.jit(jax.vmap(one, in_axes=(0, 0, 0, 0, None, None)))

@@ -73,8 +73,17 @@ def _compile(numbalsoda: Any, method: str) -> Any:
         y, slope = numba.carray(scaled, (STATES,)), numba.carray(d, (STATES,))
         k[COUNT] += 1.0
         slopes = derivative(
-            t, y[0] * k[SIZES], y[1] * k[SIZES + 1], y[2] * k[SIZES + 2], y[3] * k[SIZES + 3], y[4] * k[SIZES + 4],
-            y[5] * k[SIZES + 5], y[6] * k[SIZES + 6], y[7] * k[SIZES + 7], k)
+            t,
+            y[0] * k[SIZES],
+            y[1] * k[SIZES + 1],
+            y[2] * k[SIZES + 2],
+            y[3] * k[SIZES + 3],
+            y[4] * k[SIZES + 4],
+            y[5] * k[SIZES + 5],
+            y[6] * k[SIZES + 6],
+            y[7] * k[SIZES + 7],
+            k,
+        )
         for i in range(STATES):
             slope[i] = slopes[i] / k[SIZES + i]
 

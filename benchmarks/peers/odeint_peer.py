@@ -30,7 +30,8 @@ class Odeint:
         with tempfile.TemporaryDirectory() as folder:
             given, taken = Path(folder, "in"), Path(folder, "out")
             rows = np.concatenate(
-                [problem.constants, problem.sizes, problem.first_step[:, None], problem.initial], axis=1)
+                [problem.constants, problem.sizes, problem.first_step[:, None], problem.initial], axis=1
+            )
             given.write_bytes(np.array([len(problem), problem.duration, rtol]).tobytes() + rows.tobytes())
             told = subprocess.run([self._binary, given, taken], check=True, capture_output=True, text=True).stdout
             out = np.frombuffer(taken.read_bytes()).reshape(-1, STATES + 2)

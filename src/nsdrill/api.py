@@ -61,9 +61,14 @@ def _in_words_of_python(function: Callable[_P, _R]) -> Callable[_P, _R]:
             error.args = tuple(python_words(text) if isinstance(text, str) else text for text in error.args)
             if isinstance(error, StudyError):
                 error.faults = [
-                    replace(fault, found=python_words(fault.found), allowed=python_words(fault.allowed),
-                            suggestion=fault.suggestion and python_words(fault.suggestion))
-                    for fault in error.faults]
+                    replace(
+                        fault,
+                        found=python_words(fault.found),
+                        allowed=python_words(fault.allowed),
+                        suggestion=fault.suggestion and python_words(fault.suggestion),
+                    )
+                    for fault in error.faults
+                ]
             raise
 
     return call
@@ -137,8 +142,15 @@ def run(
             results = run_in_memory(loaded, workers=count, watch=watch, executor=executor)
         else:
             outcome = run_study(
-                loaded, path, workers=count, resume=resume, retry_failed=retry_failed, overwrite=overwrite,
-                watch=watch, executor=executor)
+                loaded,
+                path,
+                workers=count,
+                resume=resume,
+                retry_failed=retry_failed,
+                overwrite=overwrite,
+                watch=watch,
+                executor=executor,
+            )
     if path is not None:
         _warn_failed(outcome.failed, outcome.points)
         return open_results(path)
@@ -186,9 +198,14 @@ def simulate(
             text = exact_text(value, STIFFNESS[law]) if key == "well.stiffness" else leaves[key].text(value)
             further.append(f"{key}={text}")
     result = trajectory.simulate(
-        study_in(loaded, further), depth=given.get("depth"), wob=given.get("wob"),
-        rotary_speed=given.get("rotary_speed"), start=number_in("start", start),
-        duration=None if duration is None else seconds_in("duration", duration), sample=seconds_in("sample", sample))
+        study_in(loaded, further),
+        depth=given.get("depth"),
+        wob=given.get("wob"),
+        rotary_speed=given.get("rotary_speed"),
+        start=number_in("start", start),
+        duration=None if duration is None else seconds_in("duration", duration),
+        sample=seconds_in("sample", sample),
+    )
     return _trace(result)
 
 
@@ -226,13 +243,20 @@ def replay(
     if procedure is not None and procedure not in _PROCEDURES:
         raise InputError(f"procedure: found {procedure!r}; allowed: {', '.join(_PROCEDURES)}.")
     result = trajectory.replay(
-        source if source is not results else name_in(results), at=asked, procedure=procedure,
-        start=number_in("start", start), sample=seconds_in("sample", sample))
+        source if source is not results else name_in(results),
+        at=asked,
+        procedure=procedure,
+        start=number_in("start", start),
+        sample=seconds_in("sample", sample),
+    )
     if not result.same_bits:
         cause = "; ".join(result.differing) or "nothing that the file records, so this is a fault: please report it"
         warnings.warn(
             f"The run does not end in the stored final state. What differs: {cause}. Where the motion is chaotic, the "
-            "trajectory is then another one of the same kind.", RunWarning, stacklevel=3)
+            "trajectory is then another one of the same kind.",
+            RunWarning,
+            stacklevel=3,
+        )
     return _trace(result).assign_attrs(same_bits=int(bool(result.same_bits)))
 
 
@@ -451,7 +475,8 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
     if extra := [str(name) for name in dataset.data_vars if name not in known]:
         raise InputError(
             f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its own variables. Leave "
-            "the others out with drop_vars, or write all with to_netcdf.")
+            "the others out with drop_vars, or write all with to_netcdf."
+        )
     saving.save(checked(from_dataset(dataset)), path, overwrite=overwrite)
 
 

@@ -79,8 +79,10 @@ class CodeCache(FunctionCache):
         except Exception as error:  # whatever the reason, the function can be compiled
             with suppress(OSError):
                 path.unlink()
-            _tell(f"{path}: this file of compiled code is not used ({_reason(error)}); the function is compiled anew, "
-                  "which takes some seconds. If this comes back, remove the folder and check its disk.")
+            _tell(
+                f"{path}: this file of compiled code is not used ({_reason(error)}); the function is compiled anew, "
+                "which takes some seconds. If this comes back, remove the folder and check its disk."
+            )
             return None
 
     def save_overload(self, sig: Any, data: Any) -> None:
@@ -161,8 +163,10 @@ def _reason(error: BaseException) -> str:
 
 
 def _tell_unkept(place: str, error: Exception) -> None:
-    _tell(f"{place}: compiled code cannot be kept there ({_reason(error)}), so every run compiles anew, which takes "
-          "some seconds. Mend that, or set NUMBA_CACHE_DIR to another folder that only you may write.")
+    _tell(
+        f"{place}: compiled code cannot be kept there ({_reason(error)}), so every run compiles anew, which takes "
+        "some seconds. Mend that, or set NUMBA_CACHE_DIR to another folder that only you may write."
+    )
 
 
 def _tell(text: str) -> None:

@@ -101,12 +101,18 @@ def sincos(angle: float) -> tuple[float, float]:
     r2 = r * r
     r4 = r2 * r2
     # fdlibm's polynomials, in pairs of terms: a chain half as long as Horner's for one product more.
-    p = fma(r4, fma(r2, 1.58969099521155010221e-10, -2.50507602534068634195e-08),
-            fma(r2, 2.75573137070700676789e-06, -1.98412698298579493134e-04))
+    p = fma(
+        r4,
+        fma(r2, 1.58969099521155010221e-10, -2.50507602534068634195e-08),
+        fma(r2, 2.75573137070700676789e-06, -1.98412698298579493134e-04),
+    )
     p = fma(r4, p, fma(r2, 8.33333333332248946124e-03, -1.66666666666666324348e-01))
     sine = fma(r * r2, p, r)
-    q = fma(r4, fma(r2, -1.13596475577881948265e-11, 2.08757232129817482790e-09),
-            fma(r2, -2.75573143513906633035e-07, 2.48015872894767294178e-05))
+    q = fma(
+        r4,
+        fma(r2, -1.13596475577881948265e-11, 2.08757232129817482790e-09),
+        fma(r2, -2.75573143513906633035e-07, 2.48015872894767294178e-05),
+    )
     q = fma(r4, q, fma(r2, -1.38888888888741095749e-03, 4.16666666666666019037e-02))
     cosine = fma(r4, q, fma(r2, -0.5, 1.0))
     # The last two bits of the shifted number are the quadrant: swap on odd ones, then set the signs by flipping the

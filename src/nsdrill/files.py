@@ -44,7 +44,8 @@ class Temporary:
     def _begin(self) -> None:
         if _clear(self.target):
             raise FileError(
-                f"{self.target}: another process is writing this file now. Wait for it, or choose another -o.")
+                f"{self.target}: another process is writing this file now. Wait for it, or choose another -o."
+            )
         interrupt.doomed.add(str(self.path))
         self.file = io.FileIO(self.path, "x+")  # fails on anything that is there, a link too
         lock(self.file, self.target)
@@ -111,8 +112,9 @@ def replacing(
     except InputError:
         raise
     except FileExistsError as error:
-        raise FileError(f"{path}: another process has just made this file. Choose another name, or replace it by "
-                        "--overwrite.") from error
+        raise FileError(
+            f"{path}: another process has just made this file. Choose another name, or replace it by --overwrite."
+        ) from error
     except (OSError, RuntimeError) as error:  # h5py reports a failed flush as either
         raise NsdrillError(f"{path}: could not be written: {reason(error)}. Nothing was changed. {remedy()}") from error
 

@@ -99,8 +99,13 @@ def _bar(console: Console) -> Iterator[Watch]:
         def watch(counts: Counts) -> None:
             failures = f"[red]{counts.failed} failed[/red]" if counts.failed else ""
             bar.update(
-                task, total=counts.total, completed=counts.before + counts.done, failures=failures, note=counts.note,
-                pace=_pace(counts, time.monotonic() - begun))
+                task,
+                total=counts.total,
+                completed=counts.before + counts.done,
+                failures=failures,
+                note=counts.note,
+                pace=_pace(counts, time.monotonic() - begun),
+            )
 
         yield watch
 
@@ -117,7 +122,10 @@ def _lines() -> Watch:
         said = now
         failed = f", {counts.failed} failed" if counts.failed else ""
         note = f" ({counts.note})" if counts.note else ""
-        print(f"{counts.before + counts.done} of {counts.total} points{failed}; {_pace(counts, now - begun)}{note}",
-              file=sys.stderr, flush=True)
+        print(
+            f"{counts.before + counts.done} of {counts.total} points{failed}; {_pace(counts, now - begun)}{note}",
+            file=sys.stderr,
+            flush=True,
+        )
 
     return watch

@@ -38,8 +38,16 @@ SHOWN: dict[str, tuple[str, str]] = {
 }
 _SHOWN_OF_NAME = {"depth": ("m", "ft")}
 # Where people write a unit in another way than a study does.
-_SIGNS = {"kN*m": "kN m", "kft*lbf": "kft-lbf", "kft*lbf/rad": "kft-lbf/rad", "ft*lbf*s/rad": "ft-lbf s/rad",
-          "lb*ft^2": "lb ft^2", "m/s^2": "m/s²", "gravity": "g", "percent": "%"}
+_SIGNS = {
+    "kN*m": "kN m",
+    "kft*lbf": "kft-lbf",
+    "kft*lbf/rad": "kft-lbf/rad",
+    "ft*lbf*s/rad": "ft-lbf s/rad",
+    "lb*ft^2": "lb ft^2",
+    "m/s^2": "m/s²",
+    "gravity": "g",
+    "percent": "%",
+}
 
 # In a sentence, where the long name of a file is too long.
 _WORDS = {"depth": "depth", "wob": "weight on bit", "rotary_speed": "speed"}

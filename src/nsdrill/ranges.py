@@ -28,9 +28,7 @@ def parameter(
     words what is ``usual`` in the field."""
     return field(
         default=default,
-        metadata={
-            "units": units, "source": source, "confidence": confidence, "low": low, "high": high, "usual": usual,
-        },
+        metadata={"units": units, "source": source, "confidence": confidence, "low": low, "high": high, "usual": usual},
     )
 
 

@@ -54,9 +54,7 @@ _PLAIN_OF_CF = {cf: plain for plain, cf in CF.items()}
 _LONGEST = 80  # characters; no quantity needs more, and it bounds the work done on hostile input
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*(\S.*)?", re.ASCII)
-_TOKEN = re.compile(
-    r"\s*(?:(?P<name>[A-Za-zµμ°][A-Za-z_]*)|(?P<one>1)(?=\s*/)|(?P<mark>[*/()])|(?P<end>$))", re.ASCII
-)
+_TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµμ°][A-Za-z_]*)|(?P<one>1)(?=\s*/)|(?P<mark>[*/()])|(?P<end>$))", re.ASCII)
 _EXPONENT = re.compile(
     r"\s*(?:\^|\*\*)\s*(?:(?P<plain>[-+]?\d{1,2}(?:\.\d{1,4})?)|\((?P<ratio>-?\d{1,2}(?:/[1-9])?)\))|(?P<bare>-?\d(?:\.\d{1,4})?)",
     re.ASCII,
@@ -200,17 +198,20 @@ def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -
         meant = next((force for masses, force in _FORCES.items() if unit in masses.split()), None)
         hint = f" Did you mean {meant}?" if meant else ""
         return QuantityError(
-            f"{quoted(text)}, a mass", allowed_units(units),
+            f"{quoted(text)}, a mass",
+            allowed_units(units),
             f"'{unit}' is a unit of mass, not of force: write kN, klbf, lbf or tonne_force.{hint}",
         )
     if units == "rad/s" and dimensions == {"[time]": -1}:
         return QuantityError(
-            f"{quoted(text)}, an ambiguous speed of rotation", allowed_units(units),
+            f"{quoted(text)}, an ambiguous speed of rotation",
+            allowed_units(units),
             f"'{unit}' does not say whether it counts revolutions or radians: write rpm or rad/s.",
         )
     if units == "m/s^2" and dimensions == {"[mass]": 1}:
         return QuantityError(
-            f"{quoted(text)}, a mass", allowed_units(units), "g is the gram here: write gravity, as in 0.25 gravity.")
+            f"{quoted(text)}, a mass", allowed_units(units), "g is the gram here: write gravity, as in 0.25 gravity."
+        )
     return QuantityError(f"{quoted(text)}, in units of {_in_words(dimensions)}", allowed_units(units))
 
 

@@ -14,8 +14,17 @@ POINT = ("procedure", *AXES)
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
 DRIVEN_STATE_NAMES = (*STATE_NAMES[:-1], "lag", "drive_speed", STATE_NAMES[-1])  # with a drive that is not ideal
 STATE_UNITS = {
-    "x": "m", "vx": "m s-1", "y": "m", "vy": "m s-1", "z": "m", "vz": "m s-1", "twist": "rad", "bit_speed": "rad s-1",
-    "lag": "rad", "drive_speed": "rad s-1", "drive_angle": "rad",
+    "x": "m",
+    "vx": "m s-1",
+    "y": "m",
+    "vy": "m s-1",
+    "z": "m",
+    "vz": "m s-1",
+    "twist": "rad",
+    "bit_speed": "rad s-1",
+    "lag": "rad",
+    "drive_speed": "rad s-1",
+    "drive_angle": "rad",
 }
 PROCEDURES = ("same", "up", "down")
 FORMAT_VERSION = 2
@@ -107,7 +116,7 @@ class Kept:
 
     def dims(self, variable: Variable) -> tuple[str, ...]:
         """The dimensions of ``variable`` in a file."""
-        return (*self.grid, *variable.dims[len(POINT):])
+        return (*self.grid, *variable.dims[len(POINT) :])
 
     def has(self, variable: Variable) -> bool:
         """Whether ``variable`` is among what is kept."""
@@ -128,8 +137,15 @@ def _peaks(name: str, units: str, long_name: str) -> Variable:
 
 
 def _section(name: str, units: str, long_name: str) -> Variable:
-    return Variable(f"section_{name}", "f8", units, f"{long_name} at the Poincare section", "section",
-                    (*POINT, "crossing"), only="returns")
+    return Variable(
+        f"section_{name}",
+        "f8",
+        units,
+        f"{long_name} at the Poincare section",
+        "section",
+        (*POINT, "crossing"),
+        only="returns",
+    )
 
 
 CHECKS = ("tight", "long")
@@ -141,39 +157,133 @@ def _check(name: str) -> tuple[Variable, ...]:
     """What is known of the point from one of its checks."""
     how = _CHECKED[name]
     return (
-        Variable(f"{name}_response", "i1", "1", f"critical responses {how}", "label", flag_masks=(1, 2, 4),
-                 flag_meanings="bit_bounce stick_slip whirl", only="verify"),
-        Variable(f"{name}_difference", "f8", "1", f"largest difference of the features {how}, in natural sizes",
-                 "trust", only="verify"),
-        Variable(f"{name}_status", "i1", "1", f"how the run ended {how}", "trust", flag_values=(0, 1, 2, 3, 4),
-                 flag_meanings="unchecked ok diverged step_limit step_underflow", only="verify"),
-        *(Variable(f"{name}_{feature}", "f8", "percent" if feature == "stick_slip_index" else "1",
-                   f"{feature} {how}", "trust", only="verify") for feature in CHECK_FEATURES),
+        Variable(
+            f"{name}_response",
+            "i1",
+            "1",
+            f"critical responses {how}",
+            "label",
+            flag_masks=(1, 2, 4),
+            flag_meanings="bit_bounce stick_slip whirl",
+            only="verify",
+        ),
+        Variable(
+            f"{name}_difference",
+            "f8",
+            "1",
+            f"largest difference of the features {how}, in natural sizes",
+            "trust",
+            only="verify",
+        ),
+        Variable(
+            f"{name}_status",
+            "i1",
+            "1",
+            f"how the run ended {how}",
+            "trust",
+            flag_values=(0, 1, 2, 3, 4),
+            flag_meanings="unchecked ok diverged step_limit step_underflow",
+            only="verify",
+        ),
+        *(
+            Variable(
+                f"{name}_{feature}",
+                "f8",
+                "percent" if feature == "stick_slip_index" else "1",
+                f"{feature} {how}",
+                "trust",
+                only="verify",
+            )
+            for feature in CHECK_FEATURES
+        ),
     )
 
 
 VARIABLES: tuple[Variable, ...] = (
-    Variable("status", "i1", "1", "how the run ended", "run", flag_values=(0, 1, 2, 3, 4, 5),
-             flag_meanings="pending ok diverged step_limit step_underflow inferred"),
-    Variable("response", "i1", "1", "critical responses present", "label", flag_masks=(1, 2, 4),
-             flag_meanings="bit_bounce stick_slip whirl"),
-    Variable("whirl_kind", "i1", "1", "kind of whirl", "label", flag_values=(0, 1, 2, 3, 4),
-             flag_meanings="none forward backward backward_rolling irregular"),
-    Variable("stick_slip_severity", "i1", "1", "severity band of the stick-slip index", "label",
-             flag_values=(0, 1, 2, 3, 4),
-             flag_meanings="none torsional_oscillation medium onset_of_full_stall severe"),
-    Variable("bounce_severity", "i1", "1", "severity band of the time off the rock", "label",
-             flag_values=(0, 1, 2, 3, 4), flag_meanings="none light moderate strong severe"),
-    Variable("whirl_severity", "i1", "1", "severity band of the r.m.s. lateral acceleration", "label",
-             flag_values=(0, 1, 2, 3, 4), flag_meanings="none light moderate strong severe"),
-    Variable("settled", "i1", "1", "both halves of the observed window agree", "label", flag_values=(0, 1),
-             flag_meanings="unsettled settled"),
-    Variable("motion", "i1", "1", "kind of motion", "label", flag_values=(0, 1, 2, 3, 4, 5),
-             flag_meanings="undetermined equilibrium periodic quasi_periodic chaotic unsettled", only="returns"),
-    Variable("period", "i2", "1", "period in returns to the Poincare section, 0 where there is none", "label",
-             only="returns"),
-    Variable("attractor", "i2", "1", "attractor of the start, numbered alike along the axes: 1 has most starts, 0 none",
-             "label", only="starts"),
+    Variable(
+        "status",
+        "i1",
+        "1",
+        "how the run ended",
+        "run",
+        flag_values=(0, 1, 2, 3, 4, 5),
+        flag_meanings="pending ok diverged step_limit step_underflow inferred",
+    ),
+    Variable(
+        "response",
+        "i1",
+        "1",
+        "critical responses present",
+        "label",
+        flag_masks=(1, 2, 4),
+        flag_meanings="bit_bounce stick_slip whirl",
+    ),
+    Variable(
+        "whirl_kind",
+        "i1",
+        "1",
+        "kind of whirl",
+        "label",
+        flag_values=(0, 1, 2, 3, 4),
+        flag_meanings="none forward backward backward_rolling irregular",
+    ),
+    Variable(
+        "stick_slip_severity",
+        "i1",
+        "1",
+        "severity band of the stick-slip index",
+        "label",
+        flag_values=(0, 1, 2, 3, 4),
+        flag_meanings="none torsional_oscillation medium onset_of_full_stall severe",
+    ),
+    Variable(
+        "bounce_severity",
+        "i1",
+        "1",
+        "severity band of the time off the rock",
+        "label",
+        flag_values=(0, 1, 2, 3, 4),
+        flag_meanings="none light moderate strong severe",
+    ),
+    Variable(
+        "whirl_severity",
+        "i1",
+        "1",
+        "severity band of the r.m.s. lateral acceleration",
+        "label",
+        flag_values=(0, 1, 2, 3, 4),
+        flag_meanings="none light moderate strong severe",
+    ),
+    Variable(
+        "settled",
+        "i1",
+        "1",
+        "both halves of the observed window agree",
+        "label",
+        flag_values=(0, 1),
+        flag_meanings="unsettled settled",
+    ),
+    Variable(
+        "motion",
+        "i1",
+        "1",
+        "kind of motion",
+        "label",
+        flag_values=(0, 1, 2, 3, 4, 5),
+        flag_meanings="undetermined equilibrium periodic quasi_periodic chaotic unsettled",
+        only="returns",
+    ),
+    Variable(
+        "period", "i2", "1", "period in returns to the Poincare section, 0 where there is none", "label", only="returns"
+    ),
+    Variable(
+        "attractor",
+        "i2",
+        "1",
+        "attractor of the start, numbered alike along the axes: 1 has most starts, 0 none",
+        "label",
+        only="starts",
+    ),
     _feature("bit_speed_min", "rad s-1", "least bit speed"),
     _feature("bit_speed_max", "rad s-1", "greatest bit speed"),
     _feature("bit_speed_mean", "rad s-1", "mean bit speed"),
@@ -203,8 +313,16 @@ VARIABLES: tuple[Variable, ...] = (
     _feature("zero_one", "1", "0-1 test for chaos on the returns: near 0 regular, near 1 chaotic", "returns"),
     _feature("lyapunov_exponent", "s-1", "largest Lyapunov exponent", "exponent"),
     _feature("lyapunov_error", "s-1", "standard error of the largest Lyapunov exponent", "exponent"),
-    Variable("trusted", "i1", "1", "both checks find the same response and nearly the same features", "label",
-             flag_values=(0, 1), flag_meanings="untrusted trusted", only="verify"),
+    Variable(
+        "trusted",
+        "i1",
+        "1",
+        "both checks find the same response and nearly the same features",
+        "label",
+        flag_values=(0, 1),
+        flag_meanings="untrusted trusted",
+        only="verify",
+    ),
     *_check("tight"),
     *_check("long"),
     Variable("steps", "i8", "1", "accepted steps", "run"),

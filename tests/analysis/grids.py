@@ -25,8 +25,12 @@ def grid(
     names = list(maps)
     drawings = [[[one] if isinstance(one, str) else list(one) for one in maps[name]] for name in names]
     signs = np.array([[[list(line) for line in one] for one in drawn] for drawn in drawings])
-    coords = {"procedure": np.array(names), "depth": np.array(depth, float), "wob": np.array(wob, float),
-              "rotary_speed": np.array(rotary_speed, float)}
+    coords = {
+        "procedure": np.array(names),
+        "depth": np.array(depth, float),
+        "wob": np.array(wob, float),
+        "rotary_speed": np.array(rotary_speed, float),
+    }
     assert signs.shape == tuple(len(values) for values in coords.values()), signs.shape
     response = np.vectorize(lambda sign: RESPONSES[sign])(signs).astype(np.int8)
     status = np.vectorize(lambda sign: STATUS.get(sign, OK))(signs).astype(np.int8)

@@ -161,8 +161,13 @@ def clumps(count: int, apart: float) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("vectors", "groups"),
-    [(np.random.default_rng(2).uniform(0, 1, (300, 3)), range(10, 290)), (clumps(5, 0.105), [1]),
-     (clumps(5, 0.115), [5]), (clumps(1, 0.0), [1])])
+    [
+        (np.random.default_rng(2).uniform(0, 1, (300, 3)), range(10, 290)),
+        (clumps(5, 0.105), [1]),
+        (clumps(5, 0.115), [5]),
+        (clumps(1, 0.0), [1]),
+    ],
+)
 def test_linkage_is_that_of_scipy(vectors: np.ndarray, groups: list[int]) -> None:
     mine = linked(vectors, np.zeros(len(vectors)), 0.09)
     theirs = fcluster(linkage(vectors, "single", metric="chebyshev"), 0.09, "distance")
@@ -182,8 +187,10 @@ def test_two_are_linked_where_each_is_in_reach_of_the_other() -> None:
 
 
 def test_points_are_grouped_each_for_itself() -> None:
-    one = {name: np.stack([a, b]) for (name, a), b in zip(
-        starts(3).items(), starts(3, lift_off_fraction=[0, 0.5, 0.5]).values(), strict=True)}
+    one = {
+        name: np.stack([a, b])
+        for (name, a), b in zip(starts(3).items(), starts(3, lift_off_fraction=[0, 0.5, 0.5]).values(), strict=True)
+    }
     first, second = label(one, np.full(2, SPEED), np.full(2, GAP), TOLERANCE).tolist()
     assert first == [1, 1, 1]
     assert second[0] != second[1] == second[2]
@@ -193,7 +200,8 @@ def test_points_are_grouped_each_for_itself() -> None:
 # Known intervals: Wilson 1927 as tabulated by Newcombe 1998, Statist. Med. 17:857-872, table I, method 3.
 @pytest.mark.parametrize(
     ("count", "total", "low", "high"),
-    [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)])
+    [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)],
+)
 def test_known_intervals(count: int, total: int, low: float, high: float) -> None:
     assert wilson(count, total) == pytest.approx((low, high), abs=5e-5)
 
@@ -210,11 +218,15 @@ def test_intervals_at_the_ends() -> None:
 
 
 def test_what_is_told_of_attractors() -> None:
-    parts = [starts(6, **BOUNCE, radius_max=[1, 2, 3, 4, 5, 60.0]), starts(2, radius_max=0.5, settled=0),
-             starts(1, status=DIVERGED, radius_max=np.nan), starts(1, status=PENDING, radius_max=np.nan)]
+    parts = [
+        starts(6, **BOUNCE, radius_max=[1, 2, 3, 4, 5, 60.0]),
+        starts(2, radius_max=0.5, settled=0),
+        starts(1, status=DIVERGED, radius_max=np.nan),
+        starts(1, status=PENDING, radius_max=np.nan),
+    ]
     one = {name: np.concatenate([part[name] for part in parts])[None] for name in parts[0]}
     one["attractor"] = np.array([[7] * 6 + [3] * 2 + [0] * 2])
-    ((first, second), counts), = describe(one)
+    (((first, second), counts),) = describe(one)
     assert (first.number, second.number) == (7, 3), "by falling share"
     assert counts == {"starts": 10, "failed": 1, "pending": 1, "unsettled": 2, "ungrouped": 0}
     assert (first.response, first.members, first.unsettled, first.share) == (BIT_BOUNCE, 6, 0, 0.75)

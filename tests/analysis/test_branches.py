@@ -46,9 +46,12 @@ def test_branches_whose_features_cross_are_told_apart_by_their_states() -> None:
     """The time off the rock of the one rises as that of the other falls. From 0.34 at one point the nearest at the next
     is 0.34 of the other; the greatest radius says which is which."""
     rising = [0.20, 0.26, 0.34, 0.40]
-    points = [joined(starts(3, lift_off_fraction=a, radius_max=0.2 * GAP),
-                     starts(2, lift_off_fraction=b, radius_max=0.4 * GAP))
-              for a, b in zip(rising, rising[::-1], strict=True)]
+    points = [
+        joined(
+            starts(3, lift_off_fraction=a, radius_max=0.2 * GAP), starts(2, lift_off_fraction=b, radius_max=0.4 * GAP)
+        )
+        for a, b in zip(rising, rising[::-1], strict=True)
+    ]
     assert numbered(stacked(*points)).tolist() == [[1, 1, 1, 2, 2]] * 4
     blind = [point | {"radius_max": np.full(5, 0.2 * GAP)} for point in points]
     assert numbered(stacked(*blind)).tolist() != [[1, 1, 1, 2, 2]] * 4, "else this test could not fail"
@@ -111,10 +114,17 @@ def test_an_unsettled_motion_does_not_come_back() -> None:
 def test_the_same_kind_of_motion_is_preferred_and_no_other_excluded() -> None:
     once, twice, never = 10_000 * PERIODIC + 1, 10_000 * PERIODIC + 2, 10_000 * CHAOTIC
     found = made_up((0, 0.0), (1, 0.05), (1, -0.04))
-    for kinds, expected in [((once, once, never), [1, 1, 2]), ((once, never, once), [1, 2, 1]),
-                            ((0, never, once), [1, 2, 1])]:
-        assert number(Places(found.point, found.members, found.place, np.array(kinds), found.settled), (2,),
-                      MATCHING).tolist() == expected
+    for kinds, expected in [
+        ((once, once, never), [1, 1, 2]),
+        ((once, never, once), [1, 2, 1]),
+        ((0, never, once), [1, 2, 1]),
+    ]:
+        assert (
+            number(
+                Places(found.point, found.members, found.place, np.array(kinds), found.settled), (2,), MATCHING
+            ).tolist()
+            == expected
+        )
     doubled = made_up((0, 0.0), (1, 0.05))
     doubled = Places(doubled.point, doubled.members, doubled.place, np.array([once, twice]), doubled.settled)
     assert number(doubled, (2,), MATCHING).tolist() == [1, 1], "a period that doubles ends no branch"
@@ -153,7 +163,9 @@ def cusp(a: np.ndarray, b: np.ndarray, count: int) -> tuple[Table, np.ndarray]:
     radius = GAP * (ends + 2) / 4
     one = starts(count)
     return {name: np.broadcast_to(values, ends.shape) for name, values in one.items()} | {
-        "radius_mean": radius, "radius_max": radius}, above
+        "radius_mean": radius,
+        "radius_max": radius,
+    }, above
 
 
 def test_the_basins_of_a_cubic() -> None:
@@ -199,8 +211,9 @@ def test_two_axes_around_a_cusp_in_any_order() -> None:
 
 def test_scattered_motions_are_numbered_whatever_the_order_of_the_starts() -> None:
     rng = np.random.default_rng(8)
-    variables = stacked(*(starts(30, lift_off_fraction=rng.uniform(0, 1, 30), radius_mean=rng.uniform(0, GAP, 30))
-                          for _ in range(6)))
+    variables = stacked(
+        *(starts(30, lift_off_fraction=rng.uniform(0, 1, 30), radius_mean=rng.uniform(0, GAP, 30)) for _ in range(6))
+    )
     numbers = numbered(variables)
     shuffled = rng.permutation(30)
     assert np.array_equal(numbered({name: v[:, shuffled] for name, v in variables.items()}), numbers[:, shuffled])

@@ -49,11 +49,19 @@ def test_differences_are_measured_and_placed() -> None:
     b["axial_peaks"][0, 0, 1, 3, 1:] = 2.0
     found = compare_results(a, b)
     assert row(found, "radius_max") == {
-        "name": "radius_max", "units": "m", "same": False, "points": 3, "largest": 0.5, "relative": 0.2, "undefined": 1,
-        "at": {"procedure": "down", "depth": 5000.0, "wob": 20e3, "rotary_speed": 3.0}}
+        "name": "radius_max",
+        "units": "m",
+        "same": False,
+        "points": 3,
+        "largest": 0.5,
+        "relative": 0.2,
+        "undefined": 1,
+        "at": {"procedure": "down", "depth": 5000.0, "wob": 20e3, "rotary_speed": 3.0},
+    }
     assert (row(found, "steps")["largest"], row(found, "steps")["relative"]) == (10.0, 0.1)
     assert [one["name"] for one in found["variables"] if one["name"].startswith("final") and not one["same"]] == [
-        "final_state[twist]"]
+        "final_state[twist]"
+    ]
     assert row(found, "final_state[twist]")["units"] == "rad"
     assert row(found, "axial_peaks")["points"] == 1, "two peaks of one point"
 
@@ -72,10 +80,18 @@ def test_changed_responses_are_counted_and_named() -> None:
     b["status"][1, 0, 0, 2] = 1  # the failed one now ends well
     found = compare_results(a, b)["responses"]
     assert found["changed"] == 3
-    assert found["changes"] == [{"from": "none", "to": "whirl", "points": 2},
-                                {"from": "diverged", "to": "none", "points": 1}]
-    assert found["at"][0] == {"procedure": "up", "depth": 5000.0, "wob": 10e3, "rotary_speed": 2.0, "from": "none",
-                              "to": "whirl"}
+    assert found["changes"] == [
+        {"from": "none", "to": "whirl", "points": 2},
+        {"from": "diverged", "to": "none", "points": 1},
+    ]
+    assert found["at"][0] == {
+        "procedure": "up",
+        "depth": 5000.0,
+        "wob": 10e3,
+        "rotary_speed": 2.0,
+        "from": "none",
+        "to": "whirl",
+    }
 
 
 def test_common_points_of_different_axes() -> None:
@@ -85,8 +101,11 @@ def test_common_points_of_different_axes() -> None:
     b.variables["radius_max"] = a["radius_max"][1:, :, :, [0, 2, 3]].copy()
     found = compare_results(a, b)
     assert [(axis["name"], axis["a"], axis["b"], axis["common"], axis["same"]) for axis in found["axes"]] == [
-        ("procedure", 2, 1, 1, False), ("depth", 1, 1, 1, True), ("wob", 2, 2, 2, True),
-        ("rotary_speed", 4, 3, 2, False)]
+        ("procedure", 2, 1, 1, False),
+        ("depth", 1, 1, 1, True),
+        ("wob", 2, 2, 2, True),
+        ("rotary_speed", 4, 3, 2, False),
+    ]
     assert found["points"] == 4
     assert row(found, "radius_max")["same"]
     # down, 10 kN: s and w, diverged and none; 20 kN: b and none, none and none

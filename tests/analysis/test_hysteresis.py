@@ -33,7 +33,8 @@ def test_another_pair_of_responses_is_another_interval() -> None:
     assert [(row["from"], row["to"], row["up"], row["down"], row["differs"]) for row in rows] == [
         (2.0, 2.0, "stick_slip", "none", ["stick_slip"]),
         (4.0, 5.0, "none", "bit_bounce", ["bit_bounce"]),
-        (7.0, 7.0, "bit_bounce", "bit_bounce+whirl", ["whirl"])]
+        (7.0, 7.0, "bit_bounce", "bit_bounce+whirl", ["whirl"]),
+    ]
 
 
 @pytest.mark.parametrize("sign", ["x", "?"])
@@ -69,8 +70,12 @@ def test_both_responses_may_differ() -> None:
 
 
 def test_every_combination_of_the_other_axes_has_its_own() -> None:
-    data = grid({"up": [["....", "...."], ["....", "...."]], "down": [["b...", "...."], ["..ww", ".b.."]]},
-                [1, 2, 3, 4], wob=[10e3, 20e3], depth=[1000, 2000])
+    data = grid(
+        {"up": [["....", "...."], ["....", "...."]], "down": [["b...", "...."], ["..ww", ".b.."]]},
+        [1, 2, 3, 4],
+        wob=[10e3, 20e3],
+        depth=[1000, 2000],
+    )
     assert hysteresis(data) == [], "three axes, and the study does not say along which"
     data.attrs["study_resolved"] = json.dumps({"sweep": {"along": "rotary_speed"}})
     found = [(row["depth"], row["wob"], row["from"], row["to"]) for row in hysteresis(data)]

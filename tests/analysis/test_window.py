@@ -53,12 +53,24 @@ def test_margins_go_to_the_last_safe_point_and_say_what_comes_next(both: dict) -
     margins = both["maps"][0]["recommended"]["margins"]
     assert margins["rotary_speed"] == {
         "less": {"margin": 1.0, "safe_to": 2.0, "first_not_safe": 1.0, "why": "critical", "responses": ["stick_slip"]},
-        "more": {"margin": 1.0, "safe_to": 4.0, "first_not_safe": 5.0, "why": "rim", "responses": ["whirl"]}}
+        "more": {"margin": 1.0, "safe_to": 4.0, "first_not_safe": 5.0, "why": "rim", "responses": ["whirl"]},
+    }
     assert margins["wob"] == {
-        "less": {"margin": 10e3, "safe_to": 20e3, "first_not_safe": 10e3, "why": "critical",
-                 "responses": ["stick_slip"]},
-        "more": {"margin": 10e3, "safe_to": 40e3, "first_not_safe": 50e3, "why": "critical",
-                 "responses": ["bit_bounce"]}}
+        "less": {
+            "margin": 10e3,
+            "safe_to": 20e3,
+            "first_not_safe": 10e3,
+            "why": "critical",
+            "responses": ["stick_slip"],
+        },
+        "more": {
+            "margin": 10e3,
+            "safe_to": 40e3,
+            "first_not_safe": 50e3,
+            "why": "critical",
+            "responses": ["bit_bounce"],
+        },
+    }
 
 
 def test_one_procedure_leaves_history_open() -> None:
@@ -85,7 +97,11 @@ def test_failed_points_are_neither_safe_nor_critical(sign: str) -> None:
 def test_a_failed_run_leaves_a_point_unknown(up: str, down: str, word: str) -> None:
     note = find_window(grid({"up": [f".{up}."], "down": [f".{down}."]}, [1, 2, 3]))
     assert {name: note[name] for name in ("rim", "critical", "unknown")} == {
-        "rim": 0, "critical": 0, "unknown": 0, word: 1}
+        "rim": 0,
+        "critical": 0,
+        "unknown": 0,
+        word: 1,
+    }
     limits = note["maps"][0]["recommended"]["margins"]["rotary_speed"].values()
     assert {"failed" if word == "unknown" else word, "edge"} == {side["why"] for side in limits}
 

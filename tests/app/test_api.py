@@ -49,7 +49,8 @@ def same(a: xr.Dataset, b: xr.Dataset) -> bool:
     """Whether all variables have the same bits, whatever dimensions of length one there are."""
     return set(a.data_vars) == set(b.data_vars) and all(
         a[name].squeeze().values.tobytes() == b[name].squeeze().transpose(*a[name].squeeze().dims).values.tobytes()
-        for name in a.data_vars)
+        for name in a.data_vars
+    )
 
 
 # --- studies
@@ -74,8 +75,10 @@ def test_the_text_of_a_mapping_is_the_study_again() -> None:
 
 @pytest.mark.parametrize(
     "changes",
-    [{"operation.wob": "30 kN", "record.peaks": 2, "sweep.rotary_speed": ["2 rad/s", "3 rad/s"]},
-     ["operation.wob=30 kN", "record.peaks=2", "sweep.rotary_speed=[2 rad/s, 3 rad/s]"]],
+    [
+        {"operation.wob": "30 kN", "record.peaks": 2, "sweep.rotary_speed": ["2 rad/s", "3 rad/s"]},
+        ["operation.wob=30 kN", "record.peaks=2", "sweep.rotary_speed=[2 rad/s, 3 rad/s]"],
+    ],
 )
 def test_keys_are_changed_in_every_form(shared: Path, changes: Any) -> None:
     path = shared / "small.yaml"
@@ -149,7 +152,8 @@ def test_in_memory_and_in_a_file_are_the_same(shared: Path, small: xr.Dataset, t
         assert same(small, kept)
         up = small.sel(procedure="up", rotary_speed=3.0).squeeze()
         assert float(up.final_state.sel(state="bit_speed")) == float(
-            kept.sel(procedure="up", rotary_speed=3.0).final_state.squeeze().sel(state="bit_speed"))
+            kept.sel(procedure="up", rotary_speed=3.0).final_state.squeeze().sel(state="bit_speed")
+        )
     assert small.bit_speed_max.attrs["units"] == "rad s-1"
     assert small.response.attrs["flag_meanings"] == "bit_bounce stick_slip whirl"
 
@@ -168,8 +172,10 @@ def test_in_memory_and_in_a_file_are_the_same(shared: Path, small: xr.Dataset, t
         ({"path": 3}, r"^path: found a value of the type int; allowed: the name of a file\."),
         ({"path": "out.h5", "overwrite": True, "resume": True}, "overwrite=True and resume=True exclude each other"),
         ({"path": "nowhere/out.h5"}, "there is no folder"),
-        ({"set": {"sweep": None, "operation.rotary_speed": {"ramp": [["0 s", "1 rad/s"], ["1 s", "2 rad/s"]]}}},
-         "found no sweep, only a ramp"),
+        (
+            {"set": {"sweep": None, "operation.rotary_speed": {"ramp": [["0 s", "1 rad/s"], ["1 s", "2 rad/s"]]}}},
+            "found no sweep, only a ramp",
+        ),
     ],
 )
 def test_a_wrong_run_is_told_and_leaves_nothing(
@@ -252,7 +258,8 @@ def test_results_as_a_table(small: xr.Dataset, tmp_path: Path) -> None:
     rows = list(csv.DictReader((tmp_path / "out.csv").open()))
     assert len(rows) == 16
     assert float(rows[0]["bit_speed_max [rad s-1]"]) == float(
-        small.bit_speed_max.sel(procedure="up", rotary_speed=1.0).squeeze())
+        small.bit_speed_max.sel(procedure="up", rotary_speed=1.0).squeeze()
+    )
 
 
 def test_a_part_of_the_results_can_be_saved(small: xr.Dataset, tmp_path: Path) -> None:
@@ -279,7 +286,11 @@ def test_a_part_of_the_results_can_be_saved(small: xr.Dataset, tmp_path: Path) -
     ],
 )
 def test_what_cannot_be_saved(
-    small: xr.Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, change: Callable[[Any], Any], name: Any,
+    small: xr.Dataset,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    change: Callable[[Any], Any],
+    name: Any,
     words: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -587,7 +598,8 @@ def test_every_message_below_is_in_the_words_of_python() -> None:
 
 def test_paths_are_no_options() -> None:
     assert python_words("/data/a--overwrite.h5: the file exists, by --overwrite.") == (
-        "/data/a--overwrite.h5: the file exists, by overwrite=True.")
+        "/data/a--overwrite.h5: the file exists, by overwrite=True."
+    )
     assert python_words("`nsdrill new -o a.yaml` writes one") == "`nsdrill new -o a.yaml` writes one"
 
 
@@ -597,4 +609,5 @@ def test_a_results_file_opens_in_xarray_alone(shared: Path) -> None:
     kept = read_results(shared / "small.h5")
     with nsdrill.open_results(shared / "small.h5") as data:
         assert data.bit_speed_max.sel(procedure="down").squeeze().values.tolist() == (
-            kept["bit_speed_max"][1].ravel().tolist())
+            kept["bit_speed_max"][1].ravel().tolist()
+        )

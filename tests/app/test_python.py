@@ -43,9 +43,7 @@ def test_interrupt_between_slices(shared: Path, tmp_path: Path, name: str, after
     assert all(made[variable].tobytes() == kept[variable].tobytes() for variable in kept.variables)
 
 
-def test_interrupt_while_the_results_are_written(
-    small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupt_while_the_results_are_written(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(path: Path, log: object) -> None:
         raise KeyboardInterrupt
 

@@ -47,8 +47,9 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_what_was_run_has_the_bits_of_the_full_grid(whole: Path) -> None:
-    full = run_in_memory(study_of(GRID.replace("points: 4", "points: 13").replace("points: 5", "points: 17"),
-                                "sweep.refine=0"))
+    full = run_in_memory(
+        study_of(GRID.replace("points: 4", "points: 13").replace("points: 5", "points: 17"), "sweep.refine=0")
+    )
     found = read_results(whole)
     for axis in ("wob", "rotary_speed"):
         assert np.array_equal(found.coords[axis], full.coords[axis])
@@ -95,9 +96,7 @@ def test_what_the_file_says_of_it(whole: Path) -> None:
 
 @TEXTS
 @pytest.mark.parametrize("after", [1, 4])
-def test_an_interrupted_run_goes_on(
-    tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monkeypatch: pytest.MonkeyPatch) -> None:
     look_often(monkeypatch)
     study, out, one = study_of(text), tmp_path / "out.h5", tmp_path / "one.h5"
     run_study(study, one, workers=2, lanes=8)
@@ -130,8 +129,12 @@ def test_chains_are_run_whole_and_where_neighbours_differ(tmp_path: Path) -> Non
     assert chains.sum() < 33
     for left in np.flatnonzero(~chains):
         assert np.array_equal(kind[:, left], kind[:, left - 1])
-    one = run_in_memory(study_of(CHAINS.replace("from: 1 rad/s, to: 9 rad/s, points: 9", "from: 1 rad/s, to: 9 rad/s, "
-                                              "points: 33"), "sweep.refine=0"))
+    one = run_in_memory(
+        study_of(
+            CHAINS.replace("from: 1 rad/s, to: 9 rad/s, points: 9", "from: 1 rad/s, to: 9 rad/s, points: 33"),
+            "sweep.refine=0",
+        )
+    )
     for name, values in found.variables.items():
         assert values[found["status"] == OK].tobytes() == one[name][found["status"] == OK].tobytes()
 

@@ -31,8 +31,11 @@ STATES = ["x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle"]
 STATE_UNITS = {"x": "m", "vx": "m s-1", "y": "m", "vy": "m s-1", "z": "m", "vz": "m s-1", "twist": "rad",
                "bit_speed": "rad s-1", "drive_angle": "rad"}  # fmt: skip
 AXES = {"depth": "m", "wob": "N", "rotary_speed": "rad s-1"}
-GRID = {"small": ("procedure", "rotary_speed"), "map": ("wob", "rotary_speed"),
-        "failing": ("procedure", "rotary_speed")}  # what varies
+GRID = {
+    "small": ("procedure", "rotary_speed"),
+    "map": ("wob", "rotary_speed"),
+    "failing": ("procedure", "rotary_speed"),
+}  # what varies
 
 
 @pytest.fixture(params=list(GRID))
@@ -103,7 +106,8 @@ def test_values_are_consistent(data) -> None:  # type: ignore[no-untyped-def]
     assert (v["bit_speed_min"] <= v["bit_speed_mean"]).all()
     assert (v["bit_speed_mean"] <= v["bit_speed_max"]).all()
     assert np.allclose(
-        v["stick_slip_index"], 100 * (v["bit_speed_max"] - v["bit_speed_min"]) / (2 * v["bit_speed_mean"]), rtol=1e-9)
+        v["stick_slip_index"], 100 * (v["bit_speed_max"] - v["bit_speed_min"]) / (2 * v["bit_speed_mean"]), rtol=1e-9
+    )
     assert np.array_equal((v["response"] & 1) > 0, v["lift_off_fraction"] > 0.01)
     assert np.array_equal((v["response"] & 2) > 0, v["stick_slip_index"] > 80)
     assert np.array_equal((v["response"] & 4) > 0, v["wall_contact_fraction"] > 0.01)

@@ -95,8 +95,11 @@ def test_every_python_computes_the_same_constants() -> None:
     found = pythons()
     if len(found) < 2:
         pytest.skip(f"found no other Python than {', '.join(found)}")
-    paths = [str(path.relative_to(SRC / "nsdrill")) for name in COMPILED
-             for path in sorted((SRC / "nsdrill").glob(name if name.endswith(".py") else f"{name}/*.py"))]
+    paths = [
+        str(path.relative_to(SRC / "nsdrill"))
+        for name in COMPILED
+        for path in sorted((SRC / "nsdrill").glob(name if name.endswith(".py") else f"{name}/*.py"))
+    ]
     told = {}
     for version, (python, *_) in found.items():
         done = run(python, "-c", CONSTANTS, str(SRC), *paths)
@@ -236,8 +239,9 @@ def test_the_digest_holds_the_constants(monkeypatch: pytest.MonkeyPatch) -> None
     before = model_digest()
     last_bit = np.nextafter(TSITOURAS.matrix[4][0], 9.0)
     row = (float(last_bit), *TSITOURAS.matrix[4][1:])
-    monkeypatch.setattr("nsdrill.app.provenance.TSITOURAS",
-                        replace(TSITOURAS, matrix=(*TSITOURAS.matrix[:4], row, TSITOURAS.matrix[5])))
+    monkeypatch.setattr(
+        "nsdrill.app.provenance.TSITOURAS", replace(TSITOURAS, matrix=(*TSITOURAS.matrix[:4], row, TSITOURAS.matrix[5]))
+    )
     assert model_digest() != before
 
 

@@ -30,8 +30,9 @@ sweep: {depth: [2000 m, 3000 m]}
 simulation: {transient: 5 s, observe: 10 s}
 record: {peaks: 3}
 """
-SLICE = TEXT.replace("{ensemble: 7, seed: 2}",
-                     "{slice: {z: {from: -3 mm, to: 3 mm, points: 3}, x: {from: 0 mm, to: 70 mm, points: 4}}}")
+SLICE = TEXT.replace(
+    "{ensemble: 7, seed: 2}", "{slice: {z: {from: -3 mm, to: 3 mm, points: 3}, x: {from: 0 mm, to: 70 mm, points: 4}}}"
+)
 
 
 @pytest.fixture(scope="module")
@@ -201,9 +202,9 @@ def test_failed_starts_are_counted_and_named(tmp_path: Path) -> None:
     assert np.all((read_results(path)["attractor"] == 0) == failed)
     summary = summarize(read_results(path))
     assert [(p["depth"], p["start"]) for p in summary["failed"]] == [
-        (float([2000.0, 3000.0][d]), int(k)) for _, d, _, _, k in np.argwhere(failed)]
+        (float([2000.0, 3000.0][d]), int(k)) for _, d, _, _, k in np.argwhere(failed)
+    ]
     assert sum(point["failed"] for point in summary["operating_points"]) == failed.sum()
-    again = run_study(
-        parse_study(TEXT, overrides=["simulation.max_steps=1000000"]), path, workers=1, retry_failed=True)
+    again = run_study(parse_study(TEXT, overrides=["simulation.max_steps=1000000"]), path, workers=1, retry_failed=True)
     assert again.failed == 0
     assert read_results(path)["attractor"].min() >= 1

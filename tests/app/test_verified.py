@@ -73,9 +73,14 @@ def test_each_check_is_the_run_that_it_says(tmp_path: Path) -> None:
             units = ("m", "m/s", "m", "m/s", "m", "m/s", "rad", "rad/s", "rad")
             given = [f"initial.{n}={v!r} {u}" for n, v, u in zip(names, state.tolist(), units, strict=True)]
             speed = float(found.coords["rotary_speed"][i])
-            one = run_in_memory(study_of(
-                text.split("  procedure")[0].replace("{from: 2 rad/s, to: 9 rad/s, points: 8}", f"{speed!r} rad/s"),
-                "simulation.verify=false", f"simulation.rtol={check_.simulation.rtol!r}", *given))
+            one = run_in_memory(
+                study_of(
+                    text.split("  procedure")[0].replace("{from: 2 rad/s, to: 9 rad/s, points: 8}", f"{speed!r} rad/s"),
+                    "simulation.verify=false",
+                    f"simulation.rtol={check_.simulation.rtol!r}",
+                    *given,
+                )
+            )
             for name in ("lift_off_fraction", "stick_slip_index", "wall_contact_fraction"):
                 assert one[name].item() == found[f"{check_.name}_{name}"][1, 0, 0, i], (check_.name, i, name)
             assert one["response"].item() == found[f"{check_.name}_response"][1, 0, 0, i]
@@ -126,8 +131,9 @@ def test_checks_that_failed_are_retried(tmp_path: Path, monkeypatch: pytest.Monk
     told = summarize(found)["trust"]
     assert told["failed_checks"]["tight"] == failed.sum()
     ran = found["status"] == OK
-    other = [(found[f"{name}_status"] == OK) & (found[f"{name}_response"] != found["response"])
-             for name in ("tight", "long")]
+    other = [
+        (found[f"{name}_status"] == OK) & (found[f"{name}_response"] != found["response"]) for name in ("tight", "long")
+    ]
     assert told["response_differs"] == np.count_nonzero(ran & np.any(other, axis=0)), "a failed check found no response"
     assert told["check_failed"] == np.count_nonzero(failed & ~np.any(other, axis=0)) > 0
     run_study(study_of(GRID, "simulation.max_steps=50000000"), out, retry_failed=True)

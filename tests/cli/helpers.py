@@ -39,8 +39,13 @@ def call_here(capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 def start(*words: object, cwd: Path | None = None, **more: object) -> subprocess.Popen[str]:
     """``nsdrill words...`` in a process of its own."""
     return subprocess.Popen(  # type: ignore[call-overload, no-any-return]
-        [SCRIPT, *map(str, words)], cwd=cwd, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        env={**os.environ, "COLUMNS": "100"}, **more,
+        [SCRIPT, *map(str, words)],
+        cwd=cwd,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env={**os.environ, "COLUMNS": "100"},
+        **more,
     )
 
 

@@ -70,8 +70,8 @@ def test_a_study_without_a_sweep_is_told_in_full(call: Call) -> None:
 
 def test_pictures_name_what_is_held(tmp_path: Path) -> None:
     head = (
-        "operation: {depth: 2000 m, wob: 20 kN, rotary_speed: 5 rad/s}\n"
-        "simulation: {transient: 0 s, observe: 0.1 s}\n")
+        "operation: {depth: 2000 m, wob: 20 kN, rotary_speed: 5 rad/s}\nsimulation: {transient: 0 s, observe: 0.1 s}\n"
+    )
     axes = "{bit.rock_stiffness: [10 MN/m, 20 MN/m], initial.x: [1 mm, 2 mm], mud.drag: [0.5, 1, 2]}"
     for name, study in {"one": head, "three": f"{head}sweep: {axes}\n"}.items():
         nsdrill.run(parse_study(study), tmp_path / f"{name}.h5", workers=1)

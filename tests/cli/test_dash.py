@@ -53,9 +53,18 @@ def test_faults_on_standard_input(tmp_path: Path, text: str, said: str) -> None:
 
 @pytest.mark.parametrize(
     "words",
-    [["show", "-"], ["plot", "-", "-o", "x.png"], ["window", "-"], ["diff", "-", "-"], ["classify", "-"],
-     ["export", "-", "-o", "x.csv"], ["replay", "-", "-o", "x.h5"], ["run", "study.yaml", "-o", "-"],
-     ["simulate", "study.yaml", "-o", "-"], ["plot", "out.h5", "-o", "-"]],
+    [
+        ["show", "-"],
+        ["plot", "-", "-o", "x.png"],
+        ["window", "-"],
+        ["diff", "-", "-"],
+        ["classify", "-"],
+        ["export", "-", "-o", "x.csv"],
+        ["replay", "-", "-o", "x.h5"],
+        ["run", "study.yaml", "-o", "-"],
+        ["simulate", "study.yaml", "-o", "-"],
+        ["plot", "out.h5", "-o", "-"],
+    ],
 )
 def test_results_and_pictures_are_files(call: Call, words: list[str]) -> None:
     answer = call(*words)
@@ -76,8 +85,13 @@ def test_csv_on_standard_output(call: Call, shared: Path, units: str) -> None:
 
 def test_a_full_standard_output(shared: Path) -> None:
     with open("/dev/full", "w") as full:
-        done = subprocess.run([SCRIPT, "export", shared / "map.h5", "-o", "-"], stdout=full, stderr=subprocess.PIPE,
-                              text=True, timeout=120)
+        done = subprocess.run(
+            [SCRIPT, "export", shared / "map.h5", "-o", "-"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=120,
+        )
     assert done.returncode == 1
     assert "standard output: cannot be written" in done.stderr
 
@@ -93,11 +107,25 @@ def test_the_schema_as_a_file(call: Call) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "found"), [("nsdrill wi", "plain,window"), ("nsdrill show --un", "plain,--units"),
-                         ("nsdrill show sm", "file,sm"), ("nsdrill plot -o pi", "file,pi")])
+    ("words", "found"),
+    [
+        ("nsdrill wi", "plain,window"),
+        ("nsdrill show --un", "plain,--units"),
+        ("nsdrill show sm", "file,sm"),
+        ("nsdrill plot -o pi", "file,pi"),
+    ],
+)
 def test_completion(words: str, found: str) -> None:
     done = subprocess.run(
-        [SCRIPT], capture_output=True, text=True, timeout=60,
-        env={**os.environ, "_NSDRILL_COMPLETE": "bash_complete", "COMP_WORDS": words,
-             "COMP_CWORD": str(len(words.split()) - 1)})
+        [SCRIPT],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        env={
+            **os.environ,
+            "_NSDRILL_COMPLETE": "bash_complete",
+            "COMP_WORDS": words,
+            "COMP_CWORD": str(len(words.split()) - 1),
+        },
+    )
     assert found in done.stdout.splitlines()

@@ -64,7 +64,10 @@ def test_labels_of_another_threshold(call: Call, shared: Path) -> None:
     found = nsdrill.diff(shared / "small.h5", "labels.h5")
     assert found["study"] == [{"key": "classify.whirl.wall_contact_fraction", "a": "0.01", "b": "0.9"}]
     assert {row["name"] for row in found["variables"] if not row["same"]} <= {
-        "response", "whirl_kind", "whirl_severity"}
+        "response",
+        "whirl_kind",
+        "whirl_severity",
+    }
 
 
 @pytest.mark.parametrize("text", ["no JSON", "3", '{"well": {"stiffness": "x"}}'])
@@ -78,8 +81,10 @@ def test_a_study_that_is_none(call: Call, shared: Path, text: str) -> None:
 
 
 def test_traces(call: Call, shared: Path) -> None:
-    one, other = (simulate(nsdrill.load_study(shared / "small.yaml"), rotary_speed=speed, duration=1.0).trace
-                  for speed in (3.0, 4.0))
+    one, other = (
+        simulate(nsdrill.load_study(shared / "small.yaml"), rotary_speed=speed, duration=1.0).trace
+        for speed in (3.0, 4.0)
+    )
     write_trace("one.h5", one)
     write_trace("other.h5", other)
     assert "The files are the same to the bit: 101 samples, 21 variables." in call("diff", "one.h5", "one.h5").out

@@ -53,7 +53,8 @@ def test_show_json_agrees_with_the_file(call: Call, shared: Path) -> None:
     assert len(failed) > 0
     assert summary["status"]["step_limit"] == len(failed)
     assert [(point["procedure"], point["rotary_speed"]) for point in summary["failed"]] == [
-        (results["procedure"][p], results["rotary_speed"][s]) for p, _, _, s in failed]
+        (results["procedure"][p], results["rotary_speed"][s]) for p, _, _, s in failed
+    ]
     assert sum(sum(counts.values()) for counts in summary["responses"].values()) == 16 - len(failed)
     assert sum(row["points"] for row in summary["intervals"]) == 16
 

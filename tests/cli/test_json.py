@@ -20,9 +20,11 @@ def test_undefined_numbers_are_null() -> None:
 
 def test_no_json_is_written_that_may_hold_nan() -> None:
     calls = [
-        call for path in Path(nsdrill.__file__).parent.rglob("*.py")
+        call
+        for path in Path(nsdrill.__file__).parent.rglob("*.py")
         for call in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(call, ast.Call) and ast.unparse(call.func) in ("json.dumps", "json.dump", "dumps", "dump")]
+        if isinstance(call, ast.Call) and ast.unparse(call.func) in ("json.dumps", "json.dump", "dumps", "dump")
+    ]
     assert calls
     for call in calls:
         assert [ast.unparse(word.value) for word in call.keywords if word.arg == "allow_nan"] == ["False"]

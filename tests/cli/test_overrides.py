@@ -74,7 +74,9 @@ def test_new_thresholds_are_told_too(call: Call, shared: Path) -> None:
     said = "simulation.max_steps = 1000, classify.whirl.wall_contact_fraction = 0.9"
     assert plot.draw(read("labels.h5")).get_suptitle().splitlines()[1] == said
     assert json.loads(call("window", "labels.h5", "--json").out)["overrides"] == {
-        **CHANGED, "classify.whirl.wall_contact_fraction": "0.9"}
+        **CHANGED,
+        "classify.whirl.wall_contact_fraction": "0.9",
+    }
 
 
 @pytest.mark.parametrize(("texts", "said"), [

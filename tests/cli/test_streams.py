@@ -22,7 +22,8 @@ def shell(text: str, cwd: Path) -> Answer:
     """``text`` in a shell, where $N stands for nsdrill; a command that waits for ever ends with TimeoutExpired."""
     env = {**os.environ, "N": SCRIPT, "PYTHONUNBUFFERED": ""}
     done = subprocess.run(
-        ["/bin/bash", "-c", f"set -o pipefail; {text}"], cwd=cwd, env=env, capture_output=True, text=True, timeout=120)
+        ["/bin/bash", "-c", f"set -o pipefail; {text}"], cwd=cwd, env=env, capture_output=True, text=True, timeout=120
+    )
     assert "Traceback" not in done.stderr
     assert "bug" not in done.stderr
     return Answer(done.returncode, done.stdout, done.stderr)

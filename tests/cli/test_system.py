@@ -124,7 +124,8 @@ def test_csv(call: Call, shared: Path) -> None:
     assert call("export", shared / "map.h5", "-o", "si.csv", "--peaks", "--states").code == 0
     assert call("export", shared / "map.h5", "-o", "field.csv", "--peaks", "--states", "--units", "field").code == 0
     (heads, *rows), (shown, *others) = (
-        list(csv.reader(Path(f"{name}.csv").read_text().splitlines())) for name in ("si", "field"))
+        list(csv.reader(Path(f"{name}.csv").read_text().splitlines())) for name in ("si", "field")
+    )
     assert len(rows) == len(others) == 20
     changed = {
         "wob [N]": ("wob [klbf]", KLBF), "depth [m]": ("depth [ft]", FOOT),
@@ -164,8 +165,17 @@ def test_the_variable_sets_the_default_and_the_option_wins(
 
 
 @pytest.mark.parametrize(
-    "words", [["check", "small.yaml"], ["show", "map.h5"], ["window", "map.h5"], ["export", "map.h5", "-o", "new.csv"],
-              ["plot", "map.h5", "-o", "new.png"], ["diff", "map.h5", "map.h5"], ["replay", "map.h5", "-o", "new.h5"]])
+    "words",
+    [
+        ["check", "small.yaml"],
+        ["show", "map.h5"],
+        ["window", "map.h5"],
+        ["export", "map.h5", "-o", "new.csv"],
+        ["plot", "map.h5", "-o", "new.png"],
+        ["diff", "map.h5", "map.h5"],
+        ["replay", "map.h5", "-o", "new.h5"],
+    ],
+)
 def test_another_system_is_an_error_in_words(
     call: Call, shared: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]
 ) -> None:
@@ -195,7 +205,8 @@ def test_every_value_that_is_printed_can_be_given_back(call: Call, tmp_path: Pat
     study = tmp_path / "odd.yaml"
     study.write_text(
         "sweep: {depth: {from: 1000 m, to: 7000 m, points: 14}, wob: [5 klbf, 10 klbf]}\n"
-        "simulation: {transient: 0.1 s, observe: 0.1 s}\n")
+        "simulation: {transient: 0.1 s, observe: 0.1 s}\n"
+    )
     assert call("run", study, "-o", "odd.h5").code == 0
     si = json.loads(call("show", "odd.h5", "--json").out)
     assert si["axes"]["depth"]["points"] == 14

@@ -112,7 +112,9 @@ def test_a_real_run(call: Call, shared: Path) -> None:
     assert found["axes"] == ["rotary_speed"]
     assert found["points"] == 8
     assert json.loads(call("window", shared / "map.h5", "--json", "--units", "field").out)["axes"] == [
-        "rotary_speed", "wob"], "JSON is in SI units"
+        "rotary_speed",
+        "wob",
+    ], "JSON is in SI units"
     assert call("window", shared / "map.h5", "--severity", "4").out.count("20 safe (100.0 %)") == 1
     assert call("plot", shared / "small.h5", "--kind", "window", "-o", "again.png").code == 0
     assert Path("again.png").read_bytes() == Path("window.png").read_bytes()
@@ -123,8 +125,14 @@ def test_what_is_no_sweep(call: Call, shared: Path) -> None:
     assert "a results file is needed" in call("window", "trace.h5").err
     assert "there is no such file" in call("window", "nothing.h5").err
     Path("text.h5").write_text("no")
-    for words in (("trace.h5",), ("nothing.h5",), ("text.h5",), (shared / "small.h5", "-o", "a.jpg"),
-                  (shared / "small.h5", "--severity", "5"), (shared / "small.h5", "-o", "text.h5")):
+    for words in (
+        ("trace.h5",),
+        ("nothing.h5",),
+        ("text.h5",),
+        (shared / "small.h5", "-o", "a.jpg"),
+        (shared / "small.h5", "--severity", "5"),
+        (shared / "small.h5", "-o", "text.h5"),
+    ):
         answer = call("window", *words)
         assert answer.code == 2, words
         assert answer.out == ""

@@ -21,13 +21,17 @@ def test_the_examples_run_one_after_the_other(docs: Path, tmp_path: Path) -> Non
     blocks = re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)
     assert len(blocks) >= 8
     done = subprocess.run(
-        [sys.executable, "-W", "error::nsdrill.errors.RunWarning", "-c", "\n".join(blocks)], cwd=tmp_path,
-        env={**os.environ, "MPLBACKEND": "Agg"}, capture_output=True, text=True, check=False)
+        [sys.executable, "-W", "error::nsdrill.errors.RunWarning", "-c", "\n".join(blocks)],
+        cwd=tmp_path,
+        env={**os.environ, "MPLBACKEND": "Agg"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     assert "operation.wob: found the number 30 without a unit" in done.stdout
     assert "Dataset: results of a sweep" in done.stdout
-    assert {path.name for path in tmp_path.iterdir()} == {
-        "out.h5", "peaks.png", "page.png", "trace.h5", "table.csv"}
+    assert {path.name for path in tmp_path.iterdir()} == {"out.h5", "peaks.png", "page.png", "trace.h5", "table.csv"}
 
 
 def test_every_public_name_is_on_the_page(docs: Path) -> None:

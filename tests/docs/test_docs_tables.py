@@ -36,8 +36,11 @@ def test_every_key_of_the_study_is_documented(docs: Path) -> None:
 
 def test_every_feature_and_threshold_is_defined(docs: Path) -> None:
     text = (docs / "classification.md").read_text(encoding="utf-8")
-    short = re.sub(r"`surface_torque_min`, `_max`, `_mean`",
-                   "`surface_torque_min`, `surface_torque_max`, `surface_torque_mean`", text)
+    short = re.sub(
+        r"`surface_torque_min`, `_max`, `_mean`",
+        "`surface_torque_min`, `surface_torque_max`, `surface_torque_mean`",
+        text,
+    )
     for name in FEATURES:
         assert f"`{name}`" in short, name
     for leaf in leaves(Thresholds, "classify"):

@@ -24,7 +24,8 @@ class Broken(Exception):
 def command(name: str, *words: object) -> str | None:
     """Standard output of ``nsdrill name words...``, None where it was refused in words; Broken for anything else."""
     found = CliRunner().invoke(
-        import_module(f"nsdrill.cli.{name}").command, list(map(str, words)), standalone_mode=False, obj=None)
+        import_module(f"nsdrill.cli.{name}").command, list(map(str, words)), standalone_mode=False, obj=None
+    )
     error = found.exception
     if isinstance(error, NsdrillError | click.ClickException):
         said = error.format_message() if isinstance(error, click.ClickException) else str(error)

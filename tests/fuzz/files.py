@@ -48,10 +48,10 @@ STUDIES = {
     "refined": f"sweep: {{{SPEEDS}, wob: {{from: 10 kN, to: 50 kN, points: 3}}, refine: 1}}\nrecord: {{peaks: 0}}",
     "depths": f"sweep: {{{SPEEDS}, depth: [1 km, 2 km], wob: [10 kN, 20 kN]}}\nsimulation: {{verify: true}}",
     "further": f"sweep: {{{SPEEDS}, well.friction.dynamic: [0.1, 0.2], bit.rock_stiffness: {{from: 10 MN/m, "
-               "to: 80 MN/m, points: 4, spacing: log}}",
+    "to: 80 MN/m, points: 4, spacing: log}}",
     "ensemble": "sweep: {rotary_speed: [3 rad/s, 4 rad/s]}\ninitial: {ensemble: 6}\nrecord: {poincare: 4}",
     "slice": "sweep: {rotary_speed: [3 rad/s]}\ninitial: {slice: {x: {from: 0 mm, to: 9 mm, points: 3}, "
-             "vx: {from: 0 m/s, to: 1 m/s, points: 4}}}",
+    "vx: {from: 0 m/s, to: 1 m/s, points: 4}}}",
     "large": "sweep: {rotary_speed: {from: 1 rad/s, to: 8 rad/s, points: 1500}}\nrecord: {peaks: 0}",
     "trace": f"sweep: {{{SPEEDS}}}",
     "ramp": "operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [9 s, 8 rad/s]]}}",
@@ -81,8 +81,9 @@ def make_bases(folder: Path) -> None:
                 extra = {"ramps": json.dumps({"rotary_speed": [[0.0, 9.0], [3.0, 8.0]]})}
             state = {"initial_state": np.zeros(9), "final_state": np.ones(9), "status": "ok", "steps": 9, "rejected": 1}
             point = {"depth": 5e3, "wob": 2e4, "rotary_speed": 3.0, "transient": 1.0, "observe": 1.0, "rtol": 1e-6}
-            write_trace(path, Trace(np.linspace(0, 9, 200), made, {
-                **provenance(study, "simulate"), **point, **state, **extra}))
+            write_trace(
+                path, Trace(np.linspace(0, 9, 200), made, {**provenance(study, "simulate"), **point, **state, **extra})
+            )
             continue
         plan, kept = plan_of(study), kept_of(study)
         records = pending_records(plan.points, kept)
@@ -163,8 +164,23 @@ def _dataset(file: Any, chance: random.Random) -> str:
     name = chance.choice(list(file))
     old = file[name]
     shape, kind = old.shape if math.prod(old.shape or ()) < 10**6 else (3,), old.dtype  # it may be a giant by now
-    change = chance.choice(("delete", "shape", "type", "group", "soft", "external", "virtual", "raw", "giant", "hard",
-                            "empty", "new", "chunk"))
+    change = chance.choice(
+        (
+            "delete",
+            "shape",
+            "type",
+            "group",
+            "soft",
+            "external",
+            "virtual",
+            "raw",
+            "giant",
+            "hard",
+            "empty",
+            "new",
+            "chunk",
+        )
+    )
     if change != "new":
         del file[name]
     numbers = np.zeros(shape, "f8" if kind.kind not in "iuf" else kind)
@@ -187,10 +203,11 @@ def _dataset(file: Any, chance: random.Random) -> str:
     elif change == "raw":
         file.create_dataset(name, shape, "f8", external=[("/etc/hostname", 0, h5py.h5f.UNLIMITED)])
     elif change == "giant":
-        file.create_dataset(name, (10**chance.randrange(7, 13),), "f8", chunks=(1000,), fillvalue=1.0)
+        file.create_dataset(name, (10 ** chance.randrange(7, 13),), "f8", chunks=(1000,), fillvalue=1.0)
     elif change == "chunk":
-        file.create_dataset(name, shape, "f8", chunks=tuple(10**4 for _ in shape), maxshape=(None,) * len(shape),
-                            compression="gzip")
+        file.create_dataset(
+            name, shape, "f8", chunks=tuple(10**4 for _ in shape), maxshape=(None,) * len(shape), compression="gzip"
+        )
     elif change == "hard":
         file[name] = file[chance.choice(list(file))]
     elif change == "empty":

@@ -28,12 +28,75 @@ from .common import Broken, arguments, check_json, command, time_limit
 
 ROOT = Path(__file__).parents[2]
 SECONDS = 10.0
-NUMBERS = ("0", "-0.0", "1", "-1", "1e308", "-1e308", "1e309", "5e-324", "1e-300", ".nan", ".inf", "-.inf", "1e16", "3",
-           "0x1F", "0o17", "1_000", "1,5", "٣", "1e", "99999999999999999999999", "1e-17")
-TEXTS = ('"a\\0b"', '"a\\ud800b"', '"\\udfff"', '"\\x1b[31m"', "'日本語'", '"\\u202e"', "'é'", '"\\n\\t"', '"\\uffff"',
-         "|\n  a\n  b\n", "''", "'$\\frac{'", "!!python/object:os.system x", "&a 1", "*a", "<<", "null", "~", "no",
-         "Yes", "[]", "{}", "[[]]", "{a: 1}", "[1, 2", "}", "'", '"', "? x", "- -", "%TAG", "@", "`", "\t", "\x00",
-         "\x85", "\u2028", "#", ": :", "x" * 300, "'\U0001f600'", '"\\U0001F600"', '"\\ud83d\\ude00"')
+NUMBERS = (
+    "0",
+    "-0.0",
+    "1",
+    "-1",
+    "1e308",
+    "-1e308",
+    "1e309",
+    "5e-324",
+    "1e-300",
+    ".nan",
+    ".inf",
+    "-.inf",
+    "1e16",
+    "3",
+    "0x1F",
+    "0o17",
+    "1_000",
+    "1,5",
+    "٣",
+    "1e",
+    "99999999999999999999999",
+    "1e-17",
+)
+TEXTS = (
+    '"a\\0b"',
+    '"a\\ud800b"',
+    '"\\udfff"',
+    '"\\x1b[31m"',
+    "'日本語'",
+    '"\\u202e"',
+    "'é'",
+    '"\\n\\t"',
+    '"\\uffff"',
+    "|\n  a\n  b\n",
+    "''",
+    "'$\\frac{'",
+    "!!python/object:os.system x",
+    "&a 1",
+    "*a",
+    "<<",
+    "null",
+    "~",
+    "no",
+    "Yes",
+    "[]",
+    "{}",
+    "[[]]",
+    "{a: 1}",
+    "[1, 2",
+    "}",
+    "'",
+    '"',
+    "? x",
+    "- -",
+    "%TAG",
+    "@",
+    "`",
+    "\t",
+    "\x00",
+    "\x85",
+    "\u2028",
+    "#",
+    ": :",
+    "x" * 300,
+    "'\U0001f600'",
+    '"\\U0001F600"',
+    '"\\ud83d\\ude00"',
+)
 
 
 @lru_cache(maxsize=1)
@@ -85,13 +148,25 @@ def _to_the_ends(data: dict[str, Any], chance: random.Random) -> None:
         _put(data, key, _within(chance, key))
 
 
-TIED = ("drillstring.collar", "drillstring.pipe", "well.diameter", "operation.depth", "classify", "initial", "record",
-        "well.friction.static", "well.friction.dynamic", "bit.friction.static", "bit.friction.dynamic",
-        "well.stiffness")
+TIED = (
+    "drillstring.collar",
+    "drillstring.pipe",
+    "well.diameter",
+    "operation.depth",
+    "classify",
+    "initial",
+    "record",
+    "well.friction.static",
+    "well.friction.dynamic",
+    "bit.friction.static",
+    "bit.friction.dynamic",
+    "well.stiffness",
+)
 
 
 def _geometry(data: dict[str, Any], chance: random.Random) -> None:
     """Lengths and diameters of any size in the order that they must have."""
+
     def ascending(*least: float, most: float, gap: float) -> list[str]:
         values = [low * (most / low) ** chance.choice((0.0, chance.random(), 1.0)) for low in least]
         for i in reversed(range(len(values) - 1)):

@@ -10,8 +10,16 @@ from nsdrill.models.christoforou_yigit.rhs import sizes
 
 # The bit stays on the rock, the collar off the wall, no slip comes to rest: every derivative is smooth.
 SMOOTH = Case(
-    depth=2000.0, wob=60e3, speed=3.0, eccentricity=0.005, bit_smoothing=5.0, bit_static=0.02, bit_dynamic=0.01,
-    zeta=0.1, amplitude=3e-4)
+    depth=2000.0,
+    wob=60e3,
+    speed=3.0,
+    eccentricity=0.005,
+    bit_smoothing=5.0,
+    bit_static=0.02,
+    bit_dynamic=0.01,
+    zeta=0.1,
+    amplitude=3e-4,
+)
 # The bit leaves the rock: axial contact with a kink every lobe.
 BOUNCING = Case(depth=5000.0, wob=6e3, speed=3.0, eccentricity=0.005, bit_smoothing=20.0)
 # The collar rolls along the wall and bounces off it.

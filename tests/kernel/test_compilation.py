@@ -51,8 +51,12 @@ def test_lane_loops_compile_to_packed_instructions(part: str, tmp_path: Path) ->
     Compiled afresh, as code from the cache shows no assembly.
     """
     done = subprocess.run(
-        [sys.executable, "-c", ASSEMBLY, part], env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-        capture_output=True, text=True, check=True)
+        [sys.executable, "-c", ASSEMBLY, part],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     packed = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)pd\b[^\n]*%[yz]mm", done.stdout)
     single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", done.stdout)
     assert len(packed) > 50
@@ -86,8 +90,12 @@ def test_plain_python_takes_the_same_steps() -> None:
     where it falls in a step: equal to the tolerance only.
     """
     done = subprocess.run(
-        [sys.executable, "-c", PLAIN.format(tests=TESTS)], env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True, text=True, check=True)
+        [sys.executable, "-c", PLAIN.format(tests=TESTS)],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     cases = ((SMOOTH, 1e-12), (BOUNCING, 1e-12), (RUBBING, 1e-8))
     for (case, bound), mine, plain in zip(cases, few_steps(), json.loads(done.stdout), strict=True):
         assert mine[9:] == plain[9:]

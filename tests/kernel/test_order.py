@@ -80,8 +80,12 @@ def test_short_runs_equal_scipy(seed: int) -> None:
     """
     rng = np.random.default_rng(100 + seed)
     case = random_case(
-        rng, wall_stiffness=10 ** rng.uniform(6, 8), rock_stiffness=10 ** rng.uniform(6.5, 8),
-        bit_smoothing=10 ** rng.uniform(1, 2), wall_smoothing=10 ** rng.uniform(1, 2))
+        rng,
+        wall_stiffness=10 ** rng.uniform(6, 8),
+        rock_stiffness=10 ** rng.uniform(6.5, 8),
+        bit_smoothing=10 ** rng.uniform(1, 2),
+        wall_smoothing=10 ** rng.uniform(1, 2),
+    )
     start = start_of(case)
     start[:8] += rng.normal(0, 1, 8) * [0.03, 0.2, 0.03, 0.2, 1e-3, 0.02, 1.0, 0.3 * case.speed]
     exact = solve(case, start[:8], 1.0, rtol=1e-13, phase=start[8]).y[:, -1]

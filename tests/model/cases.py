@@ -13,26 +13,41 @@ from nsdrill.models.christoforou_yigit.parameters import (
     Drillstring,
     Material,
     Mud,
-    Operation,
     Parameters,
     Pipe,
     WallFriction,
     Well,
 )
 from nsdrill.models.christoforou_yigit.rhs import pack
+from nsdrill.models.operation import Operation
 
 
 def parameters_of(c: Case) -> Parameters:
     return Parameters(
         Drillstring(
-            Collar(c.collar_od, c.collar_id, c.collar_length, c.span), Pipe(c.pipe_od, c.pipe_id),
-            Material(c.density, c.young, c.shear), c.eccentricity, c.eccentric_mass, c.softening, c.axial_damping,
-            c.torsional_damping),
+            Collar(c.collar_od, c.collar_id, c.collar_length, c.span),
+            Pipe(c.pipe_od, c.pipe_id),
+            Material(c.density, c.young, c.shear),
+            c.eccentricity,
+            c.eccentric_mass,
+            c.softening,
+            c.axial_damping,
+            c.torsional_damping,
+        ),
         Mud(c.mud_density, c.added_mass, c.mud_drag),
-        Well(c.well_diameter, c.wall_stiffness, c.wall_law,
-             WallFriction(c.wall_static, c.wall_dynamic, c.wall_smoothing, c.wall_decay)),
-        Bit(c.lobes, c.amplitude, c.rock_stiffness, Cutting(c.zeta, c.c1, c.c2),
-            BitFriction(c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay)),
+        Well(
+            c.well_diameter,
+            c.wall_stiffness,
+            c.wall_law,
+            WallFriction(c.wall_static, c.wall_dynamic, c.wall_smoothing, c.wall_decay),
+        ),
+        Bit(
+            c.lobes,
+            c.amplitude,
+            c.rock_stiffness,
+            Cutting(c.zeta, c.c1, c.c2),
+            BitFriction(c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay),
+        ),
     )
 
 
@@ -50,16 +65,39 @@ def random_case(rng: np.random.Generator, **fixed: object) -> Case:
     u = rng.uniform
     static_w, static_b = u(0.05, 0.6), u(0.05, 0.8)
     chosen = {
-        "depth": u(400, 9000), "wob": u(0, 1e5), "speed": u(0.3, 12), "wall_stiffness": 10 ** u(6, 9),
-        "wall_law": str(rng.choice(["linear", "hertz"])), "wall_static": static_w, "wall_dynamic": u(0.3, 1) * static_w,
-        "wall_smoothing": 10 ** u(1, 4), "wall_decay": u(0, 10), "eccentricity": u(0, 0.03),
+        "depth": u(400, 9000),
+        "wob": u(0, 1e5),
+        "speed": u(0.3, 12),
+        "wall_stiffness": 10 ** u(6, 9),
+        "wall_law": str(rng.choice(["linear", "hertz"])),
+        "wall_static": static_w,
+        "wall_dynamic": u(0.3, 1) * static_w,
+        "wall_smoothing": 10 ** u(1, 4),
+        "wall_decay": u(0, 10),
+        "eccentricity": u(0, 0.03),
         "eccentric_mass": str(rng.choice(["total", "steel"])),
-        "softening": str(rng.choice(["live", "static", "none"])), "axial_damping": u(0, 2e4),
-        "torsional_damping": u(0, 200), "mud_density": u(0, 2200), "added_mass": u(0, 3), "mud_drag": u(0, 2),
-        "lobes": int(rng.integers(1, 9)), "amplitude": u(0, 3e-3), "rock_stiffness": 10 ** u(6, 9), "zeta": u(0, 2),
-        "c1": u(0, 3e-8), "c2": u(-3e-4, 1e-4), "bit_static": static_b, "bit_dynamic": u(0.2, 1) * static_b,
-        "bit_smoothing": 10 ** u(1, 4), "bit_decay": u(0, 10), "well_diameter": u(0.3, 0.45), "span": u(8, 25),
-        "collar_length": u(100, 300), "density": u(7000, 8000), "young": u(190e9, 220e9), "shear": u(70e9, 85e9),
+        "softening": str(rng.choice(["live", "static", "none"])),
+        "axial_damping": u(0, 2e4),
+        "torsional_damping": u(0, 200),
+        "mud_density": u(0, 2200),
+        "added_mass": u(0, 3),
+        "mud_drag": u(0, 2),
+        "lobes": int(rng.integers(1, 9)),
+        "amplitude": u(0, 3e-3),
+        "rock_stiffness": 10 ** u(6, 9),
+        "zeta": u(0, 2),
+        "c1": u(0, 3e-8),
+        "c2": u(-3e-4, 1e-4),
+        "bit_static": static_b,
+        "bit_dynamic": u(0.2, 1) * static_b,
+        "bit_smoothing": 10 ** u(1, 4),
+        "bit_decay": u(0, 10),
+        "well_diameter": u(0.3, 0.45),
+        "span": u(8, 25),
+        "collar_length": u(100, 300),
+        "density": u(7000, 8000),
+        "young": u(190e9, 220e9),
+        "shear": u(70e9, 85e9),
     }
     return Case(**{**chosen, **fixed})
 

@@ -94,7 +94,8 @@ def test_closed_forms_of_the_gains() -> None:
     assert equal.damping == pytest.approx(5.09 * 297.061, rel=1e-3)
     lqr = law_of(driven(kind="lqr"))
     assert (lqr.stiffness, lqr.damping, lqr.twist_gain, lqr.speed_gain) == pytest.approx(
-        (1000.0, 3300.0, -705.2, 61.7), rel=1e-3)
+        (1000.0, 3300.0, -705.2, 61.7), rel=1e-3
+    )
     soft = law_of(driven(kind="soft_torque", matching=1.0, compensated_inertia=900.0))
     assert (soft.inertia, soft.damping) == pytest.approx((2000.0, 297.061), rel=1e-5)
     assert math.sqrt(soft.stiffness / soft.inertia) == pytest.approx(w, rel=1e-12)
@@ -166,13 +167,21 @@ def test_without_a_bit_the_motion_is_that_of_the_linear_system() -> None:
         "operation: {wob: 0 kN}\ndrive: {kind: soft_torque, matching: 2}\n"
         "drillstring: {eccentricity: 0 mm}\nbit: {surface_amplitude: 0 mm}\n"
         "initial: {x: 0 mm, z: 1 m, lag: 2 rad, drive_speed: 1 rad/s, twist: 5 rad}\n"
-        "simulation: {rtol: 1.0e-10}")
+        "simulation: {rtol: 1.0e-10}"
+    )
     found = nsdrill.simulate(study, duration=0.4, sample=0.05)  # it falls on the rock later
     assert np.all(found["bit_force"].values == 0.0)
     matrix = linear(parameters)
     push = np.array([0, 0, 0, -50.0 * DEEP[2] / derive(parameters, *DEEP).J])
-    exact = solve_ivp(lambda t, y: matrix @ y + push, (0, 0.4), [2.0, -2.0, 5.0, 0.0], "DOP853", rtol=1e-12, atol=1e-12,
-                      t_eval=found.time.values)
+    exact = solve_ivp(
+        lambda t, y: matrix @ y + push,
+        (0, 0.4),
+        [2.0, -2.0, 5.0, 0.0],
+        "DOP853",
+        rtol=1e-12,
+        atol=1e-12,
+        t_eval=found.time.values,
+    )
     assert found["drive_speed"].values == pytest.approx(exact.y[1] + DEEP[2], abs=1e-8)
     assert found["twist"].values == pytest.approx(exact.y[2], abs=1e-8)
     k_t = derive(parameters, *DEEP).k_t
@@ -183,7 +192,8 @@ def test_features_are_those_of_the_trace() -> None:
     """Extremes and means of surface torque and drive speed, in stick-slip, from a dense trace of the same run."""
     text = (
         "operation: {wob: 66.72 kN, rotary_speed: 2 rad/s}\ndrive: {kind: stiff}\n"
-        "simulation: {transient: 20 s, observe: 40 s, rtol: 1.0e-8}")
+        "simulation: {transient: 20 s, observe: 40 s, rtol: 1.0e-8}"
+    )
     study = parse_study(text)
     work = replace(work_for(Case(wob=66.72e3, speed=2.0), study.simulation), parameters=study.parameters)
     found = run_work(work)

@@ -52,8 +52,9 @@ def test_energy_changes_by_the_powers_at_any_state(law: str, softening: str, mas
         rate = (4 * change(h / 2) - change(h)) / 3
         fed = powers(par, op, as_state(s[None], np.array([c.speed * t])))
         total = sum(float(p[0]) for p in fed.values())
-        size = sum(abs(float(p[0])) for p in fed.values()) + float(abs(energy(par, op, as_state(s[None], np.array(
-            [c.speed * t])))[0]))
+        size = sum(abs(float(p[0])) for p in fed.values()) + float(
+            abs(energy(par, op, as_state(s[None], np.array([c.speed * t])))[0])
+        )
         # The wall's energy has a jump in its second (linear) derivative at the gap: states nearer than the step skip.
         if abs(np.hypot(s[0], s[2]) - c.gap) < 2 * h * np.hypot(s[1], s[3]):
             continue
@@ -87,8 +88,9 @@ simulation: {{rtol: 1e-10, transient: 1 s, observe: 20 s}}
 def chaotic(law: str, softening: str, mass: str):
     """66.72 kN at 2 rad/s and 5000 m: stick-slip, bit-bounce and wall impacts (theory page)."""
     stiffness = "25 MN/m" if law == "linear" else "25e6 N/m^1.5"
-    return parse_study(STUDY.format(depth=5000, wob=66.72, speed=2, softening=softening, mass=mass, law=law,
-                                    stiffness=stiffness))
+    return parse_study(
+        STUDY.format(depth=5000, wob=66.72, speed=2, softening=softening, mass=mass, law=law, stiffness=stiffness)
+    )
 
 
 @pytest.mark.parametrize(("law", "softening", "mass"), OPTIONS)
@@ -121,8 +123,19 @@ def test_energy_defect_falls_with_the_tolerance() -> None:
 
 
 CONSERVATIVE = Case(
-    mud_drag=0.0, wall_static=0.0, wall_dynamic=0.0, bit_static=0.0, bit_dynamic=0.0, zeta=0.0, axial_damping=0.0,
-    torsional_damping=0.0, amplitude=0.0, softening="none", speed=1e-9, eccentricity=0.0127)
+    mud_drag=0.0,
+    wall_static=0.0,
+    wall_dynamic=0.0,
+    bit_static=0.0,
+    bit_dynamic=0.0,
+    zeta=0.0,
+    axial_damping=0.0,
+    torsional_damping=0.0,
+    amplitude=0.0,
+    softening="none",
+    speed=1e-9,
+    eccentricity=0.0127,
+)
 
 
 @pytest.mark.parametrize("law", ["linear", "hertz"])

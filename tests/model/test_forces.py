@@ -55,7 +55,8 @@ def test_forces_add_up_to_the_compiled_accelerations(law: str) -> None:
     assert c.m_l * (x * a[:, 1] + y * a[:, 3]) / r == pytest.approx(outward, rel=1e-9, abs=1e-12 * size)
     assert c.m_l * (x * a[:, 3] - y * a[:, 1]) / r == pytest.approx(around, rel=1e-9, abs=1e-12 * size)
     assert c.m_a * a[:, 5] == pytest.approx(
-        f["bit_force"] - c.wob - c.axial_damping * vz - c.k_a * z, rel=1e-9, abs=1e-9 * c.wob)
+        f["bit_force"] - c.wob - c.axial_damping * vz - c.k_a * z, rel=1e-9, abs=1e-9 * c.wob
+    )
     moment = -f["bit_torque"] - f["wall_friction"] * c.collar_radius - c.torsional_damping * omega + f["surface_torque"]
     assert c.J * a[:, 7] == pytest.approx(moment, rel=1e-9, abs=1e-12 * np.max(np.abs(moment)))
 

@@ -21,7 +21,8 @@ from nsdrill.study import parse_study
 
 # Case 2: no eccentricity, flat rock, no torsional damping, no cutting torque; only the torsional motion is left.
 STICKING = Case(
-    depth=2000.0, wob=60e3, speed=2.0, eccentricity=0.0, amplitude=0.0, torsional_damping=0.0, c1=0.0, c2=0.0)
+    depth=2000.0, wob=60e3, speed=2.0, eccentricity=0.0, amplitude=0.0, torsional_damping=0.0, c1=0.0, c2=0.0
+)
 
 
 def coulomb_limit(c: Case, static: float, dynamic: float) -> dict[str, float]:
@@ -47,7 +48,8 @@ def stick_slip(smoothing: float) -> dict[str, float]:
     ideal = coulomb_limit(c, arm * c.bit_static, arm * c.bit_dynamic)
     twist = -arm * 0.5 / c.k_t
     work = work_for(
-        c, Simulation(transient=20.0, observe=12.0, rtol=1e-8), initial=Initial(x=0.0, twist=twist, bit_speed=4.0))
+        c, Simulation(transient=20.0, observe=12.0, rtol=1e-8), initial=Initial(x=0.0, twist=twist, bit_speed=4.0)
+    )
     out = run_work(work, lanes=1)
     peaks = out["bit_speed_peaks"][0]
     peaks = peaks[np.isfinite(peaks) & (peaks > c.speed)]  # a bit that comes to rest may tremble by 1e-5 rad/s
@@ -119,7 +121,8 @@ def on_linear_solution(c: Case) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    ("depth", "speed", "lobes"), [(2000, 3, 3), (5000, 3, 3), (5000, 5, 1), (8000, 2.6, 3), (900, 6, 3)])
+    ("depth", "speed", "lobes"), [(2000, 3, 3), (5000, 3, 3), (5000, 5, 1), (8000, 2.6, 3), (900, 6, 3)]
+)
 def test_bit_leaves_the_rock_below_the_linear_limit_and_not_above(depth: float, speed: float, lobes: int) -> None:
     """To one part in a million of the weight: what the bit does in a single step suffices to see it leave."""
     c = EVEN.but(depth=float(depth), speed=float(speed), lobes=lobes)
@@ -173,8 +176,17 @@ def orbit(c: Case) -> tuple[float, np.ndarray]:
     twist = -(c.c_h * (c.speed * r) ** 3 / c.speed + c.torsional_damping * c.speed) / c.k_t
     lag = unbalance / complex(k - c.m_l * c.speed**2, c.c_h * c.speed**2 * r)
     place = lag * complex(math.cos(twist), math.sin(twist))
-    state = [place.real, -c.speed * place.imag, place.imag, c.speed * place.real, -force / c.rock_stiffness, 0, twist,
-             c.speed, 0]
+    state = [
+        place.real,
+        -c.speed * place.imag,
+        place.imag,
+        c.speed * place.real,
+        -force / c.rock_stiffness,
+        0,
+        twist,
+        c.speed,
+        0,
+    ]
     return r, np.array(state)
 
 

@@ -30,13 +30,17 @@ simulation: {{transient: 2000 s, observe: 50 s, rtol: 1.0e-9}}
 
 def features(text: str) -> dict[str, float]:
     found = run_in_memory(parse_study(text), workers=1)
-    return {name: float(np.ravel(values)[0]) for name, values in found.variables.items() if values.dtype.kind == "f"
-            and values.size == 1}
+    return {
+        name: float(np.ravel(values)[0])
+        for name, values in found.variables.items()
+        if values.dtype.kind == "f" and values.size == 1
+    }
 
 
 @pytest.mark.parametrize(
     ("wob", "speed", "peak"),
-    [(66.72, 1, 6.43), (66.72, 3, 3.10), (66.72, 5, 2.47), (66.72, 8, 2.14), (22.24, 1, 3.11), (22.24, 3, 2.15)])
+    [(66.72, 1, 6.43), (66.72, 3, 3.10), (66.72, 5, 2.47), (66.72, 8, 2.14), (22.24, 1, 3.11), (22.24, 3, 2.15)],
+)
 def test_peaks_of_stick_slip(wob: float, speed: float, peak: float) -> None:
     """The greatest bit speed over the set speed, computed beforehand from the one equation by other code."""
     found = features(TORSION.format(wob=wob, speed=speed, twist=0, bit_speed=0, transient=300, observe=100))
@@ -61,8 +65,7 @@ def test_steady_drilling_loses_its_stability_where_friction_falls_too_steeply(wo
         assert (swing[1] > swing[0]) is grows
 
 
-@pytest.mark.parametrize(
-    ("speed", "radius"), [(2.0, 0.942586e-3), (4.0, 5.459086e-3), (5.0, 12.844433e-3)])
+@pytest.mark.parametrize(("speed", "radius"), [(2.0, 0.942586e-3), (4.0, 5.459086e-3), (5.0, 12.844433e-3)])
 def test_synchronous_whirl(speed: float, radius: float) -> None:
     """The closed form of Jansen's model without swirl and clearance, drag and unbalance of the steel alone."""
     found = features(WHIRL.format(wob=22.24, speed=speed))
@@ -75,7 +78,8 @@ def test_synchronous_whirl(speed: float, radius: float) -> None:
 @pytest.mark.parametrize("modes", ["{axial: frozen, lateral: frozen}", "{axial: frozen}", "{lateral: frozen}"])
 def test_energy_balance(modes: str) -> None:
     study = parse_study(
-        f"modes: {modes}\noperation: {{wob: 66.72 kN, rotary_speed: 2 rad/s}}\nsimulation: {{rtol: 1.0e-9}}")
+        f"modes: {modes}\noperation: {{wob: 66.72 kN, rotary_speed: 2 rad/s}}\nsimulation: {{rtol: 1.0e-9}}"
+    )
     trace = nsdrill.simulate(study, duration=10.0, sample=0.0005)
     state = {name: values.values for name, values in trace.data_vars.items()}
     held = energy(study.parameters, Operation(5000.0, 66.72e3, 2.0), state)

@@ -81,7 +81,8 @@ def test_the_free_string_follows_the_drive_as_the_exact_solution_does() -> None:
 
         def speed(t, b=b, p=p, q=q):  # type: ignore[no-untyped-def]
             return b + np.exp(-decay * t) * (
-                (-decay * p + w * q) * np.cos(w * t) + (-decay * q - w * p) * np.sin(w * t))
+                (-decay * p + w * q) * np.cos(w * t) + (-decay * q - w * p) * np.sin(w * t)
+            )
 
         here = (trace.time >= begin) & (trace.time <= end)
         exact[here] = motion(trace.time[here] - begin)
@@ -99,7 +100,8 @@ def test_twist_and_drive_angle_are_continuous_and_their_sum_turns_with_the_bit()
     turned = cumulative_simpson(trace["bit_speed"], x=trace.time, initial=0.0)
     assert angle - angle[0] == pytest.approx(turned, abs=1e-7)
     assert np.diff(trace["drive_angle"]) == pytest.approx(
-        0.5e-3 * (trace["drive_speed"][1:] + trace["drive_speed"][:-1]), abs=1e-12)
+        0.5e-3 * (trace["drive_speed"][1:] + trace["drive_speed"][:-1]), abs=1e-12
+    )
     assert trace["drive_speed"][[0, 500, 1250, 2250, 3500]] == pytest.approx([2, 4, 6, 4.5, 3], rel=1e-12)
     assert trace.attrs["final_state"][-1] == pytest.approx(trace["drive_angle"][-1], rel=1e-13)
     assert trace.attrs["final_state"][6] == pytest.approx(trace["twist"][-1], rel=1e-12)
@@ -113,10 +115,14 @@ def test_the_energy_balance_holds_along_a_ramp(softening: str) -> None:
     softening the energy of bending does not, as the softening is an agent of its own.
     """
     more = f"drillstring: {{lateral_softening: {softening}}}\n"
-    study = parse_study(CALM.format(
-        depth="3000 m", wob="{ramp: [[0 s, 10 kN], [4 s, 40 kN]]}",
-        speed="{ramp: [[0 s, 3 rad/s], [3 s, 8 rad/s], [5 s, 4 rad/s]]}").replace(
-            "{twist: -2 rad", "{x: 75 mm, vy: -1 m/s, twist: -2 rad") + more)
+    study = parse_study(
+        CALM.format(
+            depth="3000 m",
+            wob="{ramp: [[0 s, 10 kN], [4 s, 40 kN]]}",
+            speed="{ramp: [[0 s, 3 rad/s], [3 s, 8 rad/s], [5 s, 4 rad/s]]}",
+        ).replace("{twist: -2 rad", "{x: 75 mm, vy: -1 m/s, twist: -2 rad")
+        + more
+    )
     trace = simulate(study, duration=6.0, sample=2e-4).trace
     assert np.max(trace["wall_force"]) > 0
     assert np.any(trace["bit_force"] == 0)
@@ -138,8 +144,12 @@ def test_a_changing_depth_is_the_equation_with_coefficients_of_the_moment() -> N
 
     def slope(t, y):  # type: ignore[no-untyped-def]
         k = derive(study.parameters, 1000.0 + 100.0 * t, 0.0, 1.0)
-        return [y[1] - speed.at(t), -(40.0 * y[1] + k.k_t * y[0]) / k.J, y[3],
-                (25e6 * max(-y[2], 0.0) - 4000 * y[3] - k.k_a * y[2]) / k.m_a]
+        return [
+            y[1] - speed.at(t),
+            -(40.0 * y[1] + k.k_t * y[0]) / k.J,
+            y[3],
+            (25e6 * max(-y[2], 0.0) - 4000 * y[3] - k.k_a * y[2]) / k.m_a,
+        ]
 
     exact = solve_ivp(slope, (0, 20), [0.0, 3.0, 0.02, 0.0], t_eval=trace.time, rtol=1e-10, atol=1e-10, max_step=0.1)
     assert trace["twist"] == pytest.approx(exact.y[0], abs=3e-5 * np.ptp(exact.y[0]))
@@ -150,8 +160,10 @@ def test_a_changing_depth_is_the_equation_with_coefficients_of_the_moment() -> N
 def test_finer_segments_change_nothing() -> None:
     """The depth makes every coefficient bend within a segment; the error falls with the square of its length."""
     study = calm(
-        depth="{ramp: [[0 s, 2000 m], [5 s, 2200 m]]}", wob="{ramp: [[0 s, 20 kN], [5 s, 30 kN]]}",
-        speed="{ramp: [[0 s, 4 rad/s], [5 s, 5 rad/s]]}")
+        depth="{ramp: [[0 s, 2000 m], [5 s, 2200 m]]}",
+        wob="{ramp: [[0 s, 20 kN], [5 s, 30 kN]]}",
+        speed="{ramp: [[0 s, 4 rad/s], [5 s, 5 rad/s]]}",
+    )
     schedule = scheduled(study, {})
     initial = initial_states(study.parameters, study.initial, *vars(schedule.start).values())[0]
     ends = [follow(study, schedule, 5.0, initial, 2, 5.0, pieces)[4] for pieces in (16, 64, 256, 512)]
@@ -170,10 +182,14 @@ drillstring: {axial_damping: 60 kN*s/m}
 bit: {surface_amplitude: 0.1 mm}
 simulation: {transient: 400 s, observe: 10 s}
 """
-    sweep = run_in_memory(parse_study(
-        text.replace("SPEED", "4 rad/s") + "sweep: {rotary_speed: [4.5 rad/s, 5 rad/s, 5.5 rad/s], procedure: up}"))
-    ramp = simulate(parse_study(text.replace(
-        "SPEED", "{ramp: [[0 s, 4 rad/s], [40 s, 4 rad/s], [840 s, 6 rad/s]]}"))).trace
+    sweep = run_in_memory(
+        parse_study(
+            text.replace("SPEED", "4 rad/s") + "sweep: {rotary_speed: [4.5 rad/s, 5 rad/s, 5.5 rad/s], procedure: up}"
+        )
+    )
+    ramp = simulate(
+        parse_study(text.replace("SPEED", "{ramp: [[0 s, 4 rad/s], [40 s, 4 rad/s], [840 s, 6 rad/s]]}"))
+    ).trace
     assert np.max(sweep["lift_off_fraction"]) == 0.0
     heights = []
     for place, speed in enumerate((4.5, 5.0, 5.5)):
@@ -219,9 +235,11 @@ def test_ramps_outside_the_model_are_refused() -> None:
 
 def test_a_ramp_that_stops_early_gives_the_samples_it_reached() -> None:
 
-    limited = parse_study(CALM.format(
-        depth="2000 m", wob="22 kN", speed="{ramp: [[0 s, 4 rad/s], [50 s, 8 rad/s]]}").replace(
-            "rtol: 1e-10", "rtol: 1e-12, max_steps: 1000"))
+    limited = parse_study(
+        CALM.format(depth="2000 m", wob="22 kN", speed="{ramp: [[0 s, 4 rad/s], [50 s, 8 rad/s]]}").replace(
+            "rtol: 1e-10", "rtol: 1e-12, max_steps: 1000"
+        )
+    )
     result = simulate(limited)
     assert result.trace.attrs["status"] == "step_limit"
     assert result.trace.attrs["steps"] + result.trace.attrs["rejected"] == 1000

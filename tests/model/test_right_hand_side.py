@@ -28,14 +28,24 @@ def terms(c: Case, t: float, s: np.ndarray) -> np.ndarray:
     _, vx, _, vy, z, vz, twist, omega = np.abs(s)
     speed = np.hypot(vx, vy)
     stiffness = c.k_bend + f["bit_force"] * np.pi**2 / c.span + abs(f["bit_torque"]) * np.pi**3 / c.span**2
-    lateral = (stiffness * f["radius"] + c.c_h * speed**2 + f["wall_force"] + abs(f["wall_friction"]))
+    lateral = stiffness * f["radius"] + c.c_h * speed**2 + f["wall_force"] + abs(f["wall_friction"])
     s_e = c.m_e * c.eccentricity
     inertia = c.J + s_e * (c.eccentricity - s_e / c.m_l)
-    angular = (abs(f["bit_torque"]) + c.torsional_damping * omega + c.k_t * twist
-               + abs(f["wall_friction"]) * c.collar_radius + s_e / c.m_l * lateral) / inertia
+    angular = (
+        abs(f["bit_torque"])
+        + c.torsional_damping * omega
+        + c.k_t * twist
+        + abs(f["wall_friction"]) * c.collar_radius
+        + s_e / c.m_l * lateral
+    ) / inertia
     a = lateral / c.m_l + s_e / c.m_l * (omega**2 + angular)
-    axial = (f["bit_force"] + c.rock_stiffness * (c.amplitude + z) * (f["bit_force"] > 0) + c.wob
-             + c.axial_damping * vz + c.k_a * z) / c.m_a
+    axial = (
+        f["bit_force"]
+        + c.rock_stiffness * (c.amplitude + z) * (f["bit_force"] > 0)
+        + c.wob
+        + c.axial_damping * vz
+        + c.k_a * z
+    ) / c.m_a
     return np.array([vx, a, vy, a, vz, axial, omega + c.speed, angular])
 
 
@@ -104,8 +114,12 @@ def law(hertz: bool) -> dict:
 
 def batch(hertz: bool, count: int = 32) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     cases = points(law(hertz), count, 9)
-    return (np.concatenate([table_of(c) for c, _, _ in cases]), np.array([t for _, t, _ in cases]),
-            np.array([s for *_, s in cases]), law(hertz)["lobes"])
+    return (
+        np.concatenate([table_of(c) for c, _, _ in cases]),
+        np.array([t for _, t, _ in cases]),
+        np.array([s for *_, s in cases]),
+        law(hertz)["lobes"],
+    )
 
 
 @pytest.mark.parametrize("hertz", [False, True])
@@ -166,8 +180,12 @@ print(json.dumps(out))
 def test_plain_python_computes_the_same() -> None:
     """NUMBA_DISABLE_JIT=1, the same code interpreted: a * b + c rounds twice, so equal to rounding."""
     done = subprocess.run(
-        [sys.executable, "-c", PLAIN.format(tests=TESTS)], env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True, text=True, check=True)
+        [sys.executable, "-c", PLAIN.format(tests=TESTS)],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     for hertz, plain in zip((False, True), json.loads(done.stdout), strict=True):
         cases = points(law(hertz), 16, 9)
         compiled = slopes(8, hertz, *batch(hertz, 16))

@@ -45,35 +45,59 @@ class Observed:
 
 
 def observe(
-    model: Model, declaration: Declaration, parameters: Any, start: Any, simulation: Simulation, lanes: int = 1, *,
-    peaks: int = 8, returns: int = 0, drifts: Any = 0.0, first_step: float = 1e-3, order: Any = None,
+    model: Model,
+    declaration: Declaration,
+    parameters: Any,
+    start: Any,
+    simulation: Simulation,
+    lanes: int = 1,
+    *,
+    peaks: int = 8,
+    returns: int = 0,
+    drifts: Any = 0.0,
+    first_step: float = 1e-3,
+    order: Any = None,
     chained: bool = False,
 ) -> Observed:
     """All runs side by side, queued in ``order``, or each from where the one before ended. ``start`` is [states], with
     the phase [states + 1], or [runs, states]. All natural sizes are 1."""
     parameters = np.atleast_2d(np.asarray(parameters, dtype=float))
     count, rows, names = len(parameters), model.rows(declaration), model.names
-    gang = Gang(lanes, count, rows, new_store(lanes, names, declaration, peaks, returns),
-                report_width(names, declaration, peaks, returns), simulation)
+    gang = Gang(
+        lanes,
+        count,
+        rows,
+        new_store(lanes, names, declaration, peaks, returns),
+        report_width(names, declaration, peaks, returns),
+        simulation,
+    )
     initial = np.zeros((count, rows.states + 1))
     initial[:, : np.shape(start)[-1]] = start
     sizes = np.ones((count, rows.states))
     order = np.arange(count) if order is None else np.asarray(order)
     drift = np.broadcast_to(np.asarray(drifts, dtype=float), (count, rows.slopes))
-    (gang.add if chained else gang.add_many)(order, Runs(
-        parameters[order], sizes[order], drift[order], np.zeros(count),
-        np.full(count, first_step), initial[order]))
+    (gang.add if chained else gang.add_many)(
+        order,
+        Runs(
+            parameters[order], sizes[order], drift[order], np.zeros(count), np.full(count, first_step), initial[order]
+        ),
+    )
     parts = Compiled(in_lanes(model.slopes, lanes, rows), *make_observer(lanes, rows, names, declaration))
     done: list[Finished] = []
     while not gang.idle:
         done.append(gang.advance(parts, 60.0, True))
     back = np.argsort(np.concatenate([part.job for part in done]))
     status, report, final = (
-        np.concatenate([getattr(part, name) for part in done])[back] for name in ("status", "report", "final"))
+        np.concatenate([getattr(part, name) for part in done])[back] for name in ("status", "report", "final")
+    )
     assert (status == 1).all()
     return Observed(
         measured(names, declaration, report, parameters, sizes, simulation.observe),
-        peaks_of(declaration, report, peaks), returns_of(names, declaration, report, peaks, returns), report, final)
+        peaks_of(declaration, report, peaks),
+        returns_of(names, declaration, report, peaks, returns),
+        report,
+        final,
+    )
 
 
 def with_feature(declaration: Declaration, *features: Any) -> Declaration:

@@ -1,5 +1,4 @@
-"""Systems with published answers, run through nsdrill's own kernel: Lorenz and Roessler, with a deviation each.
-"""
+"""Systems with published answers, run through nsdrill's own kernel: Lorenz and Roessler, with a deviation each."""
 
 from __future__ import annotations
 
@@ -53,8 +52,16 @@ def right_hand_side(lanes: int, is_roessler: bool) -> Any:
     return in_lanes(flow[0], lanes, ROWS, flow[1])
 
 
-def run(is_roessler: bool, parameters: list[tuple[float, float, float]], start: tuple[float, float, float],
-        simulation: Simulation, lanes: int, watch: tuple[Any, Any], store: np.ndarray, size: float = 10.0) -> Finished:
+def run(
+    is_roessler: bool,
+    parameters: list[tuple[float, float, float]],
+    start: tuple[float, float, float],
+    simulation: Simulation,
+    lanes: int,
+    watch: tuple[Any, Any],
+    store: np.ndarray,
+    size: float = 10.0,
+) -> Finished:
     """All the parameters side by side, from one start."""
     count = len(parameters)
     gang = Gang(lanes, count, ROWS, store, len(REPORT), simulation)
@@ -62,9 +69,17 @@ def run(is_roessler: bool, parameters: list[tuple[float, float, float]], start: 
     initial = np.zeros((count, 7))
     initial[:, :3] = start
     initial[:, 3:6] = seed_deviation(sizes)
-    gang.add_many(np.arange(count), Runs(
-        np.array(parameters), np.tile(sizes, 2), drifts=np.zeros((count, 6)), phase_rate=np.zeros(count),
-        first_step=np.full(count, 1e-3), initial=initial))
+    gang.add_many(
+        np.arange(count),
+        Runs(
+            np.array(parameters),
+            np.tile(sizes, 2),
+            drifts=np.zeros((count, 6)),
+            phase_rate=np.zeros(count),
+            first_step=np.full(count, 1e-3),
+            initial=initial,
+        ),
+    )
     parts, done = Compiled(right_hand_side(lanes, is_roessler), *watch), []
     while not gang.idle:
         done.append(gang.advance(parts, 60.0, True))
@@ -73,8 +88,13 @@ def run(is_roessler: bool, parameters: list[tuple[float, float, float]], start: 
     return Finished(**{name: values[order] for name, values in vars(whole).items()})
 
 
-def exponents(is_roessler: bool, parameters: list[tuple[float, float, float]], start: tuple[float, float, float],
-              simulation: Simulation, lanes: int = 1) -> np.ndarray:
+def exponents(
+    is_roessler: bool,
+    parameters: list[tuple[float, float, float]],
+    start: tuple[float, float, float],
+    simulation: Simulation,
+    lanes: int = 1,
+) -> np.ndarray:
     """The observer's columns, shape (runs, len(REPORT))."""
     watch = make_growth(lanes, ROWS, 0, 0)
     done = run(is_roessler, parameters, start, simulation, lanes, watch, growth_header(simulation.observe))
@@ -96,8 +116,7 @@ def section_watch() -> tuple[Any, Any]:
         p0, p1, p2, p3, p4, p5 = cubic(b[start_ + 1], h * b[rate_ + 1], b[end_ + 1], h * b[end_rate_ + 1])
         theta = crossing(p0, p1, p2, p3, p4, p5, 0.0, 1.0)
         for k in range(3):
-            p0, p1, p2, p3, p4, p5 = cubic(
-                b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k])
+            p0, p1, p2, p3, p4, p5 = cubic(b[start_ + k], h * b[rate_ + k], b[end_ + k], h * b[end_rate_ + k])
             store[1 + 3 * count + k] = value(p0, p1, p2, p3, p4, p5, theta)
         store[0] = count + 1
 

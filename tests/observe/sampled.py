@@ -71,8 +71,7 @@ def above(t: np.ndarray, v: np.ndarray) -> float:
     """Time with v > 0, v taken as linear between samples."""
     a, b = v[:-1], v[1:]
     with np.errstate(divide="ignore", invalid="ignore"):
-        part = np.where((a > 0) & (b > 0), 1.0, np.where(
-            (a <= 0) & (b <= 0), 0.0, np.maximum(a, b) / np.abs(a - b)))
+        part = np.where((a > 0) & (b > 0), 1.0, np.where((a <= 0) & (b <= 0), 0.0, np.maximum(a, b) / np.abs(a - b)))
     return float(np.sum(part * np.diff(t)))
 
 

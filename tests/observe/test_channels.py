@@ -86,8 +86,14 @@ SPEEDS = np.linspace(1.0, 3.0, 21)
 def swung(lanes: int) -> Observed:
     """Whole periods of every speed's own from x = 1, v = 0, undamped; after a transient of 1 s."""
     return observe(
-        SWING, SWINGING, np.column_stack([SPEEDS, 0.0 * SPEEDS]), [1.0, 0.0], Simulation(1.0, 10.0 * TWO_PI, 1e-9),
-        lanes, peaks=4)
+        SWING,
+        SWINGING,
+        np.column_stack([SPEEDS, 0.0 * SPEEDS]),
+        [1.0, 0.0],
+        Simulation(1.0, 10.0 * TWO_PI, 1e-9),
+        lanes,
+        peaks=4,
+    )
 
 
 def test_an_oscillator_has_its_closed_form() -> None:
@@ -128,8 +134,15 @@ def test_the_bits_depend_on_no_lanes(lanes: int) -> None:
 def test_the_bits_depend_on_no_neighbours() -> None:
     order = np.random.default_rng(1).permutation(len(SPEEDS))
     mixed = observe(
-        SWING, SWINGING, np.column_stack([SPEEDS, 0.0 * SPEEDS]), [1.0, 0.0], Simulation(1.0, 10.0 * TWO_PI, 1e-9), 8,
-        peaks=4, order=order)
+        SWING,
+        SWINGING,
+        np.column_stack([SPEEDS, 0.0 * SPEEDS]),
+        [1.0, 0.0],
+        Simulation(1.0, 10.0 * TWO_PI, 1e-9),
+        8,
+        peaks=4,
+        order=order,
+    )
     assert mixed.report.tobytes() == swung(1).report.tobytes()
 
 
@@ -146,10 +159,19 @@ def test_a_feature_more_leaves_the_others_as_they_are() -> None:
     more = replace(
         with_feature(SWINGING, Extremes("square of v", greatest="most", peaks="tops"), TimeAbove("square of v", "q")),
         channels=(Channel("square of v", "square", "rate", level=0.25, size=1.0), *SWINGING.channels),
-        outputs=Outputs(("square", "rate"), lambda v, a: (v * v, 2.0 * v * a)), section=Section("x", 0.7))
+        outputs=Outputs(("square", "rate"), lambda v, a: (v * v, 2.0 * v * a)),
+        section=Section("x", 0.7),
+    )
     other = observe(
-        SWING, more, np.column_stack([SPEEDS, 0.0 * SPEEDS]), [1.0, 0.0], Simulation(1.0, 10.0 * TWO_PI, 1e-9), 8,
-        peaks=4, returns=3)
+        SWING,
+        more,
+        np.column_stack([SPEEDS, 0.0 * SPEEDS]),
+        [1.0, 0.0],
+        Simulation(1.0, 10.0 * TWO_PI, 1e-9),
+        8,
+        peaks=4,
+        returns=3,
+    )
     for name, values in swung(1).found.items():
         assert name == "half_difference" or other.found[name].tobytes() == values.tobytes(), name
     assert other.peaks["x_peaks"].tobytes() == swung(1).peaks["x_peaks"].tobytes()
@@ -167,9 +189,14 @@ def torsion(t, y, p):  # type: ignore[no-untyped-def]
     return ((forced - damping * speed - stiffness * twist - friction) / inertia,)
 
 
-TORSION = Model(torsion, Names(
-    ("twist", "bit_speed"), ("bit_acceleration",),
-    ("inertia", "stiffness", "damping", "torque", "smoothing", "drive_speed", "stuck_below", "wobble")))
+TORSION = Model(
+    torsion,
+    Names(
+        ("twist", "bit_speed"),
+        ("bit_acceleration",),
+        ("inertia", "stiffness", "damping", "torque", "smoothing", "drive_speed", "stuck_below", "wobble"),
+    ),
+)
 
 
 def kinetic(inertia, bit_speed):  # type: ignore[no-untyped-def]
@@ -216,7 +243,8 @@ def test_a_torsional_string_measures_as_scipy_samples(run: int) -> None:
 
     t = np.linspace(5.0, 30.0, 500_001)
     twist, speed = solve_ivp(
-        rates, (0.0, 30.0), [0.0, 3.0], "DOP853", rtol=1e-11, atol=1e-11, max_step=0.02, dense_output=True).sol(t)
+        rates, (0.0, 30.0), [0.0, 3.0], "DOP853", rtol=1e-11, atol=1e-11, max_step=0.02, dense_output=True
+    ).sol(t)
     o = {name: values[run] for name, values in turned(1).found.items()}
     energies = 0.5 * p[0] * speed * speed
     for name, wanted in {
@@ -250,15 +278,23 @@ def test_states_of_first_order_are_followed_by_a_cubic() -> None:
     names = Names(("x",), ("dx",), ("r",))
     declaration = Declaration(
         (Channel("x", "x", "dx", level=2.0),),
-        (Extremes("x", greatest="high", least="low", peaks="tops"), TimeAbove("x", "share"), Mean("x", "mean"),
-         Rms("x", "rms")))
+        (
+            Extremes("x", greatest="high", least="low", peaks="tops"),
+            TimeAbove("x", "share"),
+            Mean("x", "mean"),
+            Rms("x", "rms"),
+        ),
+    )
     rate = np.linspace(1.0, 2.0, 11)
     o = observe(Model(lag, names, singles=1), declaration, rate[:, None], [3.0], Simulation(0.0, 3.0, 1e-11), 8)
     t = np.linspace(0.0, 3.0, 300_001)
     for k, r in enumerate(rate):
         x = t * t - 2.0 * t / r + 2.0 / r**2 + (3.0 - 2.0 / r**2) * np.exp(-r * t)
         for name, wanted in {
-            "high": max(x[0], x[-1]), "low": lowest(x), "share": above(t, x - 2.0) / 3.0, "mean": integral(t, x) / 3.0,
+            "high": max(x[0], x[-1]),
+            "low": lowest(x),
+            "share": above(t, x - 2.0) / 3.0,
+            "mean": integral(t, x) / 3.0,
             "rms": math.sqrt(integral(t, x * x) / 3.0),
         }.items():
             assert o.found[name][k] == pytest.approx(wanted, abs=1e-8), name
@@ -282,8 +318,10 @@ def test_a_visit_inside_one_step_is_found(weight: float, curved: bool) -> None:
     """x = g (t - t^2 / 2) in one step of 2 s: its top, g / 2 = 1, is above the level 0.75 for 1 s, though both ends are
     below; turned over, it dips below -0.75 for as long. The second half of the window is a step of its own."""
     channel = Channel("x", "x", "v", "a" if curved else None, level=math.copysign(0.75, weight))
-    declaration = Declaration((channel,), (
-        Extremes("x", greatest="high", least="low", peaks="tops"), TimeAbove("x", "share"), Mean("x", "mean")))
+    declaration = Declaration(
+        (channel,),
+        (Extremes("x", greatest="high", least="low", peaks="tops"), TimeAbove("x", "share"), Mean("x", "mean")),
+    )
     o = observe(THROW, declaration, [weight, 0.0], [0.0, weight], Simulation(0.0, 4.0, 1e-3), first_step=2.0)
     width = len(declaration.half)
     first = dict(zip([what for what, _ in declaration.half], o.report[0, :width], strict=True))
@@ -304,8 +342,13 @@ def test_a_touch_is_told_from_a_visit(level: float, share: float) -> None:
 
 def test_a_run_that_starts_on_its_level_is_on_the_side_to_which_it_goes() -> None:
     up, down = observe(
-        THROW, ABOVE_LEVEL, [[2.0, 0.0], [2.0, 0.0]], [[0.0, 5.0], [0.0, -1.0]], Simulation(0.0, 2.0, 1e-3),
-        first_step=1.0).found["share"]
+        THROW,
+        ABOVE_LEVEL,
+        [[2.0, 0.0], [2.0, 0.0]],
+        [[0.0, 5.0], [0.0, -1.0]],
+        Simulation(0.0, 2.0, 1e-3),
+        first_step=1.0,
+    ).found["share"]
     assert up == pytest.approx(1.0, abs=1e-12)
     assert down == pytest.approx(0.0, abs=1e-12)
 
@@ -313,8 +356,7 @@ def test_a_run_that_starts_on_its_level_is_on_the_side_to_which_it_goes() -> Non
 def test_the_halves_differ_where_a_motion_decays() -> None:
     """x = exp(-d t) (cos q t + d / q sin q t) from t = 2 pi to 22 pi; undamped, the halves, five periods
     each, agree."""
-    settled = observe(
-        SWING, SWINGING, [[1.0, 0.0], [1.0, 0.02]], [1.0, 0.0], Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9))
+    settled = observe(SWING, SWINGING, [[1.0, 0.0], [1.0, 0.02]], [1.0, 0.0], Simulation(TWO_PI, 10.0 * TWO_PI, 1e-9))
     assert settled.found["half_difference"][0] == pytest.approx(0.0, abs=1e-6)
     d, q = 0.02, math.sqrt(1.0 - 0.02**2)
     lows, highs, shares = [], [], []
@@ -352,15 +394,18 @@ def test_a_peak_stands_out_by_ten_tolerances() -> None:
     value is twice the amplitude; four of the maxima after the start are left again before 4.6 periods are over."""
     channel = replace(SWINGING.channels[0], size=1000.0)
     declaration = Declaration((channel,), (Extremes("x", greatest="high", peaks="tops"),))
-    o = observe(SWING, declaration, [[1.0, 0.0]] * 2, [[4.9e-3, 0.0], [5.1e-3, 0.0]],
-                Simulation(0.0, 4.6 * TWO_PI, 1e-6))
+    o = observe(
+        SWING, declaration, [[1.0, 0.0]] * 2, [[4.9e-3, 0.0], [5.1e-3, 0.0]], Simulation(0.0, 4.6 * TWO_PI, 1e-6)
+    )
     assert np.count_nonzero(~np.isnan(o.peaks["tops"]), axis=1).tolist() == [0, 4]
 
 
 def test_the_ring_has_the_last_peaks_oldest_first() -> None:
     """Of a damped swing each maximum is smaller than the one before by the same factor."""
-    many, few = (observe(SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=n)
-                 for n in (20, 4))
+    many, few = (
+        observe(SWING, SWINGING, [1.0, 0.01], [1.0, 0.0], Simulation(1.0, 9.6 * TWO_PI, 1e-10), peaks=n)
+        for n in (20, 4)
+    )
     tops = many.peaks["x_peaks"][0]
     tops = tops[~np.isnan(tops)]
     assert len(tops) == 9
@@ -378,8 +423,7 @@ def rock(t, y, p):  # type: ignore[no-untyped-def]
 
 
 ROCKING = Model(rock, Names(("twist", "speed", "x"), ("acceleration", "dx"), ("drive", "spacing")), singles=1)
-ANGLE = Channel(
-    "angle", lambda twist, drive, phase, time: phase + drive * time + twist, "speed", "acceleration")
+ANGLE = Channel("angle", lambda twist, drive, phase, time: phase + drive * time + twist, "speed", "acceleration")
 
 
 @pytest.mark.parametrize(("swing_of", "unique"), [(0.3, True), (2.0, False)])
@@ -411,8 +455,15 @@ def rocked(swing_of: float, spacings: Any, lanes: int) -> Observed:
     """From 1 to 30 s behind a drive at 1 rad/s, whose angle is 0.3 at first."""
     declaration = Declaration((ANGLE,), (), section=Section("angle", "spacing"))
     return observe(
-        ROCKING, declaration, [[1.0, spacing] for spacing in spacings], [0.0, 1.0 + swing_of, 1.0, 0.3],
-        Simulation(1.0, 29.0, 1e-10), lanes, returns=20, drifts=[-1.0, 0.0])
+        ROCKING,
+        declaration,
+        [[1.0, spacing] for spacing in spacings],
+        [0.0, 1.0 + swing_of, 1.0, 0.3],
+        Simulation(1.0, 29.0, 1e-10),
+        lanes,
+        returns=20,
+        drifts=[-1.0, 0.0],
+    )
 
 
 # Auxiliary outputs are the right-hand side's to write: here twice the position.
@@ -425,7 +476,8 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
     declaration = Declaration(
         (Channel("twice", "twice", "rate", size=2.0),),
         (Extremes("twice", greatest="high", least="low"), Mean("twice", "mean")),
-        Outputs(("twice", "rate"), lambda doubled, v: (doubled, 2.0 * v)))
+        Outputs(("twice", "rate"), lambda doubled, v: (doubled, 2.0 * v)),
+    )
     rows = replace(AUX_ROWS, observed=observed_rows(declaration))
     W, stage_, slope_, aux_ = lanes, lanes * rows.stage, lanes * rows.acceleration, lanes * rows.aux_now
 
@@ -440,9 +492,17 @@ def test_outputs_pass_on_what_the_model_knows_at_the_end_of_a_step(lanes: int) -
     simulation = Simulation(0.5, 10.0 * TWO_PI, 1e-9)
     store, width = new_store(lanes, WITH_AUX, declaration), report_width(WITH_AUX, declaration)
     gang = Gang(lanes, 1, rows, store, width, simulation)
-    gang.add_many(np.arange(1), Runs(
-        np.zeros((1, 0)), np.ones((1, 2)), np.zeros((1, 1)), np.zeros(1), np.full(1, 1e-3),
-        np.array([[1.0, 0.0, 0.0]])))
+    gang.add_many(
+        np.arange(1),
+        Runs(
+            np.zeros((1, 0)),
+            np.ones((1, 2)),
+            np.zeros((1, 1)),
+            np.zeros(1),
+            np.full(1, 1e-3),
+            np.array([[1.0, 0.0, 0.0]]),
+        ),
+    )
     done = gang.advance(Compiled(doubling, *make_observer(lanes, rows, WITH_AUX, declaration)), 60.0, True)
     found = measured(WITH_AUX, declaration, done.report, np.zeros((1, 0)), np.ones((1, 2)), simulation.observe)
     assert found["high"] == pytest.approx([2.0], abs=1e-6)
@@ -454,7 +514,8 @@ def test_equal_texts_of_other_functions_are_other_observers() -> None:
     """Functions made by a factory have one name, one file and one code; only what they were made with differs."""
     for factor in (2.0, 3.0):
         declaration = Declaration(
-            (Channel("scaled", times(factor), slope_times(factor), size=1.0),), (Extremes("scaled", greatest="high"),))
+            (Channel("scaled", times(factor), slope_times(factor), size=1.0),), (Extremes("scaled", greatest="high"),)
+        )
         o = observe(SWING, declaration, [1.0, 0.0], [1.0, 0.0], Simulation(0.0, TWO_PI, 1e-9))
         assert o.found["high"] == pytest.approx([factor], abs=1e-7)
 
@@ -523,14 +584,19 @@ def test_functions_that_cannot_be_compiled_are_told() -> None:
 
 def everything(k: int) -> tuple[Any, ...]:
     """All features of channel k."""
-    return (Extremes(f"x{k}", f"high{k}", f"low{k}", f"peaks{k}"), TimeAbove(f"x{k}", f"above{k}"),
-            Mean(f"x{k}", f"mean{k}"), Rms(f"x{k}", f"rms{k}"))
+    return (
+        Extremes(f"x{k}", f"high{k}", f"low{k}", f"peaks{k}"),
+        TimeAbove(f"x{k}", f"above{k}"),
+        Mean(f"x{k}", f"mean{k}"),
+        Rms(f"x{k}", f"rms{k}"),
+    )
 
 
 # More channels than the compiler packs in one loop.
 MANY = Declaration(
     tuple(Channel(f"x{k}", "x", "v", "a", level=0.1 * k) for k in range(12)),
-    tuple(feature for k in range(12) for feature in everything(k)))
+    tuple(feature for k in range(12) for feature in everything(k)),
+)
 
 
 CHILD = """
@@ -552,7 +618,11 @@ else:
 def child(folder: Path, *arguments: str) -> str:
     return subprocess.run(
         [sys.executable, "-c", CHILD.format(tests=TESTS), *arguments],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(folder)}, capture_output=True, text=True, check=True).stdout
+        env={**os.environ, "NUMBA_CACHE_DIR": str(folder)},
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
 
 
 @pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
@@ -563,7 +633,7 @@ def test_the_observer_compiles_to_packed_instructions(declaration: str, tmp_path
     assembly = child(tmp_path, declaration, "8", "assembly")
     start = re.search(r"^\w*generated_observer\w*:$", assembly, re.M)
     assert start is not None
-    body = assembly[start.end():]
+    body = assembly[start.end() :]
     body = body[: re.search(r"^\.Lfunc_end\d+:", body, re.M).start()]  # type: ignore[union-attr]
     packed = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)pd\b[^\n]*%[yz]mm", body)
     single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", body)
@@ -592,6 +662,10 @@ def few_steps() -> list[float]:
 def test_plain_python_measures_the_same() -> None:
     """NUMBA_DISABLE_JIT=1, where a fused multiply-add rounds twice: some hundred roundings of numbers about one."""
     done = subprocess.run(
-        [sys.executable, "-c", PLAIN.format(tests=TESTS)], env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True, text=True, check=True)
+        [sys.executable, "-c", PLAIN.format(tests=TESTS)],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
     assert [float(value) for value in done.stdout.strip("[]\n").split(",")] == pytest.approx(few_steps(), abs=1e-12)

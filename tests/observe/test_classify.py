@@ -35,8 +35,14 @@ def label(thresholds: Thresholds = Thresholds(), status: int = OK, **features: f
 
 
 def test_calm_drilling_has_no_response() -> None:
-    assert label() == {"response": 0, "whirl_kind": NO_WHIRL, "stick_slip_severity": 0, "bounce_severity": 0,
-                       "whirl_severity": 0, "settled": 1}
+    assert label() == {
+        "response": 0,
+        "whirl_kind": NO_WHIRL,
+        "stick_slip_severity": 0,
+        "bounce_severity": 0,
+        "whirl_severity": 0,
+        "settled": 1,
+    }
 
 
 @pytest.mark.parametrize(
@@ -48,27 +54,33 @@ def test_calm_drilling_has_no_response() -> None:
         ({"lift_off_fraction": 0.5, "stick_slip_index": 120.0}, BIT_BOUNCE | STICK_SLIP),
         ({"lift_off_fraction": 0.5, "wall_contact_fraction": 1.0}, BIT_BOUNCE | WHIRL),
         ({"lift_off_fraction": 0.5, "stick_slip_index": 120.0, "wall_contact_fraction": 1.0}, 7),
-    ])
+    ],
+)
 def test_responses_add_up(features: dict[str, float], response: int) -> None:
     assert label(**features)["response"] == response
 
 
-@pytest.mark.parametrize(("name", "bound"), [
-    ("lift_off_fraction", 0.01), ("stick_slip_index", 80.0), ("wall_contact_fraction", 0.01)])
+@pytest.mark.parametrize(
+    ("name", "bound"), [("lift_off_fraction", 0.01), ("stick_slip_index", 80.0), ("wall_contact_fraction", 0.01)]
+)
 def test_a_response_begins_above_its_bound(name: str, bound: float) -> None:
     assert label(**{name: bound})["response"] == 0
     assert label(**{name: float(np.nextafter(bound, 1e9))})["response"] != 0
 
 
 # D: 0-40 none, 40-60 torsional oscillation, 60-80 medium, 80-100 onset of full stall, above 100 severe
-@pytest.mark.parametrize(("index", "band"), [
-    (0, 0), (39.9, 0), (40, 0), (40.1, 1), (60, 1), (60.1, 2), (80, 2), (80.1, 3), (100, 3), (100.1, 4), (5000, 4)])
+@pytest.mark.parametrize(
+    ("index", "band"),
+    [(0, 0), (39.9, 0), (40, 0), (40.1, 1), (60, 1), (60.1, 2), (80, 2), (80.1, 3), (100, 3), (100.1, 4), (5000, 4)],
+)
 def test_severity_bands(index: float, band: int) -> None:
     assert label(stick_slip_index=index)["stick_slip_severity"] == band
 
 
-@pytest.mark.parametrize(("fraction", "band"), [
-    (0, 0), (0.01, 0), (0.0101, 1), (0.1, 1), (0.101, 2), (0.3, 2), (0.301, 3), (0.6, 3), (0.601, 4), (1, 4)])
+@pytest.mark.parametrize(
+    ("fraction", "band"),
+    [(0, 0), (0.01, 0), (0.0101, 1), (0.1, 1), (0.101, 2), (0.3, 2), (0.301, 3), (0.6, 3), (0.601, 4), (1, 4)],
+)
 def test_bands_of_bit_bounce(fraction: float, band: int) -> None:
     """As in the table of thresholds; with the defaults there is a grade exactly where there is the response."""
     found = label(lift_off_fraction=fraction)
@@ -76,8 +88,10 @@ def test_bands_of_bit_bounce(fraction: float, band: int) -> None:
     assert (band > 0) == bool(found["response"] & BIT_BOUNCE)
 
 
-@pytest.mark.parametrize(("acceleration", "band"), [
-    (0, 0), (2.5, 0), (2.51, 1), (5, 1), (5.01, 2), (7.5, 2), (7.51, 3), (10, 3), (10.1, 4), (np.inf, 4)])
+@pytest.mark.parametrize(
+    ("acceleration", "band"),
+    [(0, 0), (2.5, 0), (2.51, 1), (5, 1), (5.01, 2), (7.5, 2), (7.51, 3), (10, 3), (10.1, 4), (np.inf, 4)],
+)
 def test_bands_of_whirl(acceleration: float, band: int) -> None:
     """On the wall or not: a tool feels the acceleration either way."""
     assert label(lateral_acceleration_rms=acceleration)["whirl_severity"] == band
@@ -89,7 +103,8 @@ def test_no_critical_response_is_graded_none() -> None:
     """Also with a response threshold below the first bound of severity; a bound above it stays as it is."""
     low = replace(Thresholds(), bit_bounce=BitBounce(lift_off_fraction=0.001))
     assert label(low, lift_off_fraction=0.005) | {"response": BIT_BOUNCE, "bounce_severity": 1} == label(
-        low, lift_off_fraction=0.005)
+        low, lift_off_fraction=0.005
+    )
     high = replace(Thresholds(), bit_bounce=BitBounce(lift_off_fraction=0.5))
     found = label(high, lift_off_fraction=0.4)
     assert (found["response"], found["bounce_severity"]) == (0, 3)
@@ -97,8 +112,10 @@ def test_no_critical_response_is_graded_none() -> None:
 
 def test_the_bounds_of_severity_can_be_moved() -> None:
     strict = replace(
-        Thresholds(), bit_bounce=BitBounce(0.0, 0.2, 0.4, 0.6, 0.8),
-        whirl=Whirl(0.01, 0.1, 0.5, 0.1, 1.0, 2.0, 3.0, 4.0))
+        Thresholds(),
+        bit_bounce=BitBounce(0.0, 0.2, 0.4, 0.6, 0.8),
+        whirl=Whirl(0.01, 0.1, 0.5, 0.1, 1.0, 2.0, 3.0, 4.0),
+    )
     assert label(strict, lift_off_fraction=0.5)["bounce_severity"] == 2
     assert label(strict, lateral_acceleration_rms=3.5)["whirl_severity"] == 3
 
@@ -128,7 +145,8 @@ def test_a_bit_that_does_not_turn_sticks(index: float) -> None:
         ({"whirl_ratio": -1.0, "rolling_ratio": 0.7}, BACKWARD),
         ({"whirl_ratio": -1.48, "rolling_ratio": 1.0, "wall_contact_fraction": 0.3}, BACKWARD),
         ({"whirl_ratio": float("nan")}, IRREGULAR),
-    ])
+    ],
+)
 def test_kinds_of_whirl(features: dict[str, float], kind: int) -> None:
     """On the wall all the time, but where said. Rolling: ratio within 0.1 of one, half of the time on the wall."""
     assert label(**{"wall_contact_fraction": 1.0, **features})["whirl_kind"] == kind
@@ -147,7 +165,8 @@ def test_failed_points_have_no_labels() -> None:
 
 def test_thresholds_can_be_moved() -> None:
     strict = replace(
-        Thresholds(), bit_bounce=BitBounce(0.0), stick_slip=StickSlip(stick_slip_index=20.0), whirl=Whirl(0.5))
+        Thresholds(), bit_bounce=BitBounce(0.0), stick_slip=StickSlip(stick_slip_index=20.0), whirl=Whirl(0.5)
+    )
     assert label(strict, lift_off_fraction=1e-9)["response"] == BIT_BOUNCE
     assert label(strict, stick_slip_index=21.0)["response"] == STICK_SLIP
     assert label(strict, wall_contact_fraction=0.4)["response"] == 0

@@ -83,8 +83,9 @@ def test_the_deviation_is_the_derivative_of_the_motion_through_contacts(case: Ca
     size, start = sizes(table_of(case))[0], start_of(case)
     deviation = seed_deviation(size)
     fine = replace(simulation, rtol=1e-12)
-    ends = [run_one(case, start + sign * distance * np.append(deviation, 0.0), fine)[0].final[0, :8]
-            for sign in (1.0, -1.0)]
+    ends = [
+        run_one(case, start + sign * distance * np.append(deviation, 0.0), fine)[0].final[0, :8] for sign in (1.0, -1.0)
+    ]
     quotient = (ends[0] - ends[1]) / (2 * distance) / size
     followed = run_one(case, start, simulation, WITH, looks=False)[0].final[0, 8:16] / size
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
@@ -121,15 +122,19 @@ SPEEDS = np.linspace(2.0, 7.0, 9)
 
 @pytest.fixture(scope="module")
 def sweep() -> Work:
-    return replace(work_for(Case(), Simulation(20.0, 20.0), rotary_speed=SPEEDS, procedure="up-down",
-                            along="rotary_speed"), record=WITH)
+    return replace(
+        work_for(Case(), Simulation(20.0, 20.0), rotary_speed=SPEEDS, procedure="up-down", along="rotary_speed"),
+        record=WITH,
+    )
 
 
 def test_the_motion_has_the_same_bits_with_its_exponent_measured_or_not(sweep: Work) -> None:
     plain = run_work(replace(sweep, record=replace(WITH, exponent=False)))
     watched = run_work(sweep)
-    assert same_bits({n: v for n, v in watched.items() if not n.startswith("lyapunov") and n != "motion"},
-                     {n: v for n, v in plain.items() if n != "motion"})
+    assert same_bits(
+        {n: v for n, v in watched.items() if not n.startswith("lyapunov") and n != "motion"},
+        {n: v for n, v in plain.items() if n != "motion"},
+    )
     assert np.isfinite(watched["lyapunov_exponent"]).all()
     assert (watched["lyapunov_error"] > 0).all()
 
@@ -142,8 +147,10 @@ def test_neither_lanes_nor_a_resumed_chain_change_the_exponent(sweep: Work) -> N
     assert same_bits(whole, run_work(sweep, lanes=8))
     points = sweep.plan.points_of(0, np.arange(sweep.plan.chain_length))
     place = 7
-    rest = run_work(sweep, starts=Starts(
-        np.array([0]), np.array([place]), lambda chain, place: whole["final_state"][points[place - 1]]))
+    rest = run_work(
+        sweep,
+        starts=Starts(np.array([0]), np.array([place]), lambda chain, place: whole["final_state"][points[place - 1]]),
+    )
     later = points[place:]
     assert all(rest[n][later].tobytes() == whole[n][later].tobytes() for n in whole)
 

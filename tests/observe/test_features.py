@@ -68,7 +68,8 @@ def test_half_difference_is_the_worst_disagreement_of_the_halves(window: tuple) 
     case, n = expected.case, len(expected.t) // 2
     first, second = (
         Sampled(case, expected.t[part], expected.y[:, part], STUCK_BELOW).features()
-        for part in (slice(None, n + 1), slice(n, None)))
+        for part in (slice(None, n + 1), slice(n, None))
+    )
     worst = [abs(first["bit_speed_mean"] - second["bit_speed_mean"]) / case.speed]
     for low, high, size in (("axial_min", "axial_max", case.amplitude), ("bit_speed_min", "bit_speed_max", case.speed)):
         span = max(first[high], second[high]) - min(first[low], second[low]) + 0.01 * size
@@ -106,7 +107,8 @@ def test_features_follow_the_tolerance() -> None:
     """At the default 1e-6 what is measured is good to a few parts in ten thousand, also in contact."""
     case, start, transient, observe = WINDOWS["rubbing"]
     fine, usual = (
-        run_from(work_for(case, Simulation(transient, observe, rtol=rtol)), start[None]) for rtol in (1e-10, 1e-6))
+        run_from(work_for(case, Simulation(transient, observe, rtol=rtol)), start[None]) for rtol in (1e-10, 1e-6)
+    )
     for name in ("bit_force_max", "radius_max", "wall_force_max", "wall_contact_fraction", "bit_speed_max",
                  "lateral_acceleration_rms", "surface_torque_mean"):  # fmt: skip
         assert usual[name][0] == pytest.approx(fine[name][0], rel=1e-3), name
@@ -145,8 +147,17 @@ def test_a_peak_stands_out_by_ten_tolerances(tolerances: float, peaks: int) -> N
 
 # A collar that swings freely: no mud, no eccentricity, no softening; an ellipse at the lateral frequency.
 FREE = Case(
-    eccentricity=0.0, torsional_damping=0.0, mud_drag=0.0, softening="none", amplitude=0.0,
-    bit_static=0.0, bit_dynamic=0.0, zeta=0.0, wall_static=0.0, wall_dynamic=0.0)
+    eccentricity=0.0,
+    torsional_damping=0.0,
+    mud_drag=0.0,
+    softening="none",
+    amplitude=0.0,
+    bit_static=0.0,
+    bit_dynamic=0.0,
+    zeta=0.0,
+    wall_static=0.0,
+    wall_dynamic=0.0,
+)
 RATE = float(np.sqrt(FREE.k_bend / FREE.m_l))
 
 
@@ -189,8 +200,7 @@ def test_a_wall_contact_shorter_than_a_step_is_seen(excess: float) -> None:
 
 
 def test_a_swing_that_misses_the_wall_by_a_hair_is_no_contact() -> None:
-    out = run_from(
-        work_for(FREE, Simulation(0.0, 20.0, rtol=1e-12)), ellipse(FREE.gap * (1 - 1e-8), 1e-3, 0.4)[None])
+    out = run_from(work_for(FREE, Simulation(0.0, 20.0, rtol=1e-12)), ellipse(FREE.gap * (1 - 1e-8), 1e-3, 0.4)[None])
     assert out["wall_contact_fraction"][0] == 0
     assert out["radius_max"][0] == pytest.approx(FREE.gap * (1 - 1e-8), rel=1e-10)
 
@@ -209,7 +219,8 @@ def test_peak_ring_keeps_the_last_ones_oldest_first() -> None:
     case = FREE.but(mud_drag=1.0)
     many, few = (
         run_from(work_for(case, Simulation(0.0, 30.0), peaks=peaks), ellipse(0.06, 0.01, 0.4)[None])["radius_peaks"][0]
-        for peaks in (100, 7))
+        for peaks in (100, 7)
+    )
     many = many[np.isfinite(many)]
     assert len(many) > 50
     assert np.all(np.diff(many) < 0)
@@ -282,7 +293,8 @@ def test_lanes_that_all_turn_in_the_same_step_measure_as_one_alone() -> None:
     window = Simulation(0.5, 3.0)
     alone = run_from(work_for(BOUNCING, window), start_of(BOUNCING)[None], lanes=1)
     twins = run_from(
-        work_for(BOUNCING, window, depth=np.full(40, BOUNCING.depth)), np.tile(start_of(BOUNCING), (40, 1)), lanes=16)
+        work_for(BOUNCING, window, depth=np.full(40, BOUNCING.depth)), np.tile(start_of(BOUNCING), (40, 1)), lanes=16
+    )
     for name, values in twins.items():
         assert np.array_equal(values, np.repeat(alone[name], 40, axis=0), equal_nan=True), name
 
@@ -290,8 +302,12 @@ def test_lanes_that_all_turn_in_the_same_step_measure_as_one_alone() -> None:
 def test_grazes_are_added_up_in_each_lanes_own_order() -> None:
     """Coarse steps, so that many of them hold a whole contact: when such a graze comes to light depends on what happens
     in the other lanes, and its time must not be added now before, now after that of the next crossing."""
-    work = work_for(RUBBING, Simulation(2.0, 10.0, rtol=1e-3),
-                    rotary_speed=np.linspace(2, 10, 60), depth=np.linspace(1000, 6000, 20))
+    work = work_for(
+        RUBBING,
+        Simulation(2.0, 10.0, rtol=1e-3),
+        rotary_speed=np.linspace(2, 10, 60),
+        depth=np.linspace(1000, 6000, 20),
+    )
     one, many = run_work(work, lanes=1), run_work(work, lanes=16)
     for name, values in many.items():
         assert np.array_equal(values, one[name], equal_nan=True), name

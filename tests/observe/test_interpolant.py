@@ -39,7 +39,9 @@ def exact_share(ends: tuple[float, ...], level: float) -> float:
 
 @settings(max_examples=400, deadline=None)
 @given(
-    step=st.floats(0.01, 2.0), phase=st.floats(0.0, 2 * math.pi), overtone=st.floats(-0.05, 0.05),
+    step=st.floats(0.01, 2.0),
+    phase=st.floats(0.0, 2 * math.pi),
+    overtone=st.floats(-0.05, 0.05),
     height=st.floats(-0.3, 1.3),
 )
 @example(step=1.0, phase=math.pi / 2 - 0.5, overtone=0.0, height=1.1)  # a graze: both ends below, the top above
@@ -56,7 +58,8 @@ def test_time_above_a_level_is_that_of_the_polynomials_roots(
     c = -(step**2) * (np.sin(angles) + 4 * overtone * np.sin(2 * angles))
     ends = (g[0], d[0], c[0], g[1], d[1], c[1])
     inside = np.sin(np.linspace(angles[0], angles[1], 1001)) + overtone * np.sin(
-        2 * np.linspace(angles[0], angles[1], 1001))
+        2 * np.linspace(angles[0], angles[1], 1001)
+    )
     low, high = inside.min(), inside.max()
     level = low + height * (high - low)
     # Within a millionth of the top it is the top itself, found to 1e-4 of the step, that decides.

@@ -99,8 +99,13 @@ def test_the_zero_one_test_tells_regular_from_chaotic() -> None:
     """Logistic map: K = 1 at r = 3.97, near 0 at r = 3.55 (Gottwald & Melbourne 2009, section 3); a circle map with
     the golden mean is quasi-periodic. Too few returns: no answer."""
     turn = 2 * np.pi * 0.6180339887498949 * np.arange(1000)
-    returns = np.concatenate([padded(logistic(3.97, 1000)[:, None]), padded(logistic(3.55, 1000)[:, None]),
-                              padded(np.stack([np.cos(turn), np.sin(turn)], axis=1))])
+    returns = np.concatenate(
+        [
+            padded(logistic(3.97, 1000)[:, None]),
+            padded(logistic(3.55, 1000)[:, None]),
+            padded(np.stack([np.cos(turn), np.sin(turn)], axis=1)),
+        ]
+    )
     chaotic, cycle, torus = zero_one(returns, np.ones((3, 8)))
     assert chaotic > 0.95
     assert abs(cycle) < 0.1
@@ -111,17 +116,32 @@ def test_the_zero_one_test_tells_regular_from_chaotic() -> None:
 
 
 def test_the_bit_frame_turns_velocities_along() -> None:
-    section = {f"section_{name}": np.array([value]) for name, value in {
-        "radius": 2.0, "whirl_angle": np.pi / 2, "radial_velocity": 3.0, "whirl_speed": 0.5, "axial": 4.0,
-        "axial_velocity": 5.0, "twist": 6.0, "bit_speed": 7.0}.items()}
+    section = {
+        f"section_{name}": np.array([value])
+        for name, value in {
+            "radius": 2.0,
+            "whirl_angle": np.pi / 2,
+            "radial_velocity": 3.0,
+            "whirl_speed": 0.5,
+            "axial": 4.0,
+            "axial_velocity": 5.0,
+            "twist": 6.0,
+            "bit_speed": 7.0,
+        }.items()
+    }
     assert in_the_bit_frame(section)[0] == pytest.approx([0.0, -1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0])
 
 
 def kind(
     found: int = 0, settled: int = 1, status: int = OK, count: int = 1000, range_: float = 1.0, **features: float
 ) -> int:
-    made = {"axial_min": 0.0, "axial_max": range_, "bit_speed_min": 3.0, "bit_speed_max": 3.0 + range_,
-            "radius_max": 1.0 + range_} | features
+    made = {
+        "axial_min": 0.0,
+        "axial_max": range_,
+        "bit_speed_min": 3.0,
+        "bit_speed_max": 3.0 + range_,
+        "radius_max": 1.0 + range_,
+    } | features
     arrays = {name: np.array([value]) for name, value in made.items()}
     arrays["section_radius"] = np.where(np.arange(1001) < count, 1.0, np.nan)[None]
     count = np.count_nonzero(np.isfinite(arrays["section_radius"]), axis=-1)

@@ -55,9 +55,13 @@ def found(**changes: list[float]) -> dict[str, np.ndarray]:
     """Two points whose checks agree with a run without a response, but for the changes."""
     values = {}
     for check in ("tight", "long"):
-        values |= {f"{check}_status": np.array([OK, OK]), f"{check}_difference": np.array([0.01, 0.01]),
-                   f"{check}_lift_off_fraction": np.zeros(2), f"{check}_stick_slip_index": np.array([20.0, 20.0]),
-                   f"{check}_wall_contact_fraction": np.zeros(2)}
+        values |= {
+            f"{check}_status": np.array([OK, OK]),
+            f"{check}_difference": np.array([0.01, 0.01]),
+            f"{check}_lift_off_fraction": np.zeros(2),
+            f"{check}_stick_slip_index": np.array([20.0, 20.0]),
+            f"{check}_wall_contact_fraction": np.zeros(2),
+        }
     return values | {name: np.array(value) for name, value in changes.items()}
 
 
@@ -77,8 +81,14 @@ def test_one_check_is_enough_to_doubt(check: str) -> None:
     values = judged([0, 0], **{f"{check}_difference": [0.049, 0.051]})
     assert values["trusted"].tolist() == [1, 0]
     assert verdict(values).tolist() == [AGREES, FEATURES_DIFFER]
-    values = judged([0, 0], **{f"{check}_lift_off_fraction": [0.0, 0.02], f"{check}_stick_slip_index": [20, np.nan],
-                               f"{check}_wall_contact_fraction": [0.0, 0.5]})
+    values = judged(
+        [0, 0],
+        **{
+            f"{check}_lift_off_fraction": [0.0, 0.02],
+            f"{check}_stick_slip_index": [20, np.nan],
+            f"{check}_wall_contact_fraction": [0.0, 0.5],
+        },
+    )
     assert values[f"{check}_response"].tolist() == [0, BIT_BOUNCE | STICK_SLIP | WHIRL]
     assert values["trusted"].tolist() == [1, 0]
 

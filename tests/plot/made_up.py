@@ -60,15 +60,15 @@ def make_results(
     }
     sizes = {name: len(values) for name, values in coords.items()}
     variables = {
-        v.name: np.zeros([sizes[d] for d in v.dims], dtype=v.dtype) if v.dtype[0] == "i"
+        v.name: np.zeros([sizes[d] for d in v.dims], dtype=v.dtype)
+        if v.dtype[0] == "i"
         else np.full([sizes[d] for d in v.dims], 0.5)
-        for v in VARIABLES if v.only in (None, "peaks")
+        for v in VARIABLES
+        if v.only in (None, "peaks")
     }
     for place in np.ndindex(*variables["status"].shape):
         speed = coords["rotary_speed"][place[3]]
-        response = rule(
-            procedures[place[0]], coords["depth"][place[1]], coords["wob"][place[2]], speed
-        )
+        response = rule(procedures[place[0]], coords["depth"][place[1]], coords["wob"][place[2]], speed)
         variables["status"][place] = OK
         variables["response"][place] = response
         wild = rng.normal(size=(3, PEAKS))
@@ -77,7 +77,7 @@ def make_results(
         w = speed * (1.02 + 0.02 * speed) + (speed * np.abs(0.9 + 0.25 * wild[1]) if stick else 0.0) * np.ones(PEAKS)
         free = 0.004 + 0.003 * speed + 0.002 * bounce * wild[2]
         r = (GAP + 4e-4 * np.abs(wild[2]) if whirl else free) * np.ones(PEAKS)
-        z[-int(rng.integers(1, 9)):] = np.nan
+        z[-int(rng.integers(1, 9)) :] = np.nan
         variables["axial_peaks"][place], variables["bit_speed_peaks"][place] = z, w
         variables["radius_peaks"][place] = r
         variables["axial_max"][place] = np.nanmax(z)
@@ -127,6 +127,13 @@ def make_trace(duration: float = 60.0, sample: float = 0.005, speed: float = 3.0
         "wob": np.full_like(t, 66720.0), "depth": np.full_like(t, 5000.0),
     }  # fmt: skip
     assert set(values) == {v.name for v in TRACE_VARIABLES}
-    attrs = {"title": "Speed sweep, state carried", "gap": GAP, "depth": 5000.0, "wob": 66720.0,
-             "rotary_speed": speed, "procedure": "down", "transient": 300.0}
+    attrs = {
+        "title": "Speed sweep, state carried",
+        "gap": GAP,
+        "depth": 5000.0,
+        "wob": 66720.0,
+        "rotary_speed": speed,
+        "procedure": "down",
+        "transient": 300.0,
+    }
     return Trace(t, values, attrs)

@@ -101,12 +101,19 @@ def test_same_bytes_every_time(speeds: Results, plane: Results, tmp_path: Path, 
 
 
 def test_same_bytes_in_another_process(tmp_path: Path) -> None:
-    script = ("import sys; sys.path.insert(0, sys.argv[1]); from made_up import make_trace; from nsdrill import plot;"
-              "plot.save(plot.draw(make_trace(5.0), 'phase'), sys.argv[2]); print('matplotlib.pyplot' in sys.modules)")
+    script = (
+        "import sys; sys.path.insert(0, sys.argv[1]); from made_up import make_trace; from nsdrill import plot;"
+        "plot.save(plot.draw(make_trace(5.0), 'phase'), sys.argv[2]); print('matplotlib.pyplot' in sys.modules)"
+    )
     for number in range(2):
         path = tmp_path / f"{number}.svg"
-        out = subprocess.run([sys.executable, "-c", script, str(Path(__file__).parent), str(path)], check=True,
-                             capture_output=True, text=True, env={"PYTHONHASHSEED": str(number), "PATH": ""})
+        out = subprocess.run(
+            [sys.executable, "-c", script, str(Path(__file__).parent), str(path)],
+            check=True,
+            capture_output=True,
+            text=True,
+            env={"PYTHONHASHSEED": str(number), "PATH": ""},
+        )
         assert out.stdout.strip() == "False", "pyplot was imported"
     assert (tmp_path / "0.svg").read_bytes() == (tmp_path / "1.svg").read_bytes()
 

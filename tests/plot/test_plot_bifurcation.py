@@ -174,6 +174,7 @@ def test_severity_bands(speeds: Results) -> None:
 
 def test_severity_bands_are_those_in_force_in_the_file(speeds: Results) -> None:
     """The study's; after a new classification, that one's. A fraction is drawn in percent."""
+
     def starts(label: str) -> list[float]:
         axes = panel(plot.draw(speeds, "summary"), label)
         return [patch.get_y() for patch in axes.patches if str(patch.get_gid()).startswith("severity")]

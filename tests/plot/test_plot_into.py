@@ -22,9 +22,11 @@ PNG = b"\x89PNG\r\n\x1a\n"
 def test_a_notebook_shows_a_figure_without_pyplot(shared: Path) -> None:
     code = (
         "import sys, nsdrill; figure = nsdrill.plot(sys.argv[1]); assert figure._repr_png_()[:4] == b'\\x89PNG'; "
-        "print('matplotlib.pyplot' in sys.modules)")
+        "print('matplotlib.pyplot' in sys.modules)"
+    )
     done = subprocess.run(
-        [sys.executable, "-c", code, str(shared / "small.h5")], capture_output=True, text=True, check=True)
+        [sys.executable, "-c", code, str(shared / "small.h5")], capture_output=True, text=True, check=True
+    )
     assert done.stdout == "False\n"
 
 
@@ -38,9 +40,11 @@ def test_the_room_of_that_name_can_be_called(shared: Path) -> None:
     code = (
         "import sys, inspect, nsdrill.plot; from nsdrill.plot import draw; import nsdrill; "
         "assert 'ax' in inspect.signature(nsdrill.plot).parameters; "
-        "print(type(nsdrill.plot(sys.argv[1], kind='summary', units='field')).__name__)")
+        "print(type(nsdrill.plot(sys.argv[1], kind='summary', units='field')).__name__)"
+    )
     done = subprocess.run(
-        [sys.executable, "-c", code, str(shared / "small.h5")], capture_output=True, text=True, check=True)
+        [sys.executable, "-c", code, str(shared / "small.h5")], capture_output=True, text=True, check=True
+    )
     assert done.stdout == "Picture\n"
 
 

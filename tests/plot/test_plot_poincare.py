@@ -46,8 +46,10 @@ def test_every_return_is_drawn_in_the_colour_of_its_motion(sweep: Results) -> No
     assert to_hex(up.get_color()) == MOTIONS[PERIODIC].colour.lower()
     assert sorted(set(np.round(up.get_ydata(), 6))) == [10.0, 20.0], "in mm"
     assert sorted(set(up.get_xdata())) == [2.0, 3.0, 4.0, 5.0]
-    drawn = sum(len(lines[f"section_radius:{way}:{kind}"].get_xdata())
-                for way, kind in (("up", PERIODIC), ("up", CHAOTIC), ("down", CHAOTIC)))
+    drawn = sum(
+        len(lines[f"section_radius:{way}:{kind}"].get_xdata())
+        for way, kind in (("up", PERIODIC), ("up", CHAOTIC), ("down", CHAOTIC))
+    )
     assert drawn == 2 * len(SPEEDS) * RETURNS
     words = [text.get_text() for text in figure.legends[0].get_texts()]
     assert "periodic" in words

@@ -25,8 +25,12 @@ def ramped(name: str = "rotary_speed", values: tuple[float, ...] = (3.0, 8.0, 8.
 
 
 def artists(figure, prefix: str) -> dict[str, object]:
-    return {line.get_gid(): line for axes in figure.axes for line in axes.get_lines()
-            if str(line.get_gid()).startswith(prefix)}
+    return {
+        line.get_gid(): line
+        for axes in figure.axes
+        for line in axes.get_lines()
+        if str(line.get_gid()).startswith(prefix)
+    }
 
 
 def test_the_kind_is_offered_for_a_ramp_only() -> None:
@@ -79,8 +83,9 @@ def test_a_sweep_lies_behind() -> None:
     sweep = make_results(rotary_speed=np.linspace(1, 10, 19), wob=(22240.0, 66720.0), procedures=("up", "down"))
     figure = plot.draw(ramped(), over=sweep)
     behind = artists(figure, "sweep:")
-    assert set(behind) == {f"sweep:{way}:{peaks}" for way in ("up", "down")
-                           for peaks in ("axial_peaks", "bit_speed_peaks", "radius_peaks")}
+    assert set(behind) == {
+        f"sweep:{way}:{peaks}" for way in ("up", "down") for peaks in ("axial_peaks", "bit_speed_peaks", "radius_peaks")
+    }
     line = behind["sweep:up:bit_speed_peaks"]
     # that of 66.72 kN, as the trace, and no further than the ramp goes
     peaks = sweep["bit_speed_peaks"][0, 0, 1]

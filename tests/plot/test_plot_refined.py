@@ -16,13 +16,21 @@ SPEEDS, WEIGHTS = np.linspace(1.0, 8.0, 9), np.linspace(1e4, 1e5, 5)
 @pytest.fixture
 def refined() -> Results:
     """Five weights by nine speeds, of which every other was run; all points bounce and whirl forward."""
-    coords = {"procedure": np.array(["same"]), "depth": np.array([5000.0]), "wob": WEIGHTS, "rotary_speed": SPEEDS,
-              "peak": np.arange(2)}
+    coords = {
+        "procedure": np.array(["same"]),
+        "depth": np.array([5000.0]),
+        "wob": WEIGHTS,
+        "rotary_speed": SPEEDS,
+        "peak": np.arange(2),
+    }
     shape = (1, 1, 5, 9)
     ran = np.zeros(shape, dtype=bool)
     ran[..., ::2, ::2] = True
-    variables = {v.name: np.where(ran, 30.0, np.nan) if v.dtype == "f8" else np.where(ran, 1, 0)
-                 for v in VARIABLES if v.dims == POINT and v.only is None}
+    variables = {
+        v.name: np.where(ran, 30.0, np.nan) if v.dtype == "f8" else np.where(ran, 1, 0)
+        for v in VARIABLES
+        if v.dims == POINT and v.only is None
+    }
     variables["status"] = np.where(ran, OK, INFERRED)
     variables["response"] = np.full(shape, 5)
     for name in ("axial_peaks", "bit_speed_peaks", "radius_peaks"):

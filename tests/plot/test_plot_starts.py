@@ -84,7 +84,8 @@ def test_columns_are_the_shares(ensemble: Results) -> None:
         assert heights == pytest.approx(expected)
         assert sum(heights.values()) == pytest.approx(100)
     assert {"no critical response", "bit-bounce", "bit-bounce + whirl", "95 % interval", "between attractors"} == set(
-        words(figure))
+        words(figure)
+    )
 
 
 def test_intervals_are_wilsons(ensemble: Results) -> None:
@@ -107,7 +108,10 @@ def test_failed_starts_are_left_out_and_counted(ensemble: Results) -> None:
 def test_attractors_by_share_and_response(ensemble: Results) -> None:
     figure = plot.draw(ensemble, "attractors")
     assert [axes.get_ylabel() for axes in figure.axes] == [
-        "Greatest radius [mm]", "Axial range [mm]", "Stick-slip index [%]"]
+        "Greatest radius [mm]",
+        "Axial range [mm]",
+        "Stick-slip index [%]",
+    ]
     markers = [line for line in figure.axes[0].get_lines() if str(line.get_gid()).startswith("radius_max")]
     assert len(markers) == 3 * len(SPEEDS)
     for line in markers:
@@ -129,7 +133,8 @@ def test_one_attractor_is_one_line(ensemble: Results) -> None:
     figure = plot.draw(Results(ensemble.coords, variables, ensemble.attrs), "attractors")
     steps = [line for line in figure.axes[0].get_lines() if line.get_gid() == "branch:5"]
     assert [line.get_xdata().tolist() for line in steps] == [
-        [a, b] for a, b in zip(SPEEDS[[0, 1, 2, 4, 5]], SPEEDS[[1, 2, 4, 5, 6]], strict=True)]
+        [a, b] for a, b in zip(SPEEDS[[0, 1, 2, 4, 5]], SPEEDS[[1, 2, 4, 5, 6]], strict=True)
+    ]
     assert [line.get_linestyle() for line in steps] == ["-", "-", ":", "-", "-"]
     assert all(line.get_ydata() == pytest.approx([35, 35]) for line in steps)
     assert {text.get_text() for text in figure.axes[1].texts} == {"1", "2", "5"}
@@ -146,8 +151,10 @@ def test_one_attractor_is_one_band(ensemble: Results) -> None:
     assert len(flat) == len(SPEEDS)
     assert len(risers) == 5, "between the columns of one response, and none where it changes"
     for line in risers:
-        left, right = (next(f.get_ydata()[0] for f in flat if f.get_xdata()[end] == pytest.approx(line.get_xdata()[0]))
-                       for end in (1, 0))
+        left, right = (
+            next(f.get_ydata()[0] for f in flat if f.get_xdata()[end] == pytest.approx(line.get_xdata()[0]))
+            for end in (1, 0)
+        )
         assert line.get_ydata() == pytest.approx([left, right])
 
 

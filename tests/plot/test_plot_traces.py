@@ -65,7 +65,7 @@ def test_orbit_in_the_hole(trace: Trace) -> None:
     assert wall.get_radius() == pytest.approx(GAP * 1e3)
     assert axes.get_aspect() == 1.0
     on_wall = line(figure, "orbit:wall").get_ydata()
-    shown = trace["wall_force"][-len(on_wall):] > 0
+    shown = trace["wall_force"][-len(on_wall) :] > 0
     np.testing.assert_array_equal(np.isfinite(on_wall), shown)
 
 

@@ -55,8 +55,12 @@ def test_the_recommended_point_and_its_bars(both: Results, units: str, speed: fl
 
 def test_a_panel_for_every_depth_up_to_a_dozen() -> None:
     def titles(depths: int) -> list[str]:
-        data = make_results(depth=np.linspace(1e3, 3e3, depths), wob=np.linspace(1e4, 5e4, 20),
-                            rotary_speed=np.linspace(1, 8, 21), procedures=("up",))
+        data = make_results(
+            depth=np.linspace(1e3, 3e3, depths),
+            wob=np.linspace(1e4, 5e4, 20),
+            rotary_speed=np.linspace(1, 8, 21),
+            procedures=("up",),
+        )
         return [axes.get_title() for axes in panels(plot.draw(data, "window"))]
 
     assert titles(3) == ["1000 m", "2000 m", "3000 m"]
@@ -102,6 +106,7 @@ def test_by_severity(both: Results) -> None:
 
 def test_the_areas_differ_in_grey() -> None:
     """Relative luminance (Rec. 709, linear): each at least a factor 1.5 from the next; the rim is hatched besides."""
+
     def luminance(colour: str) -> float:
         linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in to_rgb(colour)]
         return float(np.dot((0.2126, 0.7152, 0.0722), linear))

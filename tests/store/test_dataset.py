@@ -31,7 +31,8 @@ def exactly(made, read):
     assert list(made.coords) == list(read.coords)
     assert dict(made.sizes) == dict(read.sizes)
     assert {name: type(value) for name, value in made.attrs.items()} == {
-        name: type(value) for name, value in read.attrs.items()}
+        name: type(value) for name, value in read.attrs.items()
+    }
     for name in read.variables:
         assert made[name].dtype == read[name].dtype, name
         assert set(made[name].attrs) == set(read[name].attrs)
@@ -49,8 +50,15 @@ def sweep(lengths, named=()):
 @pytest.mark.parametrize(("lengths", "named", "dims"), CASES.values(), ids=CASES)
 def test_results_are_what_xarray_reads_of_their_file(path, lengths, named, dims):
     log = sweep(lengths, named)
-    log.header["attrs"] |= {"gap": 0.0762, "refine": 1, "points_run": 3, "points_inferred": 5, "nothing": None,
-                            "border_spacing": {"depth": 1.0}, "study_source": "\udcff.yaml"}
+    log.header["attrs"] |= {
+        "gap": 0.0762,
+        "refine": 1,
+        "points_run": 3,
+        "points_inferred": 5,
+        "nothing": None,
+        "border_spacing": {"depth": 1.0},
+        "study_source": "\udcff.yaml",
+    }
     write_results(path, log)
     with xr.open_dataset(path, engine="h5netcdf") as read:
         exactly(to_dataset(read_results(path)), read.load())

@@ -54,11 +54,7 @@ def unguarded(monkeypatch):
 @pytest.mark.parametrize("reader", READERS.values(), ids=READERS)
 @pytest.mark.parametrize(
     ("data", "words"),
-    [
-        (None, "there is no such file"),
-        (b"", "this file is empty"),
-        (b"title: a study\n", "not an HDF5 file"),
-    ],
+    [(None, "there is no such file"), (b"", "this file is empty"), (b"title: a study\n", "not an HDF5 file")],
 )
 def test_what_is_no_hdf5_file(path, reader, data, words):
     if data is not None:

@@ -40,14 +40,22 @@ CASES = {
     "up and down": (grid(2, rotary_speed=3), ("rotary_speed",), ("procedure", "rotary_speed")),
     "as the study says": (grid(depth=2, rotary_speed=3), ("rotary_speed", "depth"), ("rotary_speed", "depth")),
     "no study": (grid(depth=2, rotary_speed=3), (), ("depth", "rotary_speed")),
-    "further first": (grid(2, wob=3, bit_rock_stiffness=4, mud_drag=1), ("bit.rock_stiffness", "mud.drag", "wob"),
-                      ("procedure", "bit_rock_stiffness", "wob")),
-    "all of them": (grid(2, 2, 3, 2, bit_rock_stiffness=2, mud_drag=3, start=2),
-                    ("mud.drag", "rotary_speed", "bit.rock_stiffness", "wob", "depth"),
-                    ("procedure", "mud_drag", "rotary_speed", "bit_rock_stiffness", "wob", "depth", "start")),
+    "further first": (
+        grid(2, wob=3, bit_rock_stiffness=4, mud_drag=1),
+        ("bit.rock_stiffness", "mud.drag", "wob"),
+        ("procedure", "bit_rock_stiffness", "wob"),
+    ),
+    "all of them": (
+        grid(2, 2, 3, 2, bit_rock_stiffness=2, mud_drag=3, start=2),
+        ("mud.drag", "rotary_speed", "bit.rock_stiffness", "wob", "depth"),
+        ("procedure", "mud_drag", "rotary_speed", "bit_rock_stiffness", "wob", "depth", "start"),
+    ),
     "starts": (grid(start=4), (), ("start",)),
-    "starts and axes": (grid(wob=2, bit_rock_stiffness=3, start=2), ("bit.rock_stiffness", "wob"),
-                        ("bit_rock_stiffness", "wob", "start")),
+    "starts and axes": (
+        grid(wob=2, bit_rock_stiffness=3, start=2),
+        ("bit.rock_stiffness", "wob"),
+        ("bit_rock_stiffness", "wob", "start"),
+    ),
 }
 
 
@@ -101,9 +109,16 @@ def test_a_dimension_is_what_varies(case, path):
             point = data[["steps", "final_state"]].sel(at)
             assert point.steps == there["steps"][place]
             np.testing.assert_array_equal(point.final_state.values, there["final_state"][place])
-    assert keys == {name: {"depth": "operation.depth", "wob": "operation.wob", "rotary_speed": "operation.rotary_speed",
-                           "bit_rock_stiffness": "bit.rock_stiffness", "mud_drag": "mud.drag"}.get(name)
-                    for name in lengths}
+    assert keys == {
+        name: {
+            "depth": "operation.depth",
+            "wob": "operation.wob",
+            "rotary_speed": "operation.rotary_speed",
+            "bit_rock_stiffness": "bit.rock_stiffness",
+            "mud_drag": "mud.drag",
+        }.get(name)
+        for name in lengths
+    }
 
 
 def test_the_file_is_netcdf(case, path):
@@ -121,7 +136,7 @@ def test_single_points(case, path):
     there = collect(log)
     for place in [tuple(0 for _ in lengths), tuple(n - 1 for n in lengths.values())]:
         point = read_point(path, *place)
-        assert list(point)[:len(lengths)] == list(lengths)
+        assert list(point)[: len(lengths)] == list(lengths)
         for name, values in there.variables.items():
             assert np.asarray(point[name]).tobytes() == values[place].tobytes(), name
 
@@ -145,8 +160,9 @@ def test_labels_are_put_where_their_points_are(case, path):
     rewrite_labels(path, {"whirl_kind": new}, "again")
     after = read_results(path)
     np.testing.assert_array_equal(after["whirl_kind"], new)
-    assert all(after[name].tobytes() == values.tobytes() for name, values in before.variables.items()
-               if name != "whirl_kind")
+    assert all(
+        after[name].tobytes() == values.tobytes() for name, values in before.variables.items() if name != "whirl_kind"
+    )
     with pytest.raises(ValueError, match="has shape"):
         rewrite_labels(path, {"whirl_kind": new[..., np.newaxis]}, "no")
 
@@ -156,7 +172,7 @@ def test_a_table_has_a_row_for_each_point(case, path, tmp_path):
     to_csv(read_results(path), tmp_path / "out.csv")
     lines = (tmp_path / "out.csv").read_text().splitlines()
     assert len(lines) == 1 + log.n_points
-    assert [head.partition(" ")[0] for head in lines[0].split(",")[:len(lengths)]] == list(lengths)
+    assert [head.partition(" ")[0] for head in lines[0].split(",")[: len(lengths)]] == list(lengths)
 
 
 def test_large_files_of_any_order_are_written_in_chunks_that_are_whole(path):

@@ -257,8 +257,12 @@ def test_what_is_no_log_of_ours_is_refused_in_words(part, damage, words):
 def test_a_log_of_format_2_goes_on(part):
     """Its axes are in the JSON text, and its salt is the checksum of that."""
     records, coords = made(POINTS, PEAKS), {name: list(values) for name, values in header()["coords"].items()}
-    fields = {"header": {"coords": coords, "attrs": {"title": "old"}}, "n_points": POINTS, "kept": asdict(Kept(PEAKS)),
-              "fields": log_header._fields(Kept(PEAKS))}
+    fields = {
+        "header": {"coords": coords, "attrs": {"title": "old"}},
+        "n_points": POINTS,
+        "kept": asdict(Kept(PEAKS)),
+        "fields": log_header._fields(Kept(PEAKS)),
+    }
     text = json.dumps(fields).encode()
     head = struct.pack("<16sIIQ", log_header.MAGIC, 2, zlib.crc32(text), len(text)) + text
     slots = seal(np.arange(POINTS), records, zlib.crc32(text))

@@ -49,8 +49,10 @@ def name(request):
 
 
 def digests(arrays):
-    return {name: [str(values.dtype), list(values.shape), hashlib.sha256(values.tobytes()).hexdigest()]
-            for name, values in arrays.items()}
+    return {
+        name: [str(values.dtype), list(values.shape), hashlib.sha256(values.tobytes()).hexdigest()]
+        for name, values in arrays.items()
+    }
 
 
 def of(results):
@@ -112,8 +114,13 @@ def test_the_trace(tmp_path):
 def test_commands_that_read(file, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     path = str(FOLDER / f"{file}.h5")
-    asks = [["show", path], ["show", path, "--json"], ["export", path, "-o", "out.nc"], ["plot", path, "-o", "out.png"],
-            ["diff", path, path]]
+    asks = [
+        ["show", path],
+        ["show", path, "--json"],
+        ["export", path, "-o", "out.nc"],
+        ["plot", path, "-o", "out.png"],
+        ["diff", path, path],
+    ]
     if file != "trace":
         asks += [["export", path, "-o", "out.csv"], ["window", path], ["show", path, "--study"]]
     for ask in asks:

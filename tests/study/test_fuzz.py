@@ -63,10 +63,7 @@ PATHS = st.sampled_from(
 @given(st.dictionaries(PATHS, VALUES, max_size=4))
 @QUICK
 def test_any_structure(values: dict[str, object]) -> None:
-    attempt(
-        "sweep: {depth: [1 km, 2 km]}",
-        tuple(f"{path}={yaml(value)}" for path, value in values.items()),
-    )
+    attempt("sweep: {depth: [1 km, 2 km]}", tuple(f"{path}={yaml(value)}" for path, value in values.items()))
 
 
 def yaml(value: object) -> str:

@@ -105,8 +105,12 @@ def test_all_faults_are_told_at_once_in_the_order_of_the_file() -> None:
         ("drillstring:\n  collar: {outer_diameter: 16 in}", 3, "drillstring.collar.outer_diameter", "well.diameter"),
         ("well:\n  diameter: 5 in\n", 3, "well.diameter", "9 in (the default)"),
         ("drillstring:\n  collar:\n    span: 300 m\n", 4, "drillstring.collar.span", "at most"),
-        ("drillstring:\n  pipe:\n    outer_diameter: 4 in\n", 4, "drillstring.pipe.outer_diameter",
-         "at least 1.001 times drillstring.pipe.inner_diameter"),
+        (
+            "drillstring:\n  pipe:\n    outer_diameter: 4 in\n",
+            4,
+            "drillstring.pipe.outer_diameter",
+            "at least 1.001 times drillstring.pipe.inner_diameter",
+        ),
         ("well: {friction: {static: 0.1}}", 2, "well.friction.static", "at least"),
         ("bit:\n  friction:\n    static: 0.3\n    dynamic: 0.4\n", 5, "bit.friction.dynamic", "at most"),
         ("initial: {x: 400 mm, y: 300 mm}", 2, "initial.x", "76.2 mm, and as deep into the wall as 10 MN press"),
@@ -229,8 +233,14 @@ def test_thresholds_of_a_finished_file() -> None:
     changed = change_thresholds(Thresholds(), ["classify.whirl.direction=0.2"])
     assert changed.whirl.direction == 0.2
     assert changed.stick_slip == Thresholds().stick_slip
-    refused = ("classify.stuck_below=3 rpm", "operation.wob=3 kN", "classify.stick_slip.severe_index=3",
-               "classify.whirl.light_acceleration=6 m/s^2", "classify.bit_bounce.severe_fraction=0.2", "classify=3")
+    refused = (
+        "classify.stuck_below=3 rpm",
+        "operation.wob=3 kN",
+        "classify.stick_slip.severe_index=3",
+        "classify.whirl.light_acceleration=6 m/s^2",
+        "classify.bit_bounce.severe_fraction=0.2",
+        "classify=3",
+    )
     for override in refused:
         with pytest.raises(StudyError):
             change_thresholds(Thresholds(), [override])

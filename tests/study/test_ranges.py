@@ -88,8 +88,10 @@ def test_the_schema_has_the_ranges() -> None:
     parts = json_schema()["$defs"]
     drag = parts["Mud"]["properties"]["drag"]
     assert (drag["minimum"], drag["maximum"]) == (0.0, 1000.0)
-    assert "Range: at least 0 and at most 10 000 kN (in the field: 0 to 500 kN)" in (
-        parts["Operation"]["properties"]["wob"]["description"])
+    assert (
+        "Range: at least 0 and at most 10 000 kN (in the field: 0 to 500 kN)"
+        in (parts["Operation"]["properties"]["wob"]["description"])
+    )
 
 
 def test_a_bore_leaves_a_wall() -> None:

@@ -34,7 +34,9 @@ def test_an_ensemble() -> None:
 def test_a_slice_in_the_order_of_the_states_ascending() -> None:
     study = parse_study(SWEEP + f"initial: {{y: 1 mm, slice: {PLANE}}}")
     assert study.initial.slice == {
-        "x": {"from": -7e-3, "to": 70e-3, "points": 3}, "vx": {"from": -1.0, "to": 1.0, "points": 4}}
+        "x": {"from": -7e-3, "to": 70e-3, "points": 3},
+        "vx": {"from": -1.0, "to": 1.0, "points": 4},
+    }
     assert list(study.initial.slice) == ["x", "vx"]
     assert (study.initial.starts, study.initial.y) == (12, 1e-3)
     again = study_from_resolved(json.loads(json.dumps(study.resolved)))

@@ -91,8 +91,11 @@ def same(one: Path, two: Path) -> list[str]:
         pytest.param(CHAINS, (), id="chains"),
         pytest.param(REFINED, (), id="refined and checked"),
         pytest.param(
-            CHAINS, ("--engine", "dask"), id="chains-dask",
-            marks=pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed")),
+            CHAINS,
+            ("--engine", "dask"),
+            id="chains-dask",
+            marks=pytest.mark.skipif(importlib.util.find_spec("distributed") is None, reason="needs distributed"),
+        ),
     ],
 )
 def test_a_killed_sweep_ends_with_the_same_bits(tmp_path: Path, text: str, more: tuple[str, ...]) -> None:

@@ -104,38 +104,83 @@ ASK = "import os, signal, sys, time; from nsdrill import interrupt; ask = lambda
 @pytest.mark.parametrize(
     ("code", "ends", "said"),
     [
-        pytest.param("interrupt.listen(); ask(signal.SIGHUP); time.sleep(20)",
-                     130, "Interrupted; nothing was written.\n", id="at once"),
-        pytest.param("import hashlib, threading; interrupt.listen()\n"
-                     "threading.Timer(0.3, lambda: ask(signal.SIGTERM)).start()\n"
-                     "hashlib.pbkdf2_hmac('sha256', b'', b'', 10**9)",
-                     130, "Interrupted; nothing was written.\n", id="inside a library"),
-        pytest.param("interrupt.listen(); interrupt.AGAIN = 0.1\nwith interrupt.heeded():\n"
-                     "  ask(signal.SIGINT); time.sleep(0.5); ask(signal.SIGINT); time.sleep(20)",
-                     130, "Interrupted; nothing was written.\n", id="by the second one"),
-        pytest.param("interrupt.listen(); interrupt.PATIENCE = interrupt.AGAIN = 0.1\nwith interrupt.heeded():\n"
-                     "  ask(signal.SIGINT); time.sleep(20)",
-                     130, "Interrupted; nothing was written.\n", id="when patience ends"),
-        pytest.param("interrupt.listen()\ntry:\n with interrupt.heeded():\n  ask(signal.SIGTERM); time.sleep(0.5)\n"
-                     "  print('saved', file=sys.stderr, flush=True); interrupt.look()\n"
-                     "except KeyboardInterrupt: interrupt.end('told')", 130, "saved\ntold\n", id="at a safe place"),
-        pytest.param("from nsdrill.cli.main import _leave; interrupt.listen(); leave = os._exit\n"
-                     "os._exit = lambda code: (time.sleep(0.5), leave(code)); ask(signal.SIGTERM); time.sleep(0.2)\n"
-                     "_leave('Error: the unfinished file is gone.', 1)",
-                     130, "Interrupted; nothing was written.\n", id="without errors that come of it"),
-        pytest.param("interrupt.listen()\nwith interrupt.settling(): pass\n"
-                     "ask(signal.SIGTERM); time.sleep(0.5); interrupt.look(); interrupt.decided(); sys.exit(0)",
-                     0, "", id="not once the file is there"),
-        pytest.param("interrupt.listen(); interrupt.decided()\nfor number in interrupt.SIGNALS: ask(number)\n"
-                     "sys.exit(3)", 3, "", id="not while the interpreter ends"),
-        pytest.param("signal.signal(signal.SIGHUP, signal.SIG_IGN); interrupt.listen()\n"
-                     "ask(signal.SIGHUP); time.sleep(0.5); sys.exit(0)", 0, "", id="not under nohup"),
-        pytest.param("signal.signal(signal.SIGTERM, signal.SIG_IGN); interrupt.listen()\n"
-                     "ask(signal.SIGTERM); time.sleep(20)", 130, "Interrupted; nothing was written.\n",
-                     id="also as the child of one that is deaf to it"),
-        pytest.param("import nsdrill; nsdrill.run, nsdrill.load_study\n"
-                     "sys.exit(signal.getsignal(signal.SIGINT) is not signal.default_int_handler)", 0, "",
-                     id="nothing from Python"),
+        pytest.param(
+            "interrupt.listen(); ask(signal.SIGHUP); time.sleep(20)",
+            130,
+            "Interrupted; nothing was written.\n",
+            id="at once",
+        ),
+        pytest.param(
+            "import hashlib, threading; interrupt.listen()\n"
+            "threading.Timer(0.3, lambda: ask(signal.SIGTERM)).start()\n"
+            "hashlib.pbkdf2_hmac('sha256', b'', b'', 10**9)",
+            130,
+            "Interrupted; nothing was written.\n",
+            id="inside a library",
+        ),
+        pytest.param(
+            "interrupt.listen(); interrupt.AGAIN = 0.1\nwith interrupt.heeded():\n"
+            "  ask(signal.SIGINT); time.sleep(0.5); ask(signal.SIGINT); time.sleep(20)",
+            130,
+            "Interrupted; nothing was written.\n",
+            id="by the second one",
+        ),
+        pytest.param(
+            "interrupt.listen(); interrupt.PATIENCE = interrupt.AGAIN = 0.1\nwith interrupt.heeded():\n"
+            "  ask(signal.SIGINT); time.sleep(20)",
+            130,
+            "Interrupted; nothing was written.\n",
+            id="when patience ends",
+        ),
+        pytest.param(
+            "interrupt.listen()\ntry:\n with interrupt.heeded():\n  ask(signal.SIGTERM); time.sleep(0.5)\n"
+            "  print('saved', file=sys.stderr, flush=True); interrupt.look()\n"
+            "except KeyboardInterrupt: interrupt.end('told')",
+            130,
+            "saved\ntold\n",
+            id="at a safe place",
+        ),
+        pytest.param(
+            "from nsdrill.cli.main import _leave; interrupt.listen(); leave = os._exit\n"
+            "os._exit = lambda code: (time.sleep(0.5), leave(code)); ask(signal.SIGTERM); time.sleep(0.2)\n"
+            "_leave('Error: the unfinished file is gone.', 1)",
+            130,
+            "Interrupted; nothing was written.\n",
+            id="without errors that come of it",
+        ),
+        pytest.param(
+            "interrupt.listen()\nwith interrupt.settling(): pass\n"
+            "ask(signal.SIGTERM); time.sleep(0.5); interrupt.look(); interrupt.decided(); sys.exit(0)",
+            0,
+            "",
+            id="not once the file is there",
+        ),
+        pytest.param(
+            "interrupt.listen(); interrupt.decided()\nfor number in interrupt.SIGNALS: ask(number)\nsys.exit(3)",
+            3,
+            "",
+            id="not while the interpreter ends",
+        ),
+        pytest.param(
+            "signal.signal(signal.SIGHUP, signal.SIG_IGN); interrupt.listen()\n"
+            "ask(signal.SIGHUP); time.sleep(0.5); sys.exit(0)",
+            0,
+            "",
+            id="not under nohup",
+        ),
+        pytest.param(
+            "signal.signal(signal.SIGTERM, signal.SIG_IGN); interrupt.listen()\nask(signal.SIGTERM); time.sleep(20)",
+            130,
+            "Interrupted; nothing was written.\n",
+            id="also as the child of one that is deaf to it",
+        ),
+        pytest.param(
+            "import nsdrill; nsdrill.run, nsdrill.load_study\n"
+            "sys.exit(signal.getsignal(signal.SIGINT) is not signal.default_int_handler)",
+            0,
+            "",
+            id="nothing from Python",
+        ),
     ],
 )
 def test_when_a_signal_is_acted_on(code: str, ends: int, said: str) -> None:

@@ -86,6 +86,7 @@ def test_a_scheduler_that_is_gone_ends_the_run(tmp_path: Path, monkeypatch: pyte
                     break
             except NsdrillError:  # no workers yet
                 time.sleep(0.2)
+
         def kill(progress: Progress) -> None:
             if scheduler.poll() is None:
                 os.killpg(scheduler.pid, signal.SIGKILL)

@@ -34,8 +34,9 @@ def test_points_along_any_axis_have_the_coefficients_of_single_points(key: str) 
     operation = {name: np.full(300, value) for name, value in OPERATION.items()}
     together = values_at(Parameters(), Initial(), {**operation, key: values})
     table = pack(together.parameters, *together.operation)
-    alone = np.concatenate([
-        pack(with_values(Parameters(), {key: value}), *OPERATION.values()) for value in values.tolist()])
+    alone = np.concatenate(
+        [pack(with_values(Parameters(), {key: value}), *OPERATION.values()) for value in values.tolist()]
+    )
     for made in (lambda t: t, sizes, first_step):
         assert made(table).tobytes() == made(alone).tobytes()
 
@@ -57,8 +58,10 @@ def test_a_sweep_over_the_rock_has_the_bits_of_single_runs(procedure: str) -> No
     for point in range(work.plan.points):
         rock = work.plan.values(np.array([point]))["bit.rock_stiffness"]
         single = replace(
-            base, parameters=with_values(base.parameters, {"bit.rock_stiffness": float(rock[0])}),
-            plan=Plan({name: np.array([value]) for name, value in OPERATION.items()}, "same", None))
+            base,
+            parameters=with_values(base.parameters, {"bit.rock_stiffness": float(rock[0])}),
+            plan=Plan({name: np.array([value]) for name, value in OPERATION.items()}, "same", None),
+        )
         runs = single.prepare(np.array([0]))
         if procedure == "same":
             assert runs.initial.tobytes() == out["initial_state"][point][None].tobytes()

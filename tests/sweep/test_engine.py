@@ -34,7 +34,8 @@ def test_all_points_get_all_variables(grid: dict[str, np.ndarray]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lanes", "workers", "slice_seconds"), [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.001), (1, 2, 0.02)])
+    ("lanes", "workers", "slice_seconds"), [(1, 1, 0.25), (16, 1, 0.25), (8, 2, 0.001), (1, 2, 0.02)]
+)
 def test_numbers_do_not_depend_on_lanes_workers_or_slices(
     grid: dict[str, np.ndarray], lanes: int, workers: int, slice_seconds: float
 ) -> None:
@@ -55,8 +56,13 @@ def test_only_pending_points_are_run(grid: dict[str, np.ndarray]) -> None:
 
 CHAINS = {
     procedure: work_for(
-        Case(), replace(SHORT, transient=2.0, observe=4.0), procedure=procedure, along="rotary_speed",
-        rotary_speed=SPEEDS, wob=[22.24e3, 44e3, 66.72e3])
+        Case(),
+        replace(SHORT, transient=2.0, observe=4.0),
+        procedure=procedure,
+        along="rotary_speed",
+        rotary_speed=SPEEDS,
+        wob=[22.24e3, 44e3, 66.72e3],
+    )
     for procedure in ("up", "down", "up-down")
 }
 
@@ -100,8 +106,12 @@ def test_the_drive_angle_goes_on_along_a_chain() -> None:
 def test_a_long_chain_is_handed_over_in_segments_without_a_seam() -> None:
     """150 points: more than two segments of the engine."""
     work = work_for(
-        Case(), Simulation(transient=0.5, observe=0.5), procedure="up-down", along="depth",
-        depth=np.linspace(1000, 3000, 75))
+        Case(),
+        Simulation(transient=0.5, observe=0.5),
+        procedure="up-down",
+        along="depth",
+        depth=np.linspace(1000, 3000, 75),
+    )
     out = run_work(work, 1)
     points = work.plan.points_of(0, np.arange(150))
     assert np.array_equal(out["initial_state"][points[1:]], out["final_state"][points[:-1]])
@@ -111,8 +121,13 @@ def test_a_long_chain_is_handed_over_in_segments_without_a_seam() -> None:
 def test_many_long_chains_take_turns_in_a_gang() -> None:
     """More chains than a gang has room for, whose segments end one after the other: each finds its place again."""
     work = work_for(
-        Case(), Simulation(transient=5.0, observe=5.0), procedure="up", along="depth",
-        depth=np.linspace(1000, 3000, 140), wob=np.linspace(20e3, 90e3, 10))
+        Case(),
+        Simulation(transient=5.0, observe=5.0),
+        procedure="up",
+        along="depth",
+        depth=np.linspace(1000, 3000, 140),
+        wob=np.linspace(20e3, 90e3, 10),
+    )
     out = run_work(work, 2, 1, 0.001)
     assert np.all(out["status"] == OK)
     assert same_bits(run_work(work, 8, 2, 0.001), out)
@@ -121,14 +136,21 @@ def test_many_long_chains_take_turns_in_a_gang() -> None:
 def test_segments_are_short_where_the_results_of_a_run_are_large() -> None:
     """With many returns to the section few runs fit into a gang; all its lanes shall have work all the same."""
     work = work_for(
-        Case(), Simulation(transient=0.5, observe=0.5), procedure="up", along="depth",
-        depth=np.linspace(1000, 3000, 75), wob=np.linspace(20e3, 40e3, 20))
+        Case(),
+        Simulation(transient=0.5, observe=0.5),
+        procedure="up",
+        along="depth",
+        depth=np.linspace(1000, 3000, 75),
+        wob=np.linspace(20e3, 40e3, 20),
+    )
     few = replace(work, record=replace(work.record, poincare=4000))
     gang = few.new_gang(8, 1024)
     assert gang.slots < 1024
     out = run_work(few, 8, 1, 0.001)
-    assert same_bits({name: out[name] for name in ("status", "final_state", "axial_max")},
-                     {name: run_work(work, 8)[name] for name in ("status", "final_state", "axial_max")})
+    assert same_bits(
+        {name: out[name] for name in ("status", "final_state", "axial_max")},
+        {name: run_work(work, 8)[name] for name in ("status", "final_state", "axial_max")},
+    )
 
 
 def test_a_chain_goes_on_from_a_stored_state() -> None:
@@ -136,8 +158,9 @@ def test_a_chain_goes_on_from_a_stored_state() -> None:
     work = CHAINS["up-down"]
     whole = run_work(work, 8)
     plan = work.plan
-    starts = Starts(np.arange(3), np.array([5, 0, 21]),
-                    lambda chain, place: whole["final_state"][plan.points_of(chain, place - 1)])
+    starts = Starts(
+        np.arange(3), np.array([5, 0, 21]), lambda chain, place: whole["final_state"][plan.points_of(chain, place - 1)]
+    )
     out = run_work(work, 8, starts=starts)
     ran = out["status"] == OK
     assert np.count_nonzero(ran) == (22 - 5) + 22 + 1
@@ -162,9 +185,7 @@ def test_a_run_that_reaches_its_limit_of_steps_says_so_and_leaves_its_neighbours
 
 
 @pytest.mark.parametrize("lanes", [1, 8])
-def test_a_run_that_blows_up_is_marked_and_leaves_its_neighbours_alone(
-    grid: dict[str, np.ndarray], lanes: int
-) -> None:
+def test_a_run_that_blows_up_is_marked_and_leaves_its_neighbours_alone(grid: dict[str, np.ndarray], lanes: int) -> None:
     """Every third run starts with an infinite or absurd velocity."""
     points = np.arange(GRID.plan.points)
     states = GRID.prepare(points).initial
@@ -187,7 +208,8 @@ def test_nan_in_a_state_is_divergence() -> None:
 def test_a_chain_goes_on_after_a_failed_point_from_the_study_s_initial_state() -> None:
     """Rolling on the wall needs many steps: at high speed the run reaches its limit."""
     work = work_for(
-        Case(), replace(SHORT, max_steps=2000), procedure="up-down", along="rotary_speed", rotary_speed=SPEEDS)
+        Case(), replace(SHORT, max_steps=2000), procedure="up-down", along="rotary_speed", rotary_speed=SPEEDS
+    )
     out = run_work(work, 8)
     points = work.plan.points_of(0, np.arange(work.plan.chain_length))
     status = out["status"][points]
@@ -281,16 +303,28 @@ def test_an_interrupt_delivers_all_slices_under_way() -> None:
 
     delivered: list[int] = []
     with Counting(4) as threads, pytest.raises(KeyboardInterrupt):
-        Engine(work, threads, 4, 8, lambda points, columns: delivered.extend(points.tolist()), _Interrupting(1),
-               slice_seconds=0.05).run()
+        Engine(
+            work,
+            threads,
+            4,
+            8,
+            lambda points, columns: delivered.extend(points.tolist()),
+            _Interrupting(1),
+            slice_seconds=0.05,
+        ).run()
     assert sorted(delivered) == sorted(ended)
 
 
 def test_an_interrupt_of_chains_leaves_whole_beginnings() -> None:
     """What is delivered of each chain is its beginning, without holes: so it can be taken up again."""
     work = work_for(
-        Case(), Simulation(transient=1.0, observe=2.0), procedure="up", along="rotary_speed",
-        rotary_speed=np.linspace(1, 9, 100), wob=np.linspace(2e4, 6e4, 9))
+        Case(),
+        Simulation(transient=1.0, observe=2.0),
+        procedure="up",
+        along="rotary_speed",
+        rotary_speed=np.linspace(1, 9, 100),
+        wob=np.linspace(2e4, 6e4, 9),
+    )
     found = interrupted(work, 2, after=50)
     for chain in range(work.plan.chains):
         done = [int(p) in found for p in work.plan.points_of(chain, np.arange(100))]
@@ -302,8 +336,14 @@ def test_progress_counts_points_and_failures() -> None:
     work = replace(GRID, simulation=replace(SHORT, max_steps=3000))
     with ThreadPoolExecutor(1) as threads:
         final = Engine(
-            work, threads, 1, 8, lambda points, columns: None,
-            lambda progress: seen.append((progress.done, progress.failed)), 0.002).run()
+            work,
+            threads,
+            1,
+            8,
+            lambda points, columns: None,
+            lambda progress: seen.append((progress.done, progress.failed)),
+            0.002,
+        ).run()
     assert final.done == final.total == GRID.plan.points
     assert final.before == 0
     assert 0 < final.failed < final.total

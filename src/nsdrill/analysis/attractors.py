@@ -35,13 +35,39 @@ from nsdrill.analysis.branches import WEIGHTS, Places
 from nsdrill.data import Array
 from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PENDING, PERIODIC, QUASI_PERIODIC, UNDETERMINED
 
-NEEDED = ("status", "response", "whirl_kind", "settled", "lift_off_fraction", "wall_contact_fraction", "stuck_fraction",
-          "stick_slip_index", "radius_mean", "whirl_speed_mean", "axial_acceleration_rms", "half_difference",
-          "axial_min", "axial_max", "radius_max", "bit_speed_min", "bit_speed_max")
+NEEDED = (
+    "status",
+    "response",
+    "whirl_kind",
+    "settled",
+    "lift_off_fraction",
+    "wall_contact_fraction",
+    "stuck_fraction",
+    "stick_slip_index",
+    "radius_mean",
+    "whirl_speed_mean",
+    "axial_acceleration_rms",
+    "half_difference",
+    "axial_min",
+    "axial_max",
+    "radius_max",
+    "bit_speed_min",
+    "bit_speed_max",
+)
 IF_THERE = ("motion", "period")
 _LABELS = ("response", "whirl_kind", "settled", *IF_THERE)
-SHOWN = ("stick_slip_index", "stuck_fraction", "lift_off_fraction", "axial_min", "axial_max", "bit_force_max",
-         "radius_mean", "radius_max", "wall_contact_fraction", "whirl_ratio")
+SHOWN = (
+    "stick_slip_index",
+    "stuck_fraction",
+    "lift_off_fraction",
+    "axial_min",
+    "axial_max",
+    "bit_force_max",
+    "radius_mean",
+    "radius_max",
+    "wall_contact_fraction",
+    "whirl_ratio",
+)
 UNSETTLED_SHARE = 1 / 4
 WILSON = 1.959963984540054  # standard deviations that hold 95 % of a normal distribution
 _PAIRS = 1 << 20  # compared at once
@@ -97,19 +123,34 @@ def places(variables: Mapping[str, Array], groups: Array, speed: Array, gap: Arr
         order = np.argsort(group, kind="stable")
         counts = np.bincount(group)
         for chosen in np.split(order, np.cumsum(counts)[:-1])[1:]:
-            found.append((i, len(chosen), np.median(vectors[i, chosen], axis=0), kinds[i, chosen].max(),
-                          np.mean(variables["settled"][i, chosen]) >= 0.5))
+            found.append(
+                (
+                    i,
+                    len(chosen),
+                    np.median(vectors[i, chosen], axis=0),
+                    kinds[i, chosen].max(),
+                    np.mean(variables["settled"][i, chosen]) >= 0.5,
+                )
+            )
     point, members, place, kind, settled = zip(*found, strict=True) if found else ((),) * 5
-    return Places(np.array(point, int), np.array(members, int), np.reshape(place, (len(found), vectors.shape[-1])),
-                  np.array(kind, int), np.array(settled, bool))
+    return Places(
+        np.array(point, int),
+        np.array(members, int),
+        np.reshape(place, (len(found), vectors.shape[-1])),
+        np.array(kind, int),
+        np.array(settled, bool),
+    )
 
 
 def scaled(variables: Mapping[str, Array], speed: Array, gap: Array) -> Array:
     """The scaled features of starts, shape (..., 7)."""
     radius = variables["radius_mean"] / gap
     columns = (
-        variables["lift_off_fraction"], variables["wall_contact_fraction"], variables["stuck_fraction"],
-        np.minimum(np.nan_to_num(variables["stick_slip_index"], nan=np.inf, posinf=np.inf) / 200, 5.0), radius,
+        variables["lift_off_fraction"],
+        variables["wall_contact_fraction"],
+        variables["stuck_fraction"],
+        np.minimum(np.nan_to_num(variables["stick_slip_index"], nan=np.inf, posinf=np.inf) / 200, 5.0),
+        radius,
         variables["whirl_speed_mean"] / speed * radius,
         0.5 * np.log(np.maximum(variables["axial_acceleration_rms"], 1e-9)),
     )
@@ -119,8 +160,10 @@ def scaled(variables: Mapping[str, Array], speed: Array, gap: Array) -> Array:
 def extent(variables: Mapping[str, Array], speed: Array, gap: Array, axial: Array) -> Array:
     """The scaled extremes of the states of starts, shape (..., 4)."""
     columns = (
-        variables["radius_max"] / gap, 0.5 * np.log(variables["axial_max"] - variables["axial_min"] + axial),
-        variables["bit_speed_min"] / (4 * speed), variables["bit_speed_max"] / (4 * speed),
+        variables["radius_max"] / gap,
+        0.5 * np.log(variables["axial_max"] - variables["axial_min"] + axial),
+        variables["bit_speed_min"] / (4 * speed),
+        variables["bit_speed_max"] / (4 * speed),
     )
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
@@ -156,7 +199,8 @@ def _nearest(vectors: Array, to: Array, reach: float, count: int) -> tuple[Array
     from scipy.spatial import cKDTree
 
     distance, near = cKDTree(vectors).query(
-        to, range(1, count + 1), p=np.inf, distance_upper_bound=np.nextafter(reach, np.inf))
+        to, range(1, count + 1), p=np.inf, distance_upper_bound=np.nextafter(reach, np.inf)
+    )
     return distance, np.minimum(near, len(vectors) - 1)  # one beyond where there is none
 
 
@@ -169,8 +213,8 @@ def _more_links(vectors: Array, reach: Array, group: Array, full: Array) -> Arra
     far = np.array([reach[some].max() for some in members])
     found = []
     for i, a in enumerate(members):
-        apart = np.maximum(low[i + 1:] - high[i], low[i] - high[i + 1:]).max(axis=1, initial=-np.inf)
-        for j in i + 1 + np.flatnonzero(apart <= np.minimum(far[i], far[i + 1:])):
+        apart = np.maximum(low[i + 1 :] - high[i], low[i] - high[i + 1 :]).max(axis=1, initial=-np.inf)
+        for j in i + 1 + np.flatnonzero(apart <= np.minimum(far[i], far[i + 1 :])):
             b = members[j]
             step = max(1, _PAIRS // len(b))
             for block in np.split(a, range(step, len(a), step)):
@@ -236,7 +280,8 @@ def describe(variables: Mapping[str, Array]) -> Iterator[tuple[list[Attractor], 
         names, members = np.unique(of["attractor"][of["attractor"] > 0], return_counts=True)
         numbers = names[np.argsort(-members, kind="stable")].tolist()
         counts = {
-            "starts": len(status), "failed": int(np.count_nonzero(~ok & (status != PENDING))),
+            "starts": len(status),
+            "failed": int(np.count_nonzero(~ok & (status != PENDING))),
             "pending": int(np.count_nonzero(status == PENDING)),
             "unsettled": int(np.count_nonzero(ok & (of["settled"] == 0))),
             "ungrouped": int(np.count_nonzero(ok & (of["attractor"] == 0))),
@@ -252,8 +297,18 @@ def _attractor(number: int, of: Mapping[str, Array], total: int) -> Attractor:
     motion, period = _most(of, inside) if "motion" in of else (None, None)
     medians = {name: float(np.median(of[name][inside])) for name in SHOWN if name in of}
     return Attractor(
-        number, int(of["response"][first]), int(of["whirl_kind"][first]), motion, period, members,
-        int(np.count_nonzero(inside & (of["settled"] == 0))), members / total, low, high, medians)
+        number,
+        int(of["response"][first]),
+        int(of["whirl_kind"][first]),
+        motion,
+        period,
+        members,
+        int(np.count_nonzero(inside & (of["settled"] == 0))),
+        members / total,
+        low,
+        high,
+        medians,
+    )
 
 
 def _most(of: Mapping[str, Array], inside: Array) -> tuple[int, int]:

@@ -112,9 +112,13 @@ def _paired(
     their distance, and which they are."""
     bounds = np.searchsorted(found.point, [(row[0], row[0] + 1), (row[-1], row[-1] + 1)]).tolist()
     a, b = (
-        [i for i in range(first, min(last, first + MOST))
-         if branches.missing(i, others) and (found.settled[i] or len(row) == 2)]
-        for (first, last), others in zip(bounds, (row[1:], row[:-1]), strict=True))
+        [
+            i
+            for i in range(first, min(last, first + MOST))
+            if branches.missing(i, others) and (found.settled[i] or len(row) == 2)
+        ]
+        for (first, last), others in zip(bounds, (row[1:], row[:-1]), strict=True)
+    )
     if not a or not b:
         return
     from scipy.optimize import linear_sum_assignment

@@ -40,10 +40,17 @@ def compare_results(a: Results, b: Results) -> dict[str, Any]:
             sizes = {"a": left.shape[-1], "b": right.shape[-1], "of": BY_NAME[name].dims[-1]}
             rows.append({"name": name, "same": False, "points": None, "not_compared": sizes})
             continue
-        rows += [row | {"at": None if place is None else point_of(coords, place)}
-                 for row, place in _variable(name, left, right, len(shape))]
-    return {"axes": axes, "points": int(np.prod(shape)), "responses": _responses(a, b, at, coords),
-            "variables": rows, **_alone(a, b)}
+        rows += [
+            row | {"at": None if place is None else point_of(coords, place)}
+            for row, place in _variable(name, left, right, len(shape))
+        ]
+    return {
+        "axes": axes,
+        "points": int(np.prod(shape)),
+        "responses": _responses(a, b, at, coords),
+        "variables": rows,
+        **_alone(a, b),
+    }
 
 
 def compare_traces(a: Trace, b: Trace) -> dict[str, Any]:
@@ -89,14 +96,18 @@ def _axes(a: Results, b: Results, grid: Sequence[str]) -> tuple[list[dict[str, A
 
 def _alone(a: Results, b: Results) -> dict[str, list[str]]:
     """The variables that only one of the two has."""
-    return {"only_a": [name for name in a.variables if name not in b.variables],
-            "only_b": [name for name in b.variables if name not in a.variables]}
+    return {
+        "only_a": [name for name in a.variables if name not in b.variables],
+        "only_b": [name for name in b.variables if name not in a.variables],
+    }
 
 
 def point_of(coords: dict[str, Array], place: Sequence[int]) -> dict[str, Any]:
     """The coordinates of a point, as plain data."""
-    return {name: text(values[i]) if name == "procedure" else values[i].item()
-            for (name, values), i in zip(coords.items(), place, strict=True)}
+    return {
+        name: text(values[i]) if name == "procedure" else values[i].item()
+        for (name, values), i in zip(coords.items(), place, strict=True)
+    }
 
 
 def same_bits(a: Array, b: Array) -> Array:
@@ -155,16 +166,24 @@ def _responses(a: Results, b: Results, at: Sequence[Any], coords: dict[str, Arra
     """Which outcomes changed: a response, or how the run ended where none is known."""
     if not all(name in data.variables for data in (a, b) for name in ("status", "response")):
         return None
-    left, right = (_outcomes(data["status"][place], data["response"][place])
-                   for data, place in zip((a, b), at, strict=True))
+    left, right = (
+        _outcomes(data["status"][place], data["response"][place]) for data, place in zip((a, b), at, strict=True)
+    )
     differs = left != right
     pairs, counts = np.unique(np.stack([left[differs], right[differs]]), axis=1, return_counts=True)
-    changes = [{"from": _word(int(x)), "to": _word(int(y)), "points": int(n)}
-               for (x, y), n in zip(pairs.T, counts, strict=True)]
-    named = [{**point_of(coords, place), "from": _word(int(left[tuple(place)])), "to": _word(int(right[tuple(place)]))}
-             for place in np.argwhere(differs)[:MOST_NAMED]]
-    return {"changed": int(np.count_nonzero(differs)), "changes": sorted(changes, key=lambda one: -one["points"]),
-            "at": named}
+    changes = [
+        {"from": _word(int(x)), "to": _word(int(y)), "points": int(n)}
+        for (x, y), n in zip(pairs.T, counts, strict=True)
+    ]
+    named = [
+        {**point_of(coords, place), "from": _word(int(left[tuple(place)])), "to": _word(int(right[tuple(place)]))}
+        for place in np.argwhere(differs)[:MOST_NAMED]
+    ]
+    return {
+        "changed": int(np.count_nonzero(differs)),
+        "changes": sorted(changes, key=lambda one: -one["points"]),
+        "at": named,
+    }
 
 
 def _outcomes(status: Array, response: Array) -> Array:

@@ -111,8 +111,11 @@ def _rows(
     outcomes = outcome(results["status"][place], results["response"][place])
     kinds = results["whirl_kind"][place] if "whirl_kind" in results.variables else None
     x = np.asarray(results.coords[along], dtype=float)
-    held = {axis: results.coords[axis][number].item() for axis, number in zip(results.grid[1:], place[1:], strict=True)
-            if isinstance(number, int)}
+    held = {
+        axis: results.coords[axis][number].item()
+        for axis, number in zip(results.grid[1:], place[1:], strict=True)
+        if isinstance(number, int)
+    }
     unknown = np.minimum(outcomes[procedures.index("up")], outcomes[procedures.index("down")]) < 0
     for one in differences(procedures, outcomes):
         row: dict[str, Any] = {

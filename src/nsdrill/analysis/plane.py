@@ -20,8 +20,10 @@ def regions(safe: Array) -> list[tuple[int, tuple[int, int, int, int]]]:
     sizes = np.bincount(labels.ravel(), minlength=count + 1)[1:]
     boxes = ndimage.find_objects(labels)
     order = sorted(range(count), key=lambda number: -int(sizes[number]))  # stable: by place where the sizes are equal
-    return [(int(sizes[n]), (boxes[n][0].start, boxes[n][0].stop - 1, boxes[n][1].start, boxes[n][1].stop - 1))
-            for n in order]
+    return [
+        (int(sizes[n]), (boxes[n][0].start, boxes[n][0].stop - 1, boxes[n][1].start, boxes[n][1].stop - 1))
+        for n in order
+    ]
 
 
 def largest_margin(safe: Array, y: Array, x: Array) -> tuple[int, int, float] | None:
@@ -37,8 +39,9 @@ def largest_margin(safe: Array, y: Array, x: Array) -> tuple[int, int, float] | 
         return None
     across, up = in_parts(x), in_parts(y)
     places = np.column_stack((up[rows], across[columns]))
-    to_bad = _to_the_nearest(places, np.column_stack([axis[at] for axis, at in zip(
-        (up, across), np.nonzero(~safe), strict=True)]))
+    to_bad = _to_the_nearest(
+        places, np.column_stack([axis[at] for axis, at in zip((up, across), np.nonzero(~safe), strict=True)])
+    )
     edges = [np.minimum(axis[at], 1.0 - axis[at]) for axis, at in ((up, rows), (across, columns)) if len(axis) > 1]
     margin = np.min([to_bad, *edges], axis=0)
     best = np.flatnonzero(margin >= margin.max() - _EQUAL)

@@ -64,7 +64,7 @@ def classes(results: Results, severity: int | None = None) -> Classes:
 
     An inferred point has a response, but no severity: by severity it is not known.
     """
-    swept = [axis for axis in (*ACROSS, *results.axes[len(ACROSS):]) if axis in results.swept]
+    swept = [axis for axis in (*ACROSS, *results.axes[len(ACROSS) :]) if axis in results.swept]
     if not 1 <= len(swept) <= 3:
         if not swept:
             raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
@@ -94,14 +94,27 @@ def classes(results: Results, severity: int | None = None) -> Classes:
 
     each, bad = good & calm & trusted & ~unchecked, good & ~(calm & trusted)
     safe, some, none = planes(each), planes(each).any(axis=-1), planes(bad).any(axis=-1)
-    state = np.where(planes(each | bad).all(axis=-1) | (some & none),
-                     np.where(none, np.where(some, RIM, CRITICAL), SAFE), UNKNOWN)
+    state = np.where(
+        planes(each | bad).all(axis=-1) | (some & none), np.where(none, np.where(some, RIM, CRITICAL), SAFE), UNKNOWN
+    )
     bits = np.bitwise_or.reduce(planes(np.where(known(results["status"]), results["response"], 0).astype(int)), axis=-1)
-    safe_in = {text(name): int(np.count_nonzero(one.all(axis=tuple(range(3, one.ndim)))))
-               for name, one in zip(results.coords["procedure"], each, strict=True)}
+    safe_in = {
+        text(name): int(np.count_nonzero(one.all(axis=tuple(range(3, one.ndim)))))
+        for name, one in zip(results.coords["procedure"], each, strict=True)
+    }
     return Classes(
-        results, swept[0], y, third, state, bits, np.asarray(planes(failed).any(axis=-1)),
-        np.asarray(planes(good & ~trusted).any(axis=-1)), safe.shape[-1], int(np.count_nonzero(failed)), safe_in)
+        results,
+        swept[0],
+        y,
+        third,
+        state,
+        bits,
+        np.asarray(planes(failed).any(axis=-1)),
+        np.asarray(planes(good & ~trusted).any(axis=-1)),
+        safe.shape[-1],
+        int(np.count_nonzero(failed)),
+        safe_in,
+    )
 
 
 def find_window(results: Results, severity: int | None = None) -> dict[str, Any]:
@@ -159,8 +172,11 @@ def _map(found: Classes, state: Array, number: int | None) -> dict[str, Any]:
     x, y = found.values(found.x), found.values(found.y)
     areas = []
     for cells, (top, bottom, left, right) in regions(state == SAFE):
-        area: dict[str, Any] = {"points": cells, "share": cells / state.size,
-                                found.x: [float(x[left]), float(x[right])]}
+        area: dict[str, Any] = {
+            "points": cells,
+            "share": cells / state.size,
+            found.x: [float(x[left]), float(x[right])],
+        }
         if found.y:
             area[found.y] = [float(y[top]), float(y[bottom])]
         areas.append(area)
@@ -189,8 +205,13 @@ def _limits(found: Classes, state: Array, number: int | None, values: Array, her
         while 0 <= place + step < len(values) and state[at(place + step)] == SAFE:
             place += step
         beyond = place + step
-        entry: dict[str, Any] = {"margin": abs(float(values[place] - values[here])), "safe_to": float(values[place]),
-                                 "first_not_safe": None, "why": "edge", "responses": []}
+        entry: dict[str, Any] = {
+            "margin": abs(float(values[place] - values[here])),
+            "safe_to": float(values[place]),
+            "first_not_safe": None,
+            "why": "edge",
+            "responses": [],
+        }
         if 0 <= beyond < len(values):
             cell = at(beyond)
             behind = (slice(None) if number is None else number, *cell)
@@ -200,8 +221,11 @@ def _limits(found: Classes, state: Array, number: int | None, values: Array, her
                 why = "failed"
             elif bits == 0 and np.any(found.distrusted[behind]):  # no response: say what else is the matter
                 why = "distrusted"
-            entry |= {"first_not_safe": float(values[beyond]), "why": why,
-                      "responses": [] if bits == 0 else words(bits).split("+")}
+            entry |= {
+                "first_not_safe": float(values[beyond]),
+                "why": why,
+                "responses": [] if bits == 0 else words(bits).split("+"),
+            }
         sides[side] = entry
     return sides
 
@@ -221,6 +245,12 @@ def _over_depth(found: Classes) -> dict[str, Any] | None:
             spans.append([row["depth"], row["depth"]])
         elif now:
             spans[-1][1] = row["depth"]
-    closes = next((row["depth"] for row, now in zip(rows, is_open, strict=True)
-                   if not now and spans and row["depth"] > spans[0][0]), None)
+    closes = next(
+        (
+            row["depth"]
+            for row, now in zip(rows, is_open, strict=True)
+            if not now and spans and row["depth"] > spans[0][0]
+        ),
+        None,
+    )
     return {"open": spans, "closes": closes, "reopens": spans[1][0] if len(spans) > 1 else None, "rows": rows}

@@ -43,7 +43,8 @@ def study_in(study: Any, set: Any, name: str = THE_STUDY) -> Study:
         return load_study(name_in(study, "study"), texts)
     raise InputError(
         f"study: found a value of the type {type(study).__name__}; allowed: a Study, the name of a YAML file, YAML "
-        "text, or a mapping.")
+        "text, or a mapping."
+    )
 
 
 def texts_in(changes: Any, name: str) -> list[str]:

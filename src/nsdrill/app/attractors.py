@@ -89,7 +89,8 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
         name = IN_MEMORY if isinstance(source, Results) else os.fspath(source)
         raise FileError(
             f"{name}: every operating point has one start, so no attractors were told apart. Run a study with "
-            "initial.ensemble, say --set initial.ensemble=64.")
+            "initial.ensemble, say --set initial.ensemble=64."
+        )
     starts = len(results.coords["start"])
     flat = {name: results[name].reshape(-1, starts) for name in TOLD if name in results.variables}
     sampled = not results.slice
@@ -114,7 +115,10 @@ def plain(one: Attractor, sampled: bool) -> dict[str, Any]:
     if one.motion is not None:
         data |= {"motion": flag_words(BY_NAME["motion"], one.motion), "period": one.period}
     return data | {
-        "members": one.members, "unsettled": one.unsettled, "share": one.share,
-        "low": one.low if sampled else None, "high": one.high if sampled else None,
+        "members": one.members,
+        "unsettled": one.unsettled,
+        "share": one.share,
+        "low": one.low if sampled else None,
+        "high": one.high if sampled else None,
         "features": {name: value if np.isfinite(value) else None for name, value in one.features.items()},
     }

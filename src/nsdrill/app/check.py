@@ -72,8 +72,16 @@ class Report:
                 name: {"value": figure.value, "units": figure.units, "meaning": figure.meaning}
                 for name, figure in self.figures.items()
             },
-            **({"ramps": {name: {"time": list(ramp.times), "value": list(ramp.values)}
-                          for name, ramp in self.ramps.items()}} if self.ramps else {}),
+            **(
+                {
+                    "ramps": {
+                        name: {"time": list(ramp.times), "value": list(ramp.values)}
+                        for name, ramp in self.ramps.items()
+                    }
+                }
+                if self.ramps
+                else {}
+            ),
             "points": self.points,
             "chains": self.chains,
             "coarse_points": self.coarse_points,
@@ -95,8 +103,18 @@ def check(study: Study, units: str = "si") -> Report:
     coarse = points
     for axis in study.refined:
         coarse = coarse // len(study.axes[axis]) * coarse_length(study, axis)
-    return Report(operation, k, figures(study.parameters, operation), _warnings(study, units), points, chains,
-                  study.ramps, coarse, disk(plan, kept_of(study)) if points else 0, memory(plan) if points else 0.0)
+    return Report(
+        operation,
+        k,
+        figures(study.parameters, operation),
+        _warnings(study, units),
+        points,
+        chains,
+        study.ramps,
+        coarse,
+        disk(plan, kept_of(study)) if points else 0,
+        memory(plan) if points else 0.0,
+    )
 
 
 def coarse_length(study: Study, axis: str) -> int:
@@ -149,14 +167,25 @@ def _ends(study: Study, axis: str) -> tuple[float, float]:
 def _corners(study: Study) -> list[Values]:
     """What the points have at the ends of all axes and ramps, each with each."""
     ends = [sorted(set(_ends(study, axis))) for axis in study.axes]
-    return [values_at(study.parameters, study.initial, dict(zip(study.axes, values, strict=True)))
-            for values in product(*ends)]
+    return [
+        values_at(study.parameters, study.initial, dict(zip(study.axes, values, strict=True)))
+        for values in product(*ends)
+    ]
 
 
 def _buckled(study: Study, units: str) -> str | None:
-    least, worst, load = min((
-        (float(lateral_stiffness(at.parameters, Operation(*at.operation), k)), at.operation[1], float(k.buckling_load))
-        for at in _corners(study) for k in [derive(at.parameters, *at.operation)]), key=itemgetter(0))
+    least, worst, load = min(
+        (
+            (
+                float(lateral_stiffness(at.parameters, Operation(*at.operation), k)),
+                at.operation[1],
+                float(k.buckling_load),
+            )
+            for at in _corners(study)
+            for k in [derive(at.parameters, *at.operation)]
+        ),
+        key=itemgetter(0),
+    )
     if least >= 0:
         return None
     return (
@@ -185,9 +214,13 @@ def _slow(study: Study) -> str | None:
 
 
 def _eccentric(study: Study, units: str) -> str | None:
-    gap, offset = min((
-        (float(derive(at.parameters, *at.operation).gap), at.parameters.drillstring.eccentricity)
-        for at in _corners(study)), key=lambda pair: pair[0] - pair[1])
+    gap, offset = min(
+        (
+            (float(derive(at.parameters, *at.operation).gap), at.parameters.drillstring.eccentricity)
+            for at in _corners(study)
+        ),
+        key=lambda pair: pair[0] - pair[1],
+    )
     if offset <= gap:
         return None
     return (

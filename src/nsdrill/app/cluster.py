@@ -35,11 +35,13 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
             # Not its warnings: that a worker which computes is killed at the end after some seconds is no news.
             try:
                 cluster = LocalCluster(
-                    n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR)
+                    n_workers=count, threads_per_worker=1, dashboard_address=None, silence_logs=logging.ERROR
+                )
             except RuntimeError as error:
                 raise NsdrillError(
                     f"The Dask workers on this machine did not start ({error}). Nothing has run. A Python script is "
-                    "read again by each of them: put its calls below `if __name__ == \"__main__\":`.") from error
+                    'read again by each of them: put its calls below `if __name__ == "__main__":`.'
+                ) from error
         with cluster, Client(cluster) as client:
             yield _Cluster(client), count
         return
@@ -61,7 +63,8 @@ def dask_executor(scheduler: str | None = None, workers: int | None = None) -> I
             if differing := _differing(found):
                 raise NsdrillError(
                     f"--scheduler: the worker {worker} has other versions, whose numbers may differ ({differing}). "
-                    "Nothing has run. Install the same versions everywhere, and start the workers anew.")
+                    "Nothing has run. Install the same versions everywhere, and start the workers anew."
+                )
         yield _Cluster(client), workers or threads
 
 
@@ -80,7 +83,8 @@ class _Cluster(Executor):
         if self._client.status == "closed":
             raise NsdrillError(
                 "The Dask scheduler is gone. Finished points are safe: look after the cluster, then give the same "
-                "command with --resume.")
+                "command with --resume."
+            )
 
 
 def _differing(found: Any) -> str:

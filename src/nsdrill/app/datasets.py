@@ -58,7 +58,8 @@ def checked(data: Results | Trace) -> Results | Trace:
     if isinstance(data, Trace):
         if not len(data.time) or not np.all(np.diff(data.time) > 0.0):
             raise InputError(
-                "the Dataset: found a trace whose time is empty or does not ascend; allowed: samples in order.")
+                "the Dataset: found a trace whose time is empty or does not ascend; allowed: samples in order."
+            )
     elif empty := [name for name, length in zip(data.grid, data.shape, strict=True) if not length]:
         raise InputError(f"the Dataset: found no values of {', '.join(empty)}; allowed: one or more of each axis.")
     return data

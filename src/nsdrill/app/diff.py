@@ -14,15 +14,34 @@ from nsdrill.errors import FileError
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.study.written import changes
 
-MADE = ("study_sha256", "created", "nsdrill_version", "model_digest", "python", "python_version", "llvmlite",
-        "numpy_version", "numba_version", "h5py_version", "processor")
-OF_A_RUN = {"depth": "m", "wob": "N", "rotary_speed": "rad/s", "procedure": "", "start": "", "transient": "s",
-            "observe": "s", "status": "", "steps": "", "rejected": ""}  # attributes of a trace
+MADE = (
+    "study_sha256",
+    "created",
+    "nsdrill_version",
+    "model_digest",
+    "python",
+    "python_version",
+    "llvmlite",
+    "numpy_version",
+    "numba_version",
+    "h5py_version",
+    "processor",
+)
+OF_A_RUN = {
+    "depth": "m",
+    "wob": "N",
+    "rotary_speed": "rad/s",
+    "procedure": "",
+    "start": "",
+    "transient": "s",
+    "observe": "s",
+    "status": "",
+    "steps": "",
+    "rejected": "",
+}  # attributes of a trace
 
 
-def diff(
-    a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str | os.PathLike[str]
-) -> dict[str, Any]:
+def diff(a: Results | Trace | str | os.PathLike[str], b: Results | Trace | str | os.PathLike[str]) -> dict[str, Any]:
     """What differs between ``a`` and ``b``, results, unfinished runs or traces, in memory or files, as plain data in SI
     units.
 
@@ -33,8 +52,10 @@ def diff(
     ``points``, ``responses``, ``variables``, ``only_a``, ``only_b``. FileError for a file that cannot be read.
     """
     one, two = (data if isinstance(data, Results | Trace) else read_any(data) for data in (a, b))
-    names = [f"Dataset {label}" if isinstance(data, Results | Trace) else os.fspath(data)
-             for label, data in (("a", a), ("b", b))]
+    names = [
+        f"Dataset {label}" if isinstance(data, Results | Trace) else os.fspath(data)
+        for label, data in (("a", a), ("b", b))
+    ]
     try:
         differing = changes(_study(one.attrs), _study(two.attrs))
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -57,8 +78,11 @@ def diff(
         found |= {"run": _attributes(one.attrs, two.attrs, OF_A_RUN), **compare_traces(one, two)}
     else:
         return found
-    found["same_numbers"] = not found["only_a"] and not found["only_b"] and all(
-        row["same"] for row in (*found["axes"], *found["variables"]))
+    found["same_numbers"] = (
+        not found["only_a"]
+        and not found["only_b"]
+        and all(row["same"] for row in (*found["axes"], *found["variables"]))
+    )
     return found
 
 
@@ -76,6 +100,7 @@ def _study(attrs: Mapping[str, Any]) -> dict[str, Any]:
 
 def _attributes(a: Mapping[str, Any], b: Mapping[str, Any], units: Mapping[str, str]) -> list[dict[str, Any]]:
     """The attributes that differ, as text with their units; None where one is not there."""
+
     def told(attrs: Mapping[str, Any], name: str) -> str | None:
         return f"{attrs[name]} {units[name]}".strip() if name in attrs else None
 

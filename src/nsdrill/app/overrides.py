@@ -30,8 +30,11 @@ def overrides_of(attrs: Mapping[str, Any]) -> list[str]:
 
     try:
         there = json.loads(attrs["study_resolved"])
-        return [f"{key}={value}" for key, _, value in changes(parse_study(attrs["study"]).resolved, there)
-                if value is not None]  # None: a key that the version of the file did not have
+        return [
+            f"{key}={value}"
+            for key, _, value in changes(parse_study(attrs["study"]).resolved, there)
+            if value is not None
+        ]  # None: a key that the version of the file did not have
     except (NsdrillError, KeyError, TypeError, ValueError, AttributeError):
         return []
 

@@ -18,4 +18,5 @@ def kept_of(study: Study) -> Kept:
     """What is kept of each point of a study."""
     states = STATE_NAMES if study.parameters.drive.kind == "ideal" else DRIVEN_STATE_NAMES
     return replace(
-        study.record.kept(study.initial.starts), verify=study.simulation.verify, axes=study.more, states=states)
+        study.record.kept(study.initial.starts), verify=study.simulation.verify, axes=study.more, states=states
+    )

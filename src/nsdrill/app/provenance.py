@@ -24,8 +24,12 @@ from nsdrill.study.study import Study
 
 # Root attributes of which each can change a bit of a result, and what people call them.
 _DECISIVE = {
-    "nsdrill_version": "nsdrill", "python": "Python", "numba_version": "numba", "llvmlite": "llvmlite",
-    "libm_digest": "C library (digest of its mathematics)", "model_digest": "model digest",
+    "nsdrill_version": "nsdrill",
+    "python": "Python",
+    "numba_version": "numba",
+    "llvmlite": "llvmlite",
+    "libm_digest": "C library (digest of its mathematics)",
+    "model_digest": "model digest",
 }
 
 
@@ -101,10 +105,14 @@ def _libm_digest() -> str:
     """Digest of what the functions of the C library give that results are made with. Their last bits are left open by
     the standards, and depend on the library and on whether the processor has fused multiply-adds."""
     places = [0.001 * i for i in range(1, 5001)]
-    values = array("d", [
-        value for x in places
-        for value in (math.sin(x), math.cos(x), math.atan2(x, 1.7), math.log(x), x**2, x**3, x**4)
-    ])
+    values = array(
+        "d",
+        [
+            value
+            for x in places
+            for value in (math.sin(x), math.cos(x), math.atan2(x, 1.7), math.log(x), x**2, x**3, x**4)
+        ],
+    )
     return hashlib.sha256(values.tobytes()).hexdigest()[:16]
 
 

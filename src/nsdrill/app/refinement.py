@@ -48,8 +48,9 @@ class Grid:
         # A failed run says nothing about its neighbours: it is like no other, not even like another failed one.
         failed = known & np.any(rows < UNKNOWN, axis=1)
         classes[failed] = -1 - np.flatnonzero(failed)
-        step = refine(classes.reshape(self.shape), known.reshape(self.shape), self.axes, self.depth,
-                      everything=everything)
+        step = refine(
+            classes.reshape(self.shape), known.reshape(self.shape), self.axes, self.depth, everything=everything
+        )
         given = outcomes.copy()
         if step.filled is not None:
             filled = step.filled.ravel()

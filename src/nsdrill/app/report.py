@@ -77,11 +77,13 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         kinds = results["whirl_kind"][i][ok[i]]
         summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
         summary["severities"][procedure] = {
-            name: _counts(name, results[name][i][ok[i]]) for name in SEVERITIES if name in results.variables}
+            name: _counts(name, results[name][i][ok[i]]) for name in SEVERITIES if name in results.variables
+        }
     if "motion" in results.variables:
         summary["motions"] = {
             procedure: _counts("motion", results["motion"][i][ok[i]])
-            for i, procedure in enumerate(summary["procedures"])}
+            for i, procedure in enumerate(summary["procedures"])
+        }
     summary["settled"] = int(np.count_nonzero(results["settled"][ok]))
     for name in SHOWN:
         values = results[name][ok]
@@ -128,8 +130,12 @@ def trust_of(results: Results) -> dict[str, Any]:
     """What the checks found: points by verdict, checks that did not end well, and which responses changed to what."""
     from nsdrill.observe.trust import AGREES, CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, verdict
 
-    codes = {"agree": AGREES, "features_differ": FEATURES_DIFFER, "response_differs": RESPONSE_DIFFERS,
-             "check_failed": CHECK_FAILED}
+    codes = {
+        "agree": AGREES,
+        "features_differ": FEATURES_DIFFER,
+        "response_differs": RESPONSE_DIFFERS,
+        "check_failed": CHECK_FAILED,
+    }
     verdicts = verdict(results)
     counts = {name: int(np.count_nonzero(verdicts == code)) for name, code in codes.items()}
     changed, failed = [], {}
@@ -137,12 +143,18 @@ def trust_of(results: Results) -> dict[str, Any]:
         status, response = results[f"{check}_status"], results[f"{check}_response"]
         failed[check] = int(np.count_nonzero(has_failed(status)))
         differs = (status == OK) & (response != results["response"])
-        pairs, points = np.unique(np.stack([results["response"][differs], response[differs]]), axis=1,
-                                  return_counts=True)
+        pairs, points = np.unique(
+            np.stack([results["response"][differs], response[differs]]), axis=1, return_counts=True
+        )
         changed += [
-            {"check": check, "from": flag_words(BY_NAME["response"], int(a)),
-             "to": flag_words(BY_NAME["response"], int(b)), "points": int(n)}
-            for (a, b), n in zip(pairs.T, points, strict=True)]
+            {
+                "check": check,
+                "from": flag_words(BY_NAME["response"], int(a)),
+                "to": flag_words(BY_NAME["response"], int(b)),
+                "points": int(n),
+            }
+            for (a, b), n in zip(pairs.T, points, strict=True)
+        ]
     return {**counts, "failed_checks": failed, "changed": sorted(changed, key=lambda row: -row["points"])}
 
 
@@ -171,10 +183,16 @@ def intervals(results: Results) -> list[dict[str, Any]]:
                 continue
             state = "response" if status[start] == OK else "status"
             word = flag_words(BY_NAME[state], int((response if state == "response" else status)[start]))
-            rows.append({
-                "procedure": str(procedure), "axis": axis, "from": float(values[start]), "to": float(values[end - 1]),
-                "points": end - start, "response": word,
-            })
+            rows.append(
+                {
+                    "procedure": str(procedure),
+                    "axis": axis,
+                    "from": float(values[start]),
+                    "to": float(values[end - 1]),
+                    "points": end - start,
+                    "response": word,
+                }
+            )
             start = end
     return rows
 
@@ -194,10 +212,13 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
         "duration": float(trace.time[-1]) if len(trace.time) else 0.0,
         "ranges": {
             name: {
-                "min": float(np.nanmin(values)), "max": float(np.nanmax(values)),
-                "units": TRACE_UNITS[name], "meaning": TRACE_MEANINGS[name],
+                "min": float(np.nanmin(values)),
+                "max": float(np.nanmax(values)),
+                "units": TRACE_UNITS[name],
+                "meaning": TRACE_MEANINGS[name],
             }
-            for name, values in trace.variables.items() if len(values)
+            for name, values in trace.variables.items()
+            if len(values)
         },
     }
 
@@ -222,8 +243,7 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
     """
     results = read_results(path, [v.name for v in VARIABLES if v.room in MEASURED] + ["status"])
     labels, line, attrs = new_labels(results, overrides, path)
-    changed = {
-        name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
+    changed = {name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     rewrite_labels(path, labels, line, attrs)
     return changed
 
@@ -265,9 +285,13 @@ def new_labels(
             raise InputError(
                 f"{path}: with these thresholds the responses differ between neighbours where the map was not refined; "
                 f"at least {missing} more points would have to be run. Nothing was changed. Run the study with these "
-                "thresholds: nsdrill run with the same --set.")
+                "thresholds: nsdrill run with the same --set."
+            )
     labels = {name: values for name, values in labels.items() if name in results.variables}
     now = datetime.now(UTC).isoformat(timespec="seconds")
     line = f"{now} nsdrill {__version__} classify {' '.join(overrides)}".rstrip()
-    return labels, line, {
-        "classification": json_text(overrides), "classification_resolved": json_text(asdict(thresholds))}
+    return (
+        labels,
+        line,
+        {"classification": json_text(overrides), "classification_resolved": json_text(asdict(thresholds))},
+    )

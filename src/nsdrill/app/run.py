@@ -110,8 +110,10 @@ def run_study(
             log = RunLog.create(part, _header(study), plan.points, kept_of(study))
             if not overwrite and os.path.lexists(path):  # of a run that ended since we looked
                 log.discard()
-                raise FileError(f"{path}: another process has just made this file. Choose another name, or replace it "
-                                "by --overwrite.")
+                raise FileError(
+                    f"{path}: another process has just made this file. Choose another name, or replace it "
+                    "by --overwrite."
+                )
         elif state == "resume":
             log = RunLog.open(part)
         else:
@@ -152,8 +154,8 @@ def run_study(
 def work_of(study: Study) -> Work:
     """All that decides the numbers of a study."""
     return Work(
-        plan_of(study), study.parameters, study.initial, study.simulation, study.thresholds, study.record,
-        study.model)
+        plan_of(study), study.parameters, study.initial, study.simulation, study.thresholds, study.record, study.model
+    )
 
 
 def check_sweep(study: Study) -> None:
@@ -162,12 +164,14 @@ def check_sweep(study: Study) -> None:
     if study.ramped and not study.swept:
         raise InputError(
             f"{source}: found no sweep, only a ramp in {_listed(study.ramped)}; allowed: at least one axis to sweep. A "
-            "ramp is one run: nsdrill simulate.")
+            "ramp is one run: nsdrill simulate."
+        )
     if study.ramped:
         raise InputError(
             f"{source}: found a ramp in {_listed(study.ramped)} beside a sweep of {', '.join(study.swept)}; allowed: a "
             "constant value, or an axis of the sweep, which takes the place of the ramp. The points of a sweep have "
-            "constant operating points; to follow the ramp, use nsdrill simulate.")
+            "constant operating points; to follow the ramp, use nsdrill simulate."
+        )
 
 
 def _listed(names: tuple[str, ...]) -> str:
@@ -246,11 +250,18 @@ def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
         return log
     old, new = log.header["attrs"], provenance(study, "run --retry-failed")
     before = json.loads(old["study_resolved"])["simulation"]["max_steps"]
-    change = "" if before == study.simulation.max_steps else (
-        f" simulation.max_steps={study.simulation.max_steps} (was {before})")
+    change = (
+        ""
+        if before == study.simulation.max_steps
+        else (f" simulation.max_steps={study.simulation.max_steps} (was {before})")
+    )
     told = {name: new[name] for name in new if name.startswith("study")}
-    return renew(log, {**old, **told, "history": f"{old['history']}\n{new['history']}{change}"}, again,
-                 *([forget_failed] if checked else []))
+    return renew(
+        log,
+        {**old, **told, "history": f"{old['history']}\n{new['history']}{change}"},
+        again,
+        *([forget_failed] if checked else []),
+    )
 
 
 def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> None:
@@ -277,7 +288,8 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
     if retry_failed and json.loads(attrs.get("classification", "[]")):
         raise FileError(
             f"{where}: its labels were made by nsdrill classify, with thresholds that new points would not have. "
-            "Restore those of the study first: nsdrill classify without --set.")
+            "Restore those of the study first: nsdrill classify without --set."
+        )
 
 
 def _as_written(value: Any) -> str:

@@ -32,7 +32,8 @@ def check_memory(plan: Plan, kept: Kept, *, in_file: bool) -> None:
         advice = "" if in_file else "Give the name of a results file, into which the points go, or sweep"
         raise InputError(
             f"found a sweep of {plan.points} points, which takes {amount(need)} of memory; allowed: up to "
-            f"{amount(free)}, which are free on this machine. {advice or 'Sweep'} fewer points at once.")
+            f"{amount(free)}, which are free on this machine. {advice or 'Sweep'} fewer points at once."
+        )
 
 
 def memory_free() -> float:

@@ -24,14 +24,17 @@ def stored_study(path: str | os.PathLike[str], attrs: Mapping[str, Any], coords:
         raise FileError(f"{path}: found no study in the file; allowed: a results file of nsdrill run.")
     own = ("start", "peak", "crossing", "state")
     # A file may say that its study has any number of points.
-    bound = {} if path == IN_MEMORY else {
-        "most": max(len(values) for name, values in coords.items() if name not in own)}
+    bound = (
+        {} if path == IN_MEMORY else {"most": max(len(values) for name, values in coords.items() if name not in own)}
+    )
     study = study_from_resolved(
-        json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), overrides_of(attrs), **bound)
+        json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), overrides_of(attrs), **bound
+    )
     plan = plan_of(study)
     same = tuple(coords["procedure"]) == plan.procedures and plan.starts == len(coords.get("start", ()))
     if not same or not all(np.array_equal(values, coords.get(name, ())) for name, values in plan.dimensions.items()):
         raise FileError(
             f"{path}: the study in it is not that of its points; allowed: all points of the run, and the study that "
-            "was run. Take the results whole, or make the file again.")
+            "was run. Take the results whole, or make the file again."
+        )
     return study

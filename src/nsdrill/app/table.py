@@ -20,8 +20,14 @@ _HEADING = re.compile(r"(?P<name>\w+?)(?P<number>_\d+)?(?: \[(?P<units>.+)\])?")
 
 
 def write_csv(
-    results: Results, path: str | os.PathLike[str], *, peaks: bool = False, section: bool = False, states: bool = False,
-    units: str = "si", overwrite: bool = True,
+    results: Results,
+    path: str | os.PathLike[str],
+    *,
+    peaks: bool = False,
+    section: bool = False,
+    states: bool = False,
+    units: str = "si",
+    overwrite: bool = True,
 ) -> None:
     """As :func:`nsdrill.store.to_csv`; in field units where ``units`` is "field", with these in the headings."""
     if units == "si":
@@ -32,7 +38,12 @@ def write_csv(
 
 
 def print_csv(
-    results: Results, file: TextIO, *, peaks: bool = False, section: bool = False, states: bool = False,
+    results: Results,
+    file: TextIO,
+    *,
+    peaks: bool = False,
+    section: bool = False,
+    states: bool = False,
     units: str = "si",
 ) -> None:
     """Write the table of :func:`write_csv` to an open ``file``."""

@@ -75,7 +75,8 @@ def simulate(
     if duration is not None:
         if not 0 < duration <= LONGEST:
             raise InputError(
-                f"--duration: found {_seconds(duration)}; allowed: more than 0 s and at most {LONGEST:g} s.")
+                f"--duration: found {_seconds(duration)}; allowed: more than 0 s and at most {LONGEST:g} s."
+            )
         # The marks cut steps: without a transient of its own the run is one observed window.
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
@@ -115,7 +116,8 @@ def replay(
     for name, values in plan.axes.items():
         if name not in given and len(values) > 1:
             raise InputError(
-                f"{path}: the sweep has {len(values)} values of {name}. Say which one with {option_of(name)}.")
+                f"{path}: the sweep has {len(values)} values of {name}. Say which one with {option_of(name)}."
+            )
         wanted[name] = _on_axis(path, name, given.get(name, float(values[0])), values, units[name])
     if procedure is None:
         if len(plan.procedures) > 1:
@@ -145,7 +147,8 @@ def replay(
     initial = np.asarray(point["initial_state"], dtype=float)
     result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra)
     same = result.status == int(point["status"]) and bool(
-        np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True))
+        np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True)
+    )
     return replace(result, same_bits=same, differing=tuple(unlike(there.attrs, "numpy_version", "processor")))
 
 
@@ -154,7 +157,8 @@ def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int
     if start is None:
         if starts:
             raise InputError(
-                f"{where}: every operating point has {starts} starts. Say which one with --start, 0 to {starts - 1}.")
+                f"{where}: every operating point has {starts} starts. Say which one with --start, 0 to {starts - 1}."
+            )
         return 0
     if not starts:
         raise InputError(f"{where}: --start: found {start}; allowed: nothing, as every operating point has one start.")
@@ -170,10 +174,13 @@ def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -
     nearest = ran[np.argmin(np.sum((ran - here[1:]) ** 2, axis=1))]
     where = " ".join(
         option_of(name, readable(values[i], units[name]).replace(" ", ""))
-        for (name, values), i in zip(plan.axes.items(), nearest, strict=True) if len(values) > 1)
+        for (name, values), i in zip(plan.axes.items(), nearest, strict=True)
+        if len(values) > 1
+    )
     return (
         "that point was not run: all points around it have one response, so the refinement passed it over. The nearest "
-        f"point that was run: {where}. Or simulate this one: nsdrill simulate.")
+        f"point that was run: {where}. Or simulate this one: nsdrill simulate."
+    )
 
 
 def units_of(study: Study) -> dict[str, str]:
@@ -223,9 +230,13 @@ def _trace(
     if samples > MOST_SAMPLES:
         raise InputError(
             f"--sample: {samples} samples of {total:g} s are more than {MOST_SAMPLES}. Sample more coarsely or shorten "
-            "the run with --duration.")
-    run = follow(study, schedule, total, initial, samples, sample) if schedule.ramps else _at_one_point(
-        study, schedule.operation, simulation, initial, samples, sample)
+            "the run with --duration."
+        )
+    run = (
+        follow(study, schedule, total, initial, samples, sample)
+        if schedule.ramps
+        else _at_one_point(study, schedule.operation, simulation, initial, samples, sample)
+    )
     taken, status, accepted, rejected, final = run
     time = np.arange(len(taken)) * sample
     model = model_named(study.model)

@@ -40,8 +40,10 @@ def checks(simulation: Simulation) -> tuple[Check, Check]:
     transient and observed time once more, so that it is observed after more than twice the transient."""
     steps = MORE_STEPS * simulation.max_steps
     tight = replace(simulation, rtol=max(simulation.rtol / TIGHTER, LEAST_RTOL), max_steps=steps)
-    return (Check(CHECKS[0], tight, "initial_state"),
-            Check(CHECKS[1], replace(simulation, max_steps=steps), "final_state"))
+    return (
+        Check(CHECKS[0], tight, "initial_state"),
+        Check(CHECKS[1], replace(simulation, max_steps=steps), "final_state"),
+    )
 
 
 def verify(passes: Passes, work: Work) -> None:
@@ -66,8 +68,9 @@ def _run(passes: Passes, work: Work, check: Check, points: Array) -> None:
         records[f"{check.name}_difference"] = work.kind.difference(_fields(records), found, found)
         for name in CHECK_FEATURES:
             records[f"{check.name}_{name}"] = found[name]
-        for name, values in trust_labels(_fields(records), records["response"], work.thresholds,
-                                         work.kind.responses).items():
+        for name, values in trust_labels(
+            _fields(records), records["response"], work.thresholds, work.kind.responses
+        ).items():
             records[name] = values
         passes.write(done, records)
 

@@ -28,5 +28,6 @@ def read_for_window(source: Results | str | os.PathLike[str], severity: int | No
     if lacking := [name for name in needed(severity) if name not in results.variables]:
         raise FileError(
             f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "
-            "the window without a severity. Or run the study again.")
+            "the window without a severity. Or run the study again."
+        )
     return with_overrides(results)

@@ -33,11 +33,12 @@ def _lines(point: dict[str, Any], units: str) -> list[str]:
     found = point["attractors"]
     few = found if len(found) <= MOST_OF_A_POINT + 1 else found[:MOST_OF_A_POINT]
     lines = [_line(one, units) for one in few]
-    if rest := found[len(few):]:
+    if rest := found[len(few) :]:
         members, share = sum(one["members"] for one in rest), sum(one["share"] for one in rest)
         loose = sum(one["unsettled"] for one in rest)
         lines.append(
-            f"   {100 * share:5.1f} %  in {len(rest)} smaller groups, {count(members, 'start')}, {loose} unsettled")
+            f"   {100 * share:5.1f} %  in {len(rest)} smaller groups, {count(members, 'start')}, {loose} unsettled"
+        )
     for name in ("failed", "pending", "ungrouped"):
         if point[name]:
             lines.append(f"   {point[name]} {'of the starts not yet grouped' if name == 'ungrouped' else name}")
@@ -69,4 +70,5 @@ def _warn(points: list[dict[str, Any]]) -> Iterator[str]:
     if total and loose > 0.05 * total:
         yield (
             f"  {loose} of {total} starts are unsettled: chaotic, or still on their way. A motion that loses its share "
-            "as simulation.transient grows is no attractor.")
+            "as simulation.transient grows is no attractor."
+        )

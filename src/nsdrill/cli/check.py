@@ -12,6 +12,7 @@ from nsdrill.cli import options
 if TYPE_CHECKING:
     from nsdrill.study.study import Study
 
+
 @click.command(
     "check",
     epilog=options.examples(
@@ -56,7 +57,8 @@ def command(study: str, as_json: bool, units: str, overrides: tuple[str, ...]) -
         click.echo(f"{points}: {_sweep(loaded, report.chains, units)}.")
         click.echo(
             f"Size: up to {amount(report.disk)} on the disk, and as much again while the results file is written; "
-            f"about {amount(report.memory)} of memory.")
+            f"about {amount(report.memory)} of memory."
+        )
     for name, ramp in report.ramps.items():
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
         knots = knots_text(name, ramp.times, ramp.values, units)
@@ -100,8 +102,11 @@ def _sweep(study: Study, chains: int, units: str) -> str:
         axes.append(f"{label} {first} to {last} ({values})" if count > 1 else f"{label} {first}")
     most = "at most " if study.refined else ""
     if starts := study.initial.starts:
-        kind = f"a slice over {' and '.join(study.initial.slice)}" if study.initial.slice else (
-            f"an ensemble, seed {study.initial.seed}")
+        kind = (
+            f"a slice over {' and '.join(study.initial.slice)}"
+            if study.initial.slice
+            else (f"an ensemble, seed {study.initial.seed}")
+        )
         how = f"every operating point from {starts} states, {kind}"
     elif study.procedure == "same" or study.along is None:
         how = "every point from the same initial state"
@@ -110,4 +115,3 @@ def _sweep(study: Study, chains: int, units: str) -> str:
         along = label_of(study.along)
         how = f"the state carried {way} along the {along}, in {most}{counted(chains, 'chain')}"
     return "; ".join(filter(None, (", ".join(axes), how)))
-

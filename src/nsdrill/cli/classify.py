@@ -9,10 +9,7 @@ from nsdrill.cli import options
 
 @click.command(
     "classify",
-    epilog=options.examples(
-        "classify out.h5 --set classify.whirl.wall_contact_fraction=0.05",
-        "classify out.h5",
-    ),
+    epilog=options.examples("classify out.h5 --set classify.whirl.wall_contact_fraction=0.05", "classify out.h5"),
 )
 @options.file_argument("results")
 @options.thresholds

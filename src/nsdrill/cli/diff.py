@@ -16,9 +16,7 @@ MOST_CHANGES = 12
 @click.command(
     "diff",
     epilog=options.examples(
-        "diff a.h5 b.h5",
-        "diff a.h5 b.h5 --json | jq .study",
-        "diff --exit-code before.h5 after.h5 && echo reproduced",
+        "diff a.h5 b.h5", "diff a.h5 b.h5 --json | jq .study", "diff --exit-code before.h5 after.h5 && echo reproduced"
     ),
 )
 @options.file_argument("a")
@@ -37,8 +35,10 @@ def command(a: str, b: str, as_json: bool, units: str, exit_code: bool) -> int:
     from nsdrill.cli.words import in_units
 
     found = diff(a, b)
-    found["run"] = [{**row, "a": _told(row["name"], row["a"], units), "b": _told(row["name"], row["b"], units)}
-                    for row in found["run"]]
+    found["run"] = [
+        {**row, "a": _told(row["name"], row["a"], units), "b": _told(row["name"], row["b"], units)}
+        for row in found["run"]
+    ]
     if as_json:
         from nsdrill.data import json_text
 
@@ -64,9 +64,11 @@ def _lines(d: dict[str, Any], units: str) -> Iterator[str]:
 
     yield f"a: {d['files'][0]}"
     yield f"b: {d['files'][1]}"
-    rows = [("Study", [(row["key"], row["a"], row["b"]) for row in d["study"]]),
-            ("Run", [(row["name"], row["a"], row["b"]) for row in d["run"]]),
-            ("Made by", [(row["name"], row["a"], row["b"]) for row in d["made"]])]
+    rows = [
+        ("Study", [(row["key"], row["a"], row["b"]) for row in d["study"]]),
+        ("Run", [(row["name"], row["a"], row["b"]) for row in d["run"]]),
+        ("Made by", [(row["name"], row["a"], row["b"]) for row in d["made"]]),
+    ]
     for head, differing in rows:
         if differing:
             yield ""
@@ -157,8 +159,7 @@ def _row(row: dict[str, Any], swept: list[str], units: str) -> tuple[str, ...]:
     told = "" if largest is None else f"{largest:.3g}{unit}"
     if largest is not None and units == "field" and (one := find(row["name"])) is not None and one.units:
         told = amount(largest, one.unit(units), 3)
-    return (row["name"], count, told,
-            "" if relative is None else f"{relative:.2g}", where)
+    return (row["name"], count, told, "" if relative is None else f"{relative:.2g}", where)
 
 
 def _table(rows: list[tuple[str, ...]]) -> Iterator[str]:

@@ -27,9 +27,7 @@ from nsdrill.errors import InputError
 @click.option("--states", is_flag=True, help="CSV: a column for every initial and final state.")
 @options.units
 @options.overwrite
-def command(
-    results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool
-) -> int:
+def command(results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool) -> int:
     """Write RESULTS as a table (CSV, one row a point, units in the headings) or as netCDF (everything, in SI units)."""
     suffix = ".csv" if output == "-" else Path(output).suffix.lower()
     if suffix not in (".csv", ".nc"):
@@ -46,8 +44,9 @@ def command(
     options.keep_apart(results, output)
     claim_file(output, overwrite)
     if suffix == ".csv":
-        write_csv(read_results(results), output, peaks=peaks, section=section, states=states, units=units,
-                  overwrite=overwrite)
+        write_csv(
+            read_results(results), output, peaks=peaks, section=section, states=states, units=units, overwrite=overwrite
+        )
     else:
         to_netcdf(results, output, overwrite=overwrite)
     stays = " netCDF stays in SI units, which its attributes name." if suffix == ".nc" and units == "field" else ""

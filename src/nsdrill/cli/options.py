@@ -30,7 +30,8 @@ class FileName(click.ParamType):
             what = param.opts[0] if isinstance(param, click.Option) else "the file"
             raise InputError(
                 f"{what}: found '-'; allowed: the name of a file. Standard input is for studies (check, run, "
-                "simulate), standard output for a study (new) and for CSV (export). A file of that name is ./-.")
+                "simulate), standard output for a study (new) and for CSV (export). A file of that name is ./-."
+            )
         return str(value)
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -70,8 +71,12 @@ class System(click.Choice):
         word = str(value).strip().lower()
         if word in self.choices:
             return word
-        variable = ctx is not None and param is not None and param.name is not None and (
-            ctx.get_parameter_source(param.name) == click.core.ParameterSource.ENVIRONMENT)
+        variable = (
+            ctx is not None
+            and param is not None
+            and param.name is not None
+            and (ctx.get_parameter_source(param.name) == click.core.ParameterSource.ENVIRONMENT)
+        )
         raise InputError(f"{UNITS_VARIABLE if variable else '--units'}: found {value!r}; allowed: si or field.")
 
 
@@ -104,7 +109,10 @@ def quantity(name: str, units: str, text: str, **more: Any) -> Decorator:
 
 
 at = click.option(
-    "--at", "at", multiple=True, metavar="KEY=VALUE",
+    "--at",
+    "at",
+    multiple=True,
+    metavar="KEY=VALUE",
     help="The value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m'. May be given more than once.",
 )
 
@@ -139,7 +147,8 @@ def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
 
 
 start = click.option(
-    "--start", type=int, metavar="K", help="Number of the start, from 0, where every operating point has several.")
+    "--start", type=int, metavar="K", help="Number of the start, from 0, where every operating point has several."
+)
 
 
 def file_argument(name: str) -> Decorator:

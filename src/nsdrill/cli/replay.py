@@ -57,8 +57,7 @@ def command(
     which = "" if start is None else f", start {start}"
     told = {name: as_asked(name, float(value), asked) for name, value in point.items()}
     click.echo(
-        f"Point: {point_text(told, units)}, {attrs['procedure']}{which}"
-        f"{', the nearest of the sweep' if near else ''}.",
+        f"Point: {point_text(told, units)}, {attrs['procedure']}{which}{', the nearest of the sweep' if near else ''}.",
         err=True,
     )
     code = finish(result, output, overwrite)

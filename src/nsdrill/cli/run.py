@@ -42,7 +42,8 @@ from nsdrill.cli.main import EXIT_CODES
 @options.settings
 @click.option("--resume", is_flag=True, help="Go on with an interrupted run; only the points that are missing are run.")
 @click.option(
-    "--retry-failed", is_flag=True,
+    "--retry-failed",
+    is_flag=True,
     help="Like --resume, and run failed points again, in a carried sweep with those that follow them. "
     "simulation.max_steps may be larger than before.",
 )
@@ -76,8 +77,15 @@ def command(
     crew = dask_executor(scheduler, workers) if engine == "dask" else nullcontext((None, workers))
     with crew as (executor, count), reporting(not quiet) as watch:
         outcome = run_study(
-            loaded, output, workers=count, resume=resume, retry_failed=retry_failed, overwrite=overwrite, watch=watch,
-            executor=executor)
+            loaded,
+            output,
+            workers=count,
+            resume=resume,
+            retry_failed=retry_failed,
+            overwrite=overwrite,
+            watch=watch,
+            executor=executor,
+        )
     if not quiet:
         _say(outcome, units)
     return 3 if outcome.failed else 0
@@ -98,8 +106,5 @@ def _say(outcome: Any, units: str) -> None:
     text += "."
     if outcome.failed:
         failed = f"{count(outcome.failed, 'point')} failed and {'is' if outcome.failed == 1 else 'are'} marked"
-        text += (
-            f" {failed}; `nsdrill show {outcome.path}` lists them, and `nsdrill "
-            "replay` runs one again."
-        )
+        text += f" {failed}; `nsdrill show {outcome.path}` lists them, and `nsdrill replay` runs one again."
     click.echo(text, err=True)

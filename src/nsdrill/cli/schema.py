@@ -24,5 +24,6 @@ def command(output: str | None, overwrite: bool) -> int:
     claim_file(output, overwrite)
     write_text(output, f"{text}\n", overwrite=overwrite)
     click.echo(
-        f"{output}: written. A study names it in its first line: # yaml-language-server: $schema={output}", err=True)
+        f"{output}: written. A study names it in its first line: # yaml-language-server: $schema={output}", err=True
+    )
     return 0

@@ -145,7 +145,8 @@ def _show_trust(trust: dict[str, Any]) -> Iterator[str]:
     yield (
         f"  checked        {number_of(checked, 'point')}: {trust['agree']} agree, {trust['features_differ']} keep "
         "their response but not their numbers (chaotic, or not settled), "
-        f"{trust['response_differs']} change response{failed_checks}")
+        f"{trust['response_differs']} change response{failed_checks}"
+    )
     for check, failed in trust["failed_checks"].items():
         if failed:
             yield f"    {CHECKS[check]}: {failed} did not end well"
@@ -189,7 +190,8 @@ def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str], units: str) -
     before = None
     for row in rows[:MOST_INTERVALS]:
         here = ", ".join(
-            f"start {row[name]}" if name == "start" else point_text({name: row[name]}, units) for name in held)
+            f"start {row[name]}" if name == "start" else point_text({name: row[name]}, units) for name in held
+        )
         if here and here != before:
             yield f"  at {here}"
         before = here
@@ -197,8 +199,10 @@ def _show_hysteresis(rows: list[dict[str, Any]], swept: list[str], units: str) -
         if row["points"] > 1:
             ends += f" to {value_text(axis, row['to'], units)}"
         points = number_of(row["points"], "point")
-        yield (f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up {in_words(row['up'])}; "
-                   f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}")
+        yield (
+            f"  {ends:32s} {points:>12s}  {in_words('+'.join(row['differs'])):22s}  up {in_words(row['up'])}; "
+            f"down {in_words(row['down'])}{'; open end' if row['open'] else ''}"
+        )
     if len(rows) > MOST_INTERVALS:
         yield f"  and {len(rows) - MOST_INTERVALS} more (all with --json)"
     steps = [row["step"] for row in rows if row["step"] is not None]
@@ -238,7 +242,8 @@ def _show_trace(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         yield f"  procedure      {s['procedure']}"
     yield (
         f"  samples        {s['samples']} over {s['duration']:g} s; {s.get('steps', '?')} steps; "
-        f"ended {in_words(str(s.get('status', '')))}")
+        f"ended {in_words(str(s.get('status', '')))}"
+    )
     if s["ranges"]:
         yield "\nLeast and greatest:"
         yield from _show_ranges(s["ranges"], units)

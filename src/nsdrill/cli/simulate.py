@@ -34,7 +34,8 @@ ENDINGS = {
 @options.at
 @options.start
 @options.quantity(
-    "--duration", "s", "Simulated time. Default: the study's transient and observed time; with a ramp, its last knot.")
+    "--duration", "s", "Simulated time. Default: the study's transient and observed time; with a ramp, its last knot."
+)
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
 @options.settings
 @options.overwrite
@@ -51,8 +52,13 @@ def command(
 
     given = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     # A number that is no operating value is one of the study, and is checked as if it stood there.
-    further = [text for text in at if text.partition("=")[0].strip() in given and "." in text.partition("=")[0]
-               and not text.startswith("operation.")]
+    further = [
+        text
+        for text in at
+        if text.partition("=")[0].strip() in given
+        and "." in text.partition("=")[0]
+        and not text.startswith("operation.")
+    ]
     loaded = load(study, [*overrides, *further])
     options.keep_apart(study, output)
 

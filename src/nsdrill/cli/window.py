@@ -25,9 +25,7 @@ from nsdrill.cli import options
     help="Call a run safe where none of the three severities exceeds this. Default: where no response is critical.",
 )  # fmt: skip
 @options.overwrite
-def command(
-    results: str, units: str, as_json: bool, output: str | None, severity: int | None, overwrite: bool
-) -> int:
+def command(results: str, units: str, as_json: bool, output: str | None, severity: int | None, overwrite: bool) -> int:
     """Say where one may run whatever the history.
 
     Of a map over weight on bit, speed or depth, or of a sweep along one of them: the points that are safe in every

@@ -45,7 +45,8 @@ class Writer:
         if ends[0] == ends[1]:
             return f"{name_of(axis)} {self.value(axis, ends[0])}"
         return f"{name_of(axis)} {self.number(axis, ends[0])} to {self.number(axis, ends[1])} {self.unit(axis)}" + (
-            self._rpm(axis, *ends))
+            self._rpm(axis, *ends)
+        )
 
     def _rpm(self, axis: str, *values: float) -> str:
         if self.system == "field" or axis != "rotary_speed":
@@ -97,8 +98,10 @@ def _basis(note: dict[str, Any]) -> Iterator[str]:
         yield "  rim       safe in some only: it depends on how one came there"
     else:
         yield f"  safe      the run of the point ended well {what}"
-        yield (f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only ({note['procedures'][0]}). Run the "
-               "study with procedure: up-down\n  to learn whether the window holds whatever came before.")
+        yield (
+            f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only ({note['procedures'][0]}). Run the "
+            "study with procedure: up-down\n  to learn whether the window holds whatever came before."
+        )
     yield "  critical  no run of the point was safe"
     if note["unknown"]:
         yield "  unknown   a run failed or has no severity, and the others leave it open; no window goes there"
@@ -137,8 +140,10 @@ def _no_window(note: dict[str, Any]) -> Iterator[str]:
     noun = "point" if note["points"] == 1 else "points"
     yield "There is no safe point." + (f" Critical responses, in any history: {', '.join(met)} {noun}." if met else "")
     if note["severity"] is None:
-        yield ("How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill "
-               "classify` moves the thresholds.")
+        yield (
+            "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill "
+            "classify` moves the thresholds."
+        )
 
 
 def _table(note: dict[str, Any], w: Writer) -> Iterator[str]:
@@ -185,8 +190,10 @@ def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
         area = one["regions"][0]
         spans = ", ".join(w.span(axis, area[axis]) for axis in axes)
         others = f"; {len(one['regions'])} regions in all" if len(one["regions"]) > 1 else ""
-        yield (f"Largest safe region: {count(area['points'], 'point')} ({100 * area['share']:.1f} % of the map) within "
-               f"{spans}{others}.")
+        yield (
+            f"Largest safe region: {count(area['points'], 'point')} ({100 * area['share']:.1f} % of the map) within "
+            f"{spans}{others}."
+        )
     best = one["recommended"]
     yield f"Recommended: {', '.join(w.value(axis, best[axis]) for axis in axes)}."
     for axis in axes:
@@ -207,7 +214,8 @@ def _limit(axis: str, limit: dict[str, Any], w: Writer) -> str:
     if limit["why"] == "edge":
         return f"{text}: the edge of the map, nothing is known beyond"
     reason = {"failed": "a run failed", "distrusted": "not to be trusted", "unknown": "no severity is known"}.get(
-        limit["why"], "critical")
+        limit["why"], "critical"
+    )
     if limit["responses"] and limit["why"] not in ("failed", "unknown"):
         reason = ", ".join(_words(name) for name in limit["responses"])
     if limit["why"] == "rim":
@@ -240,8 +248,10 @@ def _over_depth(note: dict[str, Any], w: Writer, table: bool) -> Iterator[str]:
     if depth["reopens"] is None:
         yield f"{said} for good, as far as the file reaches."
         return
-    spans = ", ".join(f"{w.number('depth', a)} to {w.number('depth', b)}" if a != b else w.number("depth", a)
-                      for a, b in depth["open"])
+    spans = ", ".join(
+        f"{w.number('depth', a)} to {w.number('depth', b)}" if a != b else w.number("depth", a)
+        for a, b in depth["open"]
+    )
     yield f"{said}; it reopens at {w.value('depth', depth['reopens'])}. Open at {spans} {w.unit('depth')}."
 
 

@@ -11,8 +11,21 @@ from nsdrill.variables import AXES
 
 MOST_KNOTS = 6
 # Under which keys plain data have values of the axis or variable that is named around them.
-_VALUES = ("from", "to", "step", "value", "min", "max", "largest", "margin", "safe_to", "first_not_safe", "open",
-           "closes", "reopens")
+_VALUES = (
+    "from",
+    "to",
+    "step",
+    "value",
+    "min",
+    "max",
+    "largest",
+    "margin",
+    "safe_to",
+    "first_not_safe",
+    "open",
+    "closes",
+    "reopens",
+)
 
 
 def label_of(name: str) -> str:
@@ -35,7 +48,8 @@ def point_text(point: Mapping[str, float], units: str = "si") -> str:
     """An operating point: ``5000 m, 22.24 kN, 3 rad/s``, and the values of further axes with their names."""
     return ", ".join(
         value_text(name, value, units) if name in AXES else f"{label_of(name)} {value_text(name, value, units)}"
-        for name, value in point.items())
+        for name, value in point.items()
+    )
 
 
 def as_asked(name: str, value: float, asked: Mapping[str, float]) -> float:
@@ -95,9 +109,16 @@ def _converted(node: Any, key: str | None, name: str | None, found: dict[str, st
 def _with_unit(node: dict[str, Any], name: str | None, found: dict[str, str]) -> dict[str, Any]:
     """A mapping that names the unit of its own values."""
     unit = _in_field(0.0, node["units"], name)[1]
-    return {k: unit if k == "units" else
-            _in_field(v, node["units"], name)[0] if k in _VALUES and isinstance(v, float) else
-            _converted(v, k, None, found) if isinstance(v, dict) else v for k, v in node.items()}
+    return {
+        k: unit
+        if k == "units"
+        else _in_field(v, node["units"], name)[0]
+        if k in _VALUES and isinstance(v, float)
+        else _converted(v, k, None, found)
+        if isinstance(v, dict)
+        else v
+        for k, v in node.items()
+    }
 
 
 def _in_field(value: float, units: str, name: str | None) -> tuple[float, str]:

@@ -19,8 +19,14 @@ SMALLEST, LARGEST = 1e-16, 1e16  # bounds of the squared error for the logarithm
 
 @inlined
 def decide(  # type: ignore[no-untyped-def]
-    square: float, step: float, last: float, growth: float, least: float, exhausted: bool,
-    proportional: float, per_order: float,
+    square: float,
+    step: float,
+    last: float,
+    growth: float,
+    least: float,
+    exhausted: bool,
+    proportional: float,
+    per_order: float,
 ):
     """From the squared error of a step (1 is the tolerance): (accepted, next step, memory, growth, attention).
 

@@ -68,27 +68,66 @@ def make_advance(lanes: int, rows: Rows) -> Any:
     """
     W, N, M, P, own = lanes, rows.states, rows.slopes, rows.parameters, rows.own
     stage_, acceleration_, t_stage_, phase_ = (
-        W * r for r in (rows.stage, rows.acceleration, rows.stage_time, rows.phase))
-    parameter_, y_, a1_, t_, h_, moves_, window_ = (W * r for r in (
-        rows.parameter, rows.start, rows.start_acceleration, rows.time, rows.step, rows.moves, rows.window))
+        W * r for r in (rows.stage, rows.acceleration, rows.stage_time, rows.phase)
+    )
+    parameter_, y_, a1_, t_, h_, moves_, window_ = (
+        W * r
+        for r in (rows.parameter, rows.start, rows.start_acceleration, rows.time, rows.step, rows.moves, rows.window)
+    )
     size_, drift_ = W * rows.size, W * rows.drift
     row = {name: W * (rows.control + i) for i, name in enumerate(CONTROL)}
     proposed_, mark_, last_, growth_, per_rtol_, least_ = (
-        row[n] for n in ("proposed", "mark_time", "last_error", "growth", "per_rtol", "least_step"))
+        row[n] for n in ("proposed", "mark_time", "last_error", "growth", "per_rtol", "least_step")
+    )
     accepted_, rejected_, limit_, running_, attention_ = (
-        row[n] for n in ("accepted", "rejected", "limit", "running", "attention"))
+        row[n] for n in ("accepted", "rejected", "limit", "running", "attention")
+    )
     setting = {name: P + N + M + i for i, name in enumerate(SETTINGS)}
     rate_c, first_c, least_c, per_rtol_c, limit_c, opens_c = (
-        setting[n] for n in ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens"))
+        setting[n] for n in ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens")
+    )
     report_state = len(REPORT)
     report_observed = report_state + N + 1
 
-    @compiled(types.void(
-        BUFFER, BUFFER, _INDICES, _TABLE, _TABLE, _INDICES, _INDICES, _TABLE, _INDICES, _INDICES, types.boolean,
-        types.int64, RIGHT_HAND_SIDE, OBSERVER, MARKER, STEPPER), W, *astuple(rows))
+    @compiled(
+        types.void(
+            BUFFER,
+            BUFFER,
+            _INDICES,
+            _TABLE,
+            _TABLE,
+            _INDICES,
+            _INDICES,
+            _TABLE,
+            _INDICES,
+            _INDICES,
+            types.boolean,
+            types.int64,
+            RIGHT_HAND_SIDE,
+            OBSERVER,
+            MARKER,
+            STEPPER,
+        ),
+        W,
+        *astuple(rows),
+    )
     def advance(  # type: ignore[no-untyped-def]
-        b, store, lane, table, state, successor, queue, outbox, finished, counters, drain, budget,
-        right_hand_side, observer, marker, stepper,
+        b,
+        store,
+        lane,
+        table,
+        state,
+        successor,
+        queue,
+        outbox,
+        finished,
+        counters,
+        drain,
+        budget,
+        right_hand_side,
+        observer,
+        marker,
+        stepper,
     ):
         # lane[i] is the slot of lane i (-1: idle), lane[W + i] its next mark, lane[2 W + i] whether it was just loaded.
         refill = True

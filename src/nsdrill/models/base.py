@@ -62,9 +62,7 @@ class Model(ABC):
         """Names of the states. A state array has the phase, the angle of the drive, after them."""
 
     @abstractmethod
-    def rows(
-        self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None
-    ) -> Rows:
+    def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
         """The lane buffer for an observer with so many rows, with a deviation beside the states or without, and with
         so many ``columns`` of lane parameters where there are more than those of the model."""
 
@@ -110,8 +108,14 @@ class Model(ABC):
 
     def runs(self, table: Array, variant: Variant, initial: Array) -> Runs:
         """Runs with these lane parameters from these states."""
-        return Runs(table, self.sizes(table, variant), self.drifts(table, variant), self.phase_rate(table),
-                    self.first_step(table, variant), initial)
+        return Runs(
+            table,
+            self.sizes(table, variant),
+            self.drifts(table, variant),
+            self.phase_rate(table),
+            self.first_step(table, variant),
+            initial,
+        )
 
     # What is observed
 

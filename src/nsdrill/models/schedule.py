@@ -66,7 +66,8 @@ class Schedule:
         """The operating point at ``time`` [s]."""
         time = np.asarray(time, dtype=float)
         values = {
-            item.name: self.ramps[item.name].at(time) if item.name in self.ramps
+            item.name: self.ramps[item.name].at(time)
+            if item.name in self.ramps
             else np.full(time.shape, getattr(self.operation, item.name))
             for item in fields(Operation)
         }
@@ -100,6 +101,5 @@ class Schedule:
             with np.errstate(over="ignore"):
                 change = np.maximum(change, np.abs(np.diff(values)) / lesser)
         counts = np.clip(np.ceil(np.minimum(change, 1.0) * pieces), 1, pieces).astype(int)
-        parts = [
-            np.linspace(a, b, n, endpoint=False) for a, b, n in zip(times[:-1], times[1:], counts, strict=True)]
+        parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(times[:-1], times[1:], counts, strict=True)]
         return np.unique(np.concatenate([*parts, [duration]]))

@@ -191,10 +191,14 @@ def check(names: Names, declaration: Declaration) -> None:
             if aux := sorted({*read_by} & {*names.aux}):
                 raise ValueError(
                     f"{where}: {part} reads {aux[0]!r}, an auxiliary output, which is known at the end of a step only; "
-                    "let a function of Outputs pass it on under another name")
+                    "let a function of Outputs pass it on under another name"
+                )
             _known(f"{where}: {part}", read_by, rows)
-        for part, allowed in (("frame", names.parameters), ("level", names.parameters),
-                              ("size", (*names.parameters, *names.states))):
+        for part, allowed in (
+            ("frame", names.parameters),
+            ("level", names.parameters),
+            ("size", (*names.parameters, *names.states)),
+        ):
             _known(f"{where}: {part}", _reads(getattr(channel, part)), allowed)
         if channel.rate_of is not None:
             _known(f"{where}: rate_of", [channel.rate_of], known)
@@ -202,15 +206,23 @@ def check(names: Names, declaration: Declaration) -> None:
             if base.curvature is None or base.rate_of is not None:
                 raise ValueError(f"{where}: rate_of is {base.name!r}, which must have a curvature and no rate_of")
             if (channel.value, channel.slope, channel.curvature, channel.frame) != (
-                    base.slope, base.curvature, None, None):
-                raise ValueError(f"{where}: as it is the rate of {base.name!r}, its value and slope must be that one's "
-                                 "slope and curvature, without a curvature and a frame of its own")
+                base.slope,
+                base.curvature,
+                None,
+                None,
+            ):
+                raise ValueError(
+                    f"{where}: as it is the rate of {base.name!r}, its value and slope must be that one's "
+                    "slope and curvature, without a curvature and a frame of its own"
+                )
     for feature in declaration.features:
         if not isinstance(feature, Derived):
             _known(type(feature).__name__, [feature.channel], known)
         if isinstance(feature, TimeAbove) and known[feature.channel].level is None:
-            raise ValueError(f"TimeAbove {feature.name!r}: the channel {feature.channel!r} has no level; "
-                             "give it a parameter or a number")
+            raise ValueError(
+                f"TimeAbove {feature.name!r}: the channel {feature.channel!r} has no level; "
+                "give it a parameter or a number"
+            )
         if isinstance(feature, Extremes):
             size_of(known[feature.channel], names)
     known_by_now = {name for name, feature in declaration.named if not isinstance(feature, Derived)}
@@ -235,8 +247,10 @@ def size_of(channel: Channel, names: Names) -> str | float:
         return channel.size
     if isinstance(channel.value, str) and channel.value in names.states:
         return channel.value
-    raise ValueError(f"channel {channel.name!r}: its value is no state, so Extremes need its natural size; "
-                     "give a size: a state, a parameter or a number")
+    raise ValueError(
+        f"channel {channel.name!r}: its value is no state, so Extremes need its natural size; "
+        "give a size: a state, a parameter or a number"
+    )
 
 
 def _reads(expression: Expression | None) -> list[str]:
@@ -246,10 +260,11 @@ def _reads(expression: Expression | None) -> list[str]:
 
 
 def _name_or_number(where: str, found: Any) -> None:
-    if found is not None and not isinstance(found, str) and not (
-            isinstance(found, float | int) and np.isfinite(found)):
-        raise ValueError(f"{where}: found {found!r}; allowed: the name of a row or a finite number (or a function, for "
-                         "a value and its rates)")
+    if found is not None and not isinstance(found, str) and not (isinstance(found, float | int) and np.isfinite(found)):
+        raise ValueError(
+            f"{where}: found {found!r}; allowed: the name of a row or a finite number (or a function, for "
+            "a value and its rates)"
+        )
 
 
 def _known(where: str, found: Iterable[str], allowed: Iterable[str]) -> None:

@@ -20,17 +20,7 @@ from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, Rows, compiled
 from nsdrill.elementary import bits_float, float_bits, fma, lowest_bit
 from nsdrill.generate import constants, define
 from nsdrill.observe import interpolant
-from nsdrill.observe.channels import (
-    MOST,
-    Channel,
-    Declaration,
-    Expression,
-    Extremes,
-    Names,
-    arguments,
-    check,
-    size_of,
-)
+from nsdrill.observe.channels import MOST, Channel, Declaration, Expression, Extremes, Names, arguments, check, size_of
 from nsdrill.observe.findings import PEAKS, RETURNS, RINGS
 from nsdrill.observe.inside import HIGH, LOW, MARGIN, NONE, locate, note_returns, turns
 from nsdrill.scalar import embedded
@@ -71,8 +61,11 @@ def make_observer(lanes: int, rows: Rows, names: Names, declaration: Declaration
     """
     check(names, declaration)
     for what, found, wanted in (
-            ("states", len(names.states), rows.own), ("slopes", len(names.slopes), rows.own_slopes),
-            ("aux", len(names.aux), rows.aux), ("parameters", len(names.parameters), rows.parameters)):
+        ("states", len(names.states), rows.own),
+        ("slopes", len(names.slopes), rows.own_slopes),
+        ("aux", len(names.aux), rows.aux),
+        ("parameters", len(names.parameters), rows.parameters),
+    ):
         if found != wanted:
             raise ValueError(f"names.{what}: found {found} names for {wanted} rows")
     if rows.observed < (least := observed_rows(declaration)):
@@ -95,8 +88,10 @@ class _Maker:
         attend = self._compile("attend", types.void(BUFFER, BUFFER, types.int64), self._attend())
         observer = self._compile("observer", types.void(BUFFER, BUFFER), self._observer(), attend=attend)
         marker = self._compile(
-            "marker", types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-            self._marker())
+            "marker",
+            types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+            self._marker(),
+        )
         return observer, marker
 
     def _compile(self, name: str, signature: Any, lines: list[str], **known: Any) -> Any:
@@ -111,8 +106,19 @@ class _Maker:
         known |= {word: helper for word, helper, _ in self.helpers.values()}
         known |= {word: getattr(interpolant, word) for word in HELPERS}
         function = define(
-            name, text, np=np, fma=fma, lowest_bit=lowest_bit, float_bits=float_bits, bits_float=bits_float,
-            turns=turns, locate=locate, note_returns=note_returns, **CONSTANTS, **known)
+            name,
+            text,
+            np=np,
+            fma=fma,
+            lowest_bit=lowest_bit,
+            float_bits=float_bits,
+            bits_float=bits_float,
+            turns=turns,
+            locate=locate,
+            note_returns=note_returns,
+            **CONSTANTS,
+            **known,
+        )
         try:
             return compiled(signature, self.lanes, *astuple(self.rows))(function)
         except NumbaError as error:
@@ -120,7 +126,8 @@ class _Maker:
             raise ValueError(
                 f"the {name} cannot be compiled with the functions of the declaration ({functions}): each must take "
                 "and return numbers and call only what the right-hand side may, and the one of Outputs must return a "
-                "tuple of as many as there are names") from error
+                "tuple of as many as there are names"
+            ) from error
 
     # What rows and expressions are called in the text.
     def _b(self, row: int) -> str:
@@ -139,8 +146,8 @@ class _Maker:
     def _places(self, when: str) -> dict[str, str]:
         rows, names, outputs = self.rows, self.names, self.declaration.outputs
         first_state, first_slope, kept = (
-            (rows.start, rows.start_acceleration, "before") if when == START else
-            (rows.stage, rows.acceleration, "now"))
+            (rows.start, rows.start_acceleration, "before") if when == START else (rows.stage, rows.acceleration, "now")
+        )
         begun, length = self._b(rows.time), self._b(rows.step)
         return {
             **{name: self._b(first_state + k) for k, name in enumerate(names.states)},
@@ -213,10 +220,7 @@ class _Maker:
                 f"    {self._own('word')} = bits_float(word)",
                 "    happens |= (1 << i) if word != 0 else 0",
             ]
-        lines += [
-            "if happens != 0:",
-            "    attend(b, store, happens)",
-        ]
+        lines += ["if happens != 0:", "    attend(b, store, happens)"]
         if outputs:
             lines += [lanes.format(""), f"    moves = {self._b(rows.moves)} != 0.0"]
             for name in outputs.names:
@@ -271,8 +275,10 @@ class _Maker:
             elif channel.curvature is None:
                 gathered = f"h * fma(h * (1.0 / 12.0), d0_{k} - d1_{k}, 0.5 * (g0_{k} + g1_{k}))"
             else:
-                gathered = (f"h * fma(h, fma(h * (1.0 / 120.0), c0_{k} + c1_{k}, 0.1 * (d0_{k} - d1_{k})), "
-                            f"0.5 * (g0_{k} + g1_{k}))")
+                gathered = (
+                    f"h * fma(h, fma(h * (1.0 / 120.0), c0_{k} + c1_{k}, 0.1 * (d0_{k} - d1_{k})), "
+                    f"0.5 * (g0_{k} + g1_{k}))"
+                )
             lines += self._summed("integral", name, gathered)
         if ("square", name) in self.own:
             if base:
@@ -280,8 +286,10 @@ class _Maker:
                 middle = f"middle_of_rate(e2, e4, o1, o3, o5, per_h, {self._frame(base)})"
             else:
                 middle = _about_the_middle(channel, k)
-            lines += [f"e0, e2, e4, o1, o3, o5 = {middle}", *self._summed(
-                "square", name, "h * mean_square(e0, e2, e4, o1, o3, o5)")]
+            lines += [
+                f"e0, e2, e4, o1, o3, o5 = {middle}",
+                *self._summed("square", name, "h * mean_square(e0, e2, e4, o1, o3, o5)"),
+            ]
         return lines
 
     def _summed(self, what: str, name: str, gathered: str) -> list[str]:
@@ -301,8 +309,11 @@ class _Maker:
     def _attend(self) -> list[str]:
         """One lane and one channel after the other, where something happens."""
         W, rows, peaking, section = self.lanes, self.rows, self.declaration.peaking, self.declaration.section
-        followed = [channel for channel in self.declaration.channels
-                    if ("least", channel.name) in self.own or ("above", channel.name) in self.own]
+        followed = [
+            channel
+            for channel in self.declaration.channels
+            if ("least", channel.name) in self.own or ("above", channel.name) in self.own
+        ]
         lines = [
             "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",
             "while happens != 0:",
@@ -353,7 +364,9 @@ class _Maker:
             return [*lines, f"p0, p1, p2, p3, p4, p5 = {_coefficients(channel, k)}"]
         j = self.number[base.name]
         return [
-            *lines, *self._ends(base), f"_, p1, p2, p3, p4, p5 = {_coefficients(base, j)}",
+            *lines,
+            *self._ends(base),
+            f"_, p1, p2, p3, p4, p5 = {_coefficients(base, j)}",
             "p0, p1, p2, p3, p4, p5 = derivative(p1, p2, p3, p4, p5)",
             "p0, p1, p2, p3, p4 = begin, p1 / h, p2 / h, p3 / h, p4 / h",
         ]
@@ -361,8 +374,9 @@ class _Maker:
     def _marker(self) -> list[str]:
         """One lane at a mark: its state is in the rows of the step's end, and so are the outputs."""
         peaking, half, states = self.declaration.peaking, len(self.declaration.half), len(self.names.states)
-        first_half = self.lanes * (self.rows.observer + min(
-            (self.own[key] for key in self.declaration.half), default=0))
+        first_half = self.lanes * (
+            self.rows.observer + min((self.own[key] for key in self.declaration.half), default=0)
+        )
         place, channels = self.places[MARK], self.declaration.channels
         lines = [
             "peaks, returns = int(store[PEAKS]), int(store[RETURNS])",

@@ -35,8 +35,16 @@ LONGEST_CHECK = 1.0  # seconds between looks at the length: a deviation that gro
 WAVES = 8
 # The observer's rows: when to look next, the logarithm of the length so far, its value and the time at the last look,
 # when the window began, and sums over the looks.
-GROWTH = ("check_time", "log_length", "log_before", "looked", "opened", "weight", "growth",
-          *(f"wave_{k + 1}" for k in range(WAVES)))
+GROWTH = (
+    "check_time",
+    "log_length",
+    "log_before",
+    "looked",
+    "opened",
+    "weight",
+    "growth",
+    *(f"wave_{k + 1}" for k in range(WAVES)),
+)
 REPORT = GROWTH[5:]
 # In the store: seconds between looks, length of the window.
 INTERVAL, LENGTH = range(2)
@@ -79,8 +87,15 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     check_, log_, before_, looked_, opened_, weight_, growth_ = (W * (rows.observer + first + i) for i in range(7))
     wave_ = growth_ + W
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.float64, types.float64),
-              W, own, companions, rows.observed, first, place)
+    @compiled(
+        types.void(BUFFER, BUFFER, types.int64, types.float64, types.float64),
+        W,
+        own,
+        companions,
+        rows.observed,
+        first,
+        place,
+    )
     def add(b, store, i, log, now):  # type: ignore[no-untyped-def]
         # The rise since the last look, at the middle of the time between.
         rise, before = log - b[before_ + i], b[looked_ + i]
@@ -127,8 +142,13 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
             if b[window_ + i] != 0.0:
                 add(b, store, i, b[log_ + i], now)
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-              W, *astuple(rows), first, place)
+    @compiled(
+        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+        W,
+        *astuple(rows),
+        first,
+        place,
+    )
     def growth_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         square = 0.0
         for j in range(0, companions * W, W):

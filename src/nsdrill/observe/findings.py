@@ -88,7 +88,8 @@ def measured(
             found[name] = np.sqrt(np.maximum(whole["square", feature.channel], 0.0) / observe)
     by_name.update(zip(names.states, sizes.T, strict=True))
     found[HALF_DIFFERENCE] = _half_difference(
-        names, declaration, len(report), first, second, by_name, 0.5 * np.asarray(observe))
+        names, declaration, len(report), first, second, by_name, 0.5 * np.asarray(observe)
+    )
     return found
 
 
@@ -130,8 +131,13 @@ def _fraction(value: Array) -> Array:
 
 
 def _half_difference(
-    names: Names, declaration: Declaration, runs: int, first: dict[Any, Array], second: dict[Any, Array],
-    by_name: dict[str, Array], half_time: Array,
+    names: Names,
+    declaration: Declaration,
+    runs: int,
+    first: dict[Any, Array],
+    second: dict[Any, Array],
+    by_name: dict[str, Array],
+    half_time: Array,
 ) -> Array:
     """``by_name`` has the parameters and the natural sizes of the states."""
     differences = []

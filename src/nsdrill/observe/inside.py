@@ -61,8 +61,7 @@ def passage(p0, p1, p2, p3, p4, p5, low, high, above_at_low):  # type: ignore[no
 
 @inlined
 def locate(  # type: ignore[no-untyped-def]
-    b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, level,
-    least_, above_, low_, growth_, ring, peaks,
+    b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, level, least_, above_, low_, growth_, ring, peaks
 ):
     """What a channel of lane i does inside a step of length ``h``, from its polynomial, the values ``begin`` and
     ``end`` and the slope at the end. Then come the rows where its findings stand, or NONE: the least value, before the
@@ -94,8 +93,29 @@ def locate(  # type: ignore[no-untyped-def]
 
 @inlined
 def note_returns(  # type: ignore[no-untyped-def]
-    b, store, i, W, h, p0, p1, p2, p3, p4, p5, end, spacing, level_, ring, returns,
-    pairs, singles, start_, stage_, slope0_, slope1_, drift_,
+    b,
+    store,
+    i,
+    W,
+    h,
+    p0,
+    p1,
+    p2,
+    p3,
+    p4,
+    p5,
+    end,
+    spacing,
+    level_,
+    ring,
+    returns,
+    pairs,
+    singles,
+    start_,
+    stage_,
+    slope0_,
+    slope1_,
+    drift_,
 ):
     """Note all states where the polynomial reaches the next multiples of ``spacing``."""
     entry = 2 * pairs + singles + 1
@@ -107,14 +127,23 @@ def note_returns(  # type: ignore[no-untyped-def]
         for k in range(pairs):
             x, a = 2 * k * W, k * W
             position, velocity = position_and_velocity(
-                b, i, theta, h, b[drift_ + a + i], start_ + x, start_ + x + W, slope0_ + a,
-                stage_ + x, stage_ + x + W, slope1_ + a)
+                b,
+                i,
+                theta,
+                h,
+                b[drift_ + a + i],
+                start_ + x,
+                start_ + x + W,
+                slope0_ + a,
+                stage_ + x,
+                stage_ + x + W,
+                slope1_ + a,
+            )
             store[place + 2 * k] = position
             store[place + 2 * k + 1] = velocity
         for k in range(singles):
             x, a = (2 * pairs + k) * W + i, (pairs + k) * W + i
-            q0, q1, q2, q3, q4, q5 = cubic(
-                b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a])
+            q0, q1, q2, q3, q4, q5 = cubic(b[start_ + x], h * b[slope0_ + a], b[stage_ + x], h * b[slope1_ + a])
             store[place + 2 * pairs + k] = value(q0, q1, q2, q3, q4, q5, theta)
         store[place + entry - 1] = level
         store[ring] = count + 1

@@ -181,8 +181,11 @@ def middle_of_quintic(g0, d0, c0, g1, d1, c1):  # type: ignore[no-untyped-def]
 def mean_square(e0, e2, e4, o1, o3, o5):  # type: ignore[no-untyped-def]
     """Of a polynomial about the middle of the step over the step; exact."""
     even = fma(e0, fma(2.0 / 3.0, e2, e0), fma(e2, 0.2 * e2, e4 * fma(0.4, e0, fma(2.0 / 7.0, e2, (1.0 / 9.0) * e4))))
-    odd = fma(o1, fma(0.4, o3, (1.0 / 3.0) * o1),
-              fma(o3, (1.0 / 7.0) * o3, o5 * fma(2.0 / 7.0, o1, fma(2.0 / 9.0, o3, (1.0 / 11.0) * o5))))
+    odd = fma(
+        o1,
+        fma(0.4, o3, (1.0 / 3.0) * o1),
+        fma(o3, (1.0 / 7.0) * o3, o5 * fma(2.0 / 7.0, o1, fma(2.0 / 9.0, o3, (1.0 / 11.0) * o5))),
+    )
     return even + odd
 
 
@@ -206,6 +209,11 @@ def middle_of_rate(e2, e4, o1, o3, o5, per_h, frame):  # type: ignore[no-untyped
 def position_and_velocity(b, i, theta, h, drift, x0_, v0_, a0_, x1_, v1_, a1_):  # type: ignore[no-untyped-def]
     """Position and velocity of one pair of states of lane i inside the step."""
     p0, p1, p2, p3, p4, p5 = quintic(
-        b[x0_ + i], h * (b[v0_ + i] + drift), h * h * b[a0_ + i],
-        b[x1_ + i], h * (b[v1_ + i] + drift), h * h * b[a1_ + i])
+        b[x0_ + i],
+        h * (b[v0_ + i] + drift),
+        h * h * b[a0_ + i],
+        b[x1_ + i],
+        h * (b[v1_ + i] + drift),
+        h * h * b[a1_ + i],
+    )
     return value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta) / h - drift

@@ -39,7 +39,13 @@ def scratch_size(rows: Rows, contacts: int) -> int:
 
 @lru_cache
 def make_landing(
-    lanes: int, rows: Rows, pair: Tableau, first: int, measure: Any, tangent: Any, contacts: int,
+    lanes: int,
+    rows: Rows,
+    pair: Tableau,
+    first: int,
+    measure: Any,
+    tangent: Any,
+    contacts: int,
     variant: tuple[int, ...] = (),
 ) -> Any:
     """The compiled observer that mends the deviations, which are the companions of the states.
@@ -56,7 +62,12 @@ def make_landing(
     before, zeros = rows.observer + first, rows.total
     now = before + of_contacts
     stage, start, slope, slope_start, drift = (
-        rows.stage, rows.start, rows.acceleration, rows.start_acceleration, rows.drift)
+        rows.stage,
+        rows.start,
+        rows.acceleration,
+        rows.start_acceleration,
+        rows.drift,
+    )
     parameter, phase, stage_time = rows.parameter, rows.phase, rows.stage_time
     time, step, moves = rows.time, rows.step, rows.moves
     size = scratch_size(rows, contacts)

@@ -51,8 +51,17 @@ def _make_period() -> Any:
             low, high = min(low, states[k, j]), max(high, states[k, j])
         return high - low
 
-    @compiled(types.void(types.float64[:, :, ::1], types.float64[:, ::1], types.float64, types.float64, types.int64,
-                         types.int16[::1], types.float64[:, ::1]))
+    @compiled(
+        types.void(
+            types.float64[:, :, ::1],
+            types.float64[:, ::1],
+            types.float64,
+            types.float64,
+            types.int64,
+            types.int16[::1],
+            types.float64[:, ::1],
+        )
+    )
     def least_periods(returns, sizes, absolute, relative, longest, found, limits):  # type: ignore[no-untyped-def]
         for point in range(len(returns)):
             states = returns[point]

@@ -36,7 +36,8 @@ def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
     """The compiled (observer, marker) that sample lane 0."""
     W, N, pairs = lanes, rows.own, rows.pairs
     start_, start_rate_, end_, end_rate_, drift_ = (
-        W * r for r in (rows.start, rows.start_acceleration, rows.stage, rows.acceleration, rows.drift))
+        W * r for r in (rows.start, rows.start_acceleration, rows.stage, rows.acceleration, rows.drift)
+    )
     time_, step_, moves_ = W * rows.time, W * rows.step, W * rows.moves
 
     @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
@@ -55,8 +56,13 @@ def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
                 j, m, a = 2 * p * W, (2 * p + 1) * W, p * W
                 drift = b[drift_ + a]
                 p0, p1, p2, p3, p4, p5 = quintic(
-                    b[start_ + j], h * (b[start_ + m] + drift), h * h * b[start_rate_ + a],
-                    b[end_ + j], h * (b[end_ + m] + drift), h * h * b[end_rate_ + a])
+                    b[start_ + j],
+                    h * (b[start_ + m] + drift),
+                    h * h * b[start_rate_ + a],
+                    b[end_ + j],
+                    h * (b[end_ + m] + drift),
+                    h * h * b[end_rate_ + a],
+                )
                 store[sample + 2 * p] = value(p0, p1, p2, p3, p4, p5, theta)
                 store[sample + 2 * p + 1] = slope(p1, p2, p3, p4, p5, theta) / h - drift
             for k in range(2 * pairs, N):  # states of first order: the cubic through both ends
@@ -67,8 +73,7 @@ def make_tracer(lanes: int, rows: Rows) -> tuple[Any, Any]:
                 store[sample + k] = fma(theta, fma(theta, fma(theta, cube, square), d0), b[start_ + j])
             store[NEXT] += 1.0
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-              W, *astuple(rows))
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), W, *astuple(rows))
     def trace_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         pass
 

@@ -18,7 +18,9 @@ UNCHECKED, AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, CHECK_FAILED = range(5)  #
 
 
 def trust_labels(
-    found: Mapping[str, Array], response: Array, thresholds: Thresholds,
+    found: Mapping[str, Array],
+    response: Array,
+    thresholds: Thresholds,
     responses: Callable[[Mapping[str, Array], Thresholds], Array],
 ) -> dict[str, Array]:
     """The labels ``tight_response``, ``long_response`` and ``trusted`` of points with this ``response``; ``found``
@@ -53,5 +55,8 @@ def verdict(values: Named) -> Array:
         checked &= values[f"{check}_status"] != PENDING
         ended &= ok
         differs |= ok & (values[f"{check}_response"] != values["response"])
-    return np.select([~checked, values["trusted"] == 1, differs, ended],
-                     [UNCHECKED, AGREES, RESPONSE_DIFFERS, FEATURES_DIFFER], CHECK_FAILED)
+    return np.select(
+        [~checked, values["trusted"] == 1, differs, ended],
+        [UNCHECKED, AGREES, RESPONSE_DIFFERS, FEATURES_DIFFER],
+        CHECK_FAILED,
+    )

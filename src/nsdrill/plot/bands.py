@@ -12,14 +12,20 @@ from nsdrill.observe.thresholds import Thresholds
 # variable -> section of the thresholds, its four bounds in ascending order, and the words for the five bands
 _BANDS: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
     "stick_slip_index": (
-        "stick_slip", ("oscillation_index", "medium_index", "stall_index", "severe_index"),
-        ("none", "oscillation", "medium", "onset of stall", "severe")),
+        "stick_slip",
+        ("oscillation_index", "medium_index", "stall_index", "severe_index"),
+        ("none", "oscillation", "medium", "onset of stall", "severe"),
+    ),
     "lift_off_fraction": (
-        "bit_bounce", ("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
-        ("none", "light", "moderate", "strong", "severe")),
+        "bit_bounce",
+        ("light_fraction", "moderate_fraction", "strong_fraction", "severe_fraction"),
+        ("none", "light", "moderate", "strong", "severe"),
+    ),
     "lateral_acceleration_rms": (
-        "whirl", ("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
-        ("none", "light", "moderate", "strong", "severe")),
+        "whirl",
+        ("light_acceleration", "moderate_acceleration", "strong_acceleration", "severe_acceleration"),
+        ("none", "light", "moderate", "strong", "severe"),
+    ),
 }
 
 

@@ -41,10 +41,11 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
         many = ", ".join(f"{len(results.coords[name])} values of {name}" for name in results.swept)
         raise InputError(f"plot kind 'basin': found {many}; allowed: one operating point. Select it with {options}.")
     variables = flat(results)
-    (found, counts), = describe(variables)
+    ((found, counts),) = describe(variables)
     if counts["ungrouped"]:
         raise InputError(
-            "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run.")
+            "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
+        )
     names = _states(results, states)
     colours = tinted(found)
     figure = new_figure(FULL_WIDTH, HEIGHT)
@@ -91,35 +92,76 @@ def tinted(found: list[Attractor]) -> list[str]:
     return colours
 
 
-def _draw_cells(axes: Axes, results: Results, number: Array, status: Array, found: list[Attractor], colours: list[str],
-                names: tuple[str, str], units: str) -> None:
-    plane = {name: np.linspace(a["from"], a["to"], a["points"]) for name in STATE_NAMES
-             if (a := results.slice.get(name))}
+def _draw_cells(
+    axes: Axes,
+    results: Results,
+    number: Array,
+    status: Array,
+    found: list[Attractor],
+    colours: list[str],
+    names: tuple[str, str],
+    units: str,
+) -> None:
+    plane = {
+        name: np.linspace(a["from"], a["to"], a["points"]) for name in STATE_NAMES if (a := results.slice.get(name))
+    }
     shape = tuple(len(values) for values in plane.values())
     # 0 others, 1 ... the named ones, then failed and waiting.
-    kind = sum((place * (number == one.number) for place, one in enumerate(found[:len(colours)], 1)), 0 * number)
+    kind = sum((place * (number == one.number) for place, one in enumerate(found[: len(colours)], 1)), 0 * number)
     kind = np.where(status == OK, kind, len(colours) + 1).reshape(shape)
     if tuple(plane) == names:  # the first state down the rows of the array: turn it across
         kind = kind.T
     x, y = (edges(plane[name] / quantity(name, units).scale) for name in names)
     cells = ListedColormap([OTHERS, *colours, FAILED], name="basins")
-    axes.pcolormesh(x, y, kind, cmap=cells, norm=BoundaryNorm(np.arange(-0.5, len(colours) + 2), len(colours) + 2),
-                    gid="basins", **SEAMLESS)
+    axes.pcolormesh(
+        x,
+        y,
+        kind,
+        cmap=cells,
+        norm=BoundaryNorm(np.arange(-0.5, len(colours) + 2), len(colours) + 2),
+        gid="basins",
+        **SEAMLESS,
+    )
     axes.set_xlim(x[0], x[-1])
     axes.set_ylim(y[0], y[-1])
 
 
-def _draw_dots(axes: Axes, initial: dict[str, Array], number: Array, status: Array, found: list[Attractor],
-               colours: list[str], names: tuple[str, str], units: str) -> None:
+def _draw_dots(
+    axes: Axes,
+    initial: dict[str, Array],
+    number: Array,
+    status: Array,
+    found: list[Attractor],
+    colours: list[str],
+    names: tuple[str, str],
+    units: str,
+) -> None:
     x, y = (initial[name] / quantity(name, units).scale for name in names)
     size = float(np.clip(140 / np.sqrt(len(x)), 1.5, 5.0))
     for one, colour, marker in zip(found, colours, MARKERS, strict=False):
         chosen = number == one.number
-        axes.plot(x[chosen], y[chosen], linestyle="none", marker=marker, color=colour, markersize=size,
-                  markeredgecolor="black", markeredgewidth=0.2, gid=f"attractor:{one.number}")
-    rest = np.isin(number, [one.number for one in found[len(colours):]])
-    axes.plot(x[rest], y[rest], linestyle="none", marker="o", color="#808080", markersize=0.5 * size, markeredgewidth=0,
-              gid="others")
+        axes.plot(
+            x[chosen],
+            y[chosen],
+            linestyle="none",
+            marker=marker,
+            color=colour,
+            markersize=size,
+            markeredgecolor="black",
+            markeredgewidth=0.2,
+            gid=f"attractor:{one.number}",
+        )
+    rest = np.isin(number, [one.number for one in found[len(colours) :]])
+    axes.plot(
+        x[rest],
+        y[rest],
+        linestyle="none",
+        marker="o",
+        color="#808080",
+        markersize=0.5 * size,
+        markeredgewidth=0,
+        gid="others",
+    )
     failed = has_failed(status)
     axes.plot(x[failed], y[failed], "kx", markersize=size, markeredgewidth=0.7, linestyle="none", gid="failed")
 
@@ -131,7 +173,7 @@ def _handles(found: list[Attractor], counts: dict[str, int], colours: list[str],
         if not cells:
             label += f" ({100 * one.low:.0f} to {100 * one.high:.0f})"
         handles.append(_handle(label, colour, marker, cells))
-    if rest := found[len(colours):]:
+    if rest := found[len(colours) :]:
         members = sum(one.members for one in rest)
         label = f"{len(rest)} smaller group{'s' * (len(rest) > 1)}, {members} starts"
         handles.append(_handle(label, OTHERS if cells else "#808080", "o", cells))
@@ -143,5 +185,14 @@ def _handles(found: list[Attractor], counts: dict[str, int], colours: list[str],
 def _handle(label: str, colour: str, marker: str, cell: bool) -> Artist:
     if cell:
         return Patch(facecolor=colour, edgecolor="#808080", linewidth=0.3, label=label)
-    return Line2D([], [], color=colour, marker=marker, linestyle="none", markersize=4.5, markeredgecolor="black",
-                  markeredgewidth=0.2, label=label)
+    return Line2D(
+        [],
+        [],
+        color=colour,
+        marker=marker,
+        linestyle="none",
+        markersize=4.5,
+        markeredgecolor="black",
+        markeredgewidth=0.2,
+        label=label,
+    )

@@ -23,7 +23,8 @@ from nsdrill.plot.style import FULL_WIDTH, MANY_MARKERS, REFERENCE, RESPONSES, S
 
 # By the mode whose motion they are: the peaks, and the feature that is the constant value where there are none.
 PANELS = {
-    "axial": ("axial_peaks", "axial_max"), "torsional": ("bit_speed_peaks", "bit_speed_max"),
+    "axial": ("axial_peaks", "axial_max"),
+    "torsional": ("bit_speed_peaks", "bit_speed_max"),
     "lateral": ("radius_peaks", "radius_max"),
 }
 HEIGHT = 6.3  # inches, of the three panels and the words
@@ -51,18 +52,29 @@ def draw(results: Results, units: str = "si") -> Figure:
     if {"up", "down"} <= set(lines[0].procedures):
         handles += [_marker("up: filled", REFERENCE), _marker("down: open", "none")]
     if spans:
-        handles.append(Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5,
-                             label="up and down differ"))
+        handles.append(Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label="up and down differ"))
     if steady:
-        handles.append(Line2D([], [], color=REFERENCE, marker="_", linestyle="none", markersize=5,
-                              label="no peaks: constant value"))
+        handles.append(
+            Line2D(
+                [], [], color=REFERENCE, marker="_", linestyle="none", markersize=5, label="no peaks: constant value"
+            )
+        )
     legend_below(figure, [*handles, *speed, *wall], 4)
     return figure
 
 
 def _marker(label: str, face: str) -> Line2D:
-    return Line2D([], [], color=REFERENCE, marker="o", markerfacecolor=face, linestyle="none", markersize=4,
-                  markeredgewidth=0.7, label=label)
+    return Line2D(
+        [],
+        [],
+        color=REFERENCE,
+        marker="o",
+        markerfacecolor=face,
+        linestyle="none",
+        markersize=4,
+        markeredgewidth=0.7,
+        label=label,
+    )
 
 
 def draw_peaks(axes: Axes, one: Line, peaks: str, constant: str, x: Shown, y: Shown, rasterise: bool) -> int:
@@ -82,15 +94,32 @@ def draw_peaks(axes: Axes, one: Line, peaks: str, constant: str, x: Shown, y: Sh
             finite = np.isfinite(heights)
             where = np.broadcast_to(at[points][:, None], heights.shape)[finite]
             if where.size:
-                axes.plot(where, heights[finite], linestyle="none", marker=style.marker, color=style.colour,
-                          markersize=size * _SIZE.get(style.marker, 1.0),
-                          markerfacecolor="none" if opened else style.colour, markeredgewidth=0.4 if opened else 0.0,
-                          rasterized=rasterise, zorder=2 + 0.01 * code, gid=f"{peaks}:{procedure}:{code}")
+                axes.plot(
+                    where,
+                    heights[finite],
+                    linestyle="none",
+                    marker=style.marker,
+                    color=style.colour,
+                    markersize=size * _SIZE.get(style.marker, 1.0),
+                    markerfacecolor="none" if opened else style.colour,
+                    markeredgewidth=0.4 if opened else 0.0,
+                    rasterized=rasterise,
+                    zorder=2 + 0.01 * code,
+                    gid=f"{peaks}:{procedure}:{code}",
+                )
             none = ~finite.any(axis=1) & np.isfinite(still[row, points])
             if none.any():
-                axes.plot(at[points][none], still[row, points][none], linestyle="none", marker="_", color=style.colour,
-                          markersize=size * 1.6, markeredgewidth=0.9, zorder=2 + 0.01 * code,
-                          gid=f"{constant}:{procedure}:{code}")
+                axes.plot(
+                    at[points][none],
+                    still[row, points][none],
+                    linestyle="none",
+                    marker="_",
+                    color=style.colour,
+                    markersize=size * 1.6,
+                    markeredgewidth=0.9,
+                    zorder=2 + 0.01 * code,
+                    gid=f"{constant}:{procedure}:{code}",
+                )
                 steady += int(none.sum())
     return steady
 

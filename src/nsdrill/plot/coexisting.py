@@ -39,8 +39,11 @@ def draw(results: Results, units: str = "si") -> Figure:
     for row, (name, word) in enumerate(PANELS):
         axes = figure.add_subplot(grid[row, 0], sharex=panels[0] if panels else None)
         y = quantity(name, units)
-        points = [(centre, value(one, name) / y.scale, one) for (some, _), centre in zip(found, centres, strict=True)
-                  for one in some]
+        points = [
+            (centre, value(one, name) / y.scale, one)
+            for (some, _), centre in zip(found, centres, strict=True)
+            for one in some
+        ]
         for centre, height, one in sorted(points, key=lambda p: -p[2].share):
             axes.plot([centre], [height], linestyle="none", **style(one), zorder=3, gid=f"{name}:{one.response}")
         if joined:
@@ -70,11 +73,26 @@ def draw_branches(axes: Axes, points: list[tuple[float, float, Attractor]], cent
     for number, branch in branches.items():
         for (x, y, _), (to_x, to_y, _) in pairwise(branch):
             between = np.count_nonzero((centres > min(x, to_x)) & (centres < max(x, to_x)))
-            axes.plot([x, to_x], [y, to_y], color=REFERENCE, linewidth=0.5, linestyle=":" if between else "-", zorder=2,
-                      gid=f"branch:{number}")
+            axes.plot(
+                [x, to_x],
+                [y, to_y],
+                color=REFERENCE,
+                linewidth=0.5,
+                linestyle=":" if between else "-",
+                zorder=2,
+                gid=f"branch:{number}",
+            )
         if numbered and len(branch) > 1 and max(one.share for _, _, one in branch) >= LEAST:
-            axes.annotate(str(number), branch[0][:2], (0, 4), textcoords="offset points", fontsize=6, ha="center",
-                          va="bottom", gid=f"number:{number}")
+            axes.annotate(
+                str(number),
+                branch[0][:2],
+                (0, 4),
+                textcoords="offset points",
+                fontsize=6,
+                ha="center",
+                va="bottom",
+                gid=f"number:{number}",
+            )
 
 
 def value(one: Attractor, name: str) -> float:
@@ -92,21 +110,57 @@ def size(share: float) -> float:
 def style(one: Attractor) -> dict[str, Any]:
     response = RESPONSES[one.response]
     loose = one.unsettled > one.members / 2
-    return {"marker": response.marker, "color": response.colour, "markersize": size(one.share),
-            "markerfacecolor": "none" if loose else response.colour, "markeredgewidth": 0.7 if loose else 0.0}
+    return {
+        "marker": response.marker,
+        "color": response.colour,
+        "markersize": size(one.share),
+        "markerfacecolor": "none" if loose else response.colour,
+        "markeredgewidth": 0.7 if loose else 0.0,
+    }
 
 
 def _handles(every: list[Attractor], *, joined: bool) -> list[Artist]:
     handles: list[Artist] = [
-        Line2D([], [], color=style.colour, marker=style.marker, linestyle="none", markersize=4.5, markeredgewidth=0,
-               label=style.name)
-        for code, style in enumerate(RESPONSES) if any(one.response == code for one in every)]
+        Line2D(
+            [],
+            [],
+            color=style.colour,
+            marker=style.marker,
+            linestyle="none",
+            markersize=4.5,
+            markeredgewidth=0,
+            label=style.name,
+        )
+        for code, style in enumerate(RESPONSES)
+        if any(one.response == code for one in every)
+    ]
     if any(one.unsettled > one.members / 2 for one in every):
-        handles.append(Line2D([], [], color=REFERENCE, marker="o", markerfacecolor="none", linestyle="none",
-                              markersize=4.5, markeredgewidth=0.7, label="open: most of its starts unsettled"))
+        handles.append(
+            Line2D(
+                [],
+                [],
+                color=REFERENCE,
+                marker="o",
+                markerfacecolor="none",
+                linestyle="none",
+                markersize=4.5,
+                markeredgewidth=0.7,
+                label="open: most of its starts unsettled",
+            )
+        )
     if joined:
         handles.append(Line2D([], [], color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
     for share in (1.0, 0.25, 0.05):
-        handles.append(Line2D([], [], color=REFERENCE, marker="o", linestyle="none", markersize=size(share),
-                              markeredgewidth=0, label=f"share {100 * share:.0f} %"))
+        handles.append(
+            Line2D(
+                [],
+                [],
+                color=REFERENCE,
+                marker="o",
+                linestyle="none",
+                markersize=size(share),
+                markeredgewidth=0,
+                label=f"share {100 * share:.0f} %",
+            )
+        )
     return handles

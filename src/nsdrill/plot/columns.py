@@ -58,17 +58,18 @@ def frame(results: Results, units: str, panels: int, height: float) -> tuple[Fig
         column[-1].set_xlim(*(edges(one.x)[[0, -1]] / x.scale))
         draw_strip(column[0], one, x.scale, name_rows=number == 0)
         column[0].set_title(column_title(one, units), pad=3)
-    figure.suptitle(heading(results.attrs, operating_point(fixed_values(results), units)),
-                    parse_math=False)
+    figure.suptitle(heading(results.attrs, operating_point(fixed_values(results), units)), parse_math=False)
     figure.align_ylabels(columns[0][1:])
     return figure, lines, columns
 
 
 def column_title(one: Line, units: str) -> str:
     """The value of the axis that sets this column apart; nothing where there is one column."""
-    held = {axis: one.results.coords[axis][place]
-            for axis, place in zip(one.results.axes, one.place[1:], strict=True)
-            if axis != one.axis and axis in one.results.swept and isinstance(place, int)}
+    held = {
+        axis: one.results.coords[axis][place]
+        for axis, place in zip(one.results.axes, one.place[1:], strict=True)
+        if axis != one.axis and axis in one.results.swept and isinstance(place, int)
+    }
     return ", ".join(f"{quantity(axis, units).words}: {quantity(axis, units).value(v)}" for axis, v in held.items())
 
 
@@ -99,8 +100,15 @@ def shade_hysteresis(axes: Axes, one: Line, scale: float) -> int:
     """Shade where up and down differ in response, cell by cell; the number of stretches."""
     shaded, borders = spans(differences(one.procedures, one.outcome)), edges(one.x) / scale
     for first, last in shaded:
-        axes.axvspan(borders[first], borders[last + 1], facecolor=SHADE, edgecolor="none", linewidth=0, zorder=0,
-                     gid="hysteresis")
+        axes.axvspan(
+            borders[first],
+            borders[last + 1],
+            facecolor=SHADE,
+            edgecolor="none",
+            linewidth=0,
+            zorder=0,
+            gid="hysteresis",
+        )
     return len(shaded)
 
 
@@ -126,13 +134,32 @@ def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
         if not (outcomes == code).any():
             continue
         if markers:
-            handles.append(Line2D([], [], color=style.colour, marker=style.marker, linestyle="none", markersize=4.5,
-                                  markeredgewidth=0, label=style.name))
+            handles.append(
+                Line2D(
+                    [],
+                    [],
+                    color=style.colour,
+                    marker=style.marker,
+                    linestyle="none",
+                    markersize=4.5,
+                    markeredgewidth=0,
+                    label=style.name,
+                )
+            )
         else:
             handles.append(Patch(facecolor=style.colour, label=style.name))
     failed = int((outcomes == FAILED_POINT).sum())
     if failed:
-        handles.append(Line2D([], [], color="k", marker="x", linestyle="none", markersize=4,
-                              label=f"failed ({failed} of {outcomes.size})"))
+        handles.append(
+            Line2D(
+                [],
+                [],
+                color="k",
+                marker="x",
+                linestyle="none",
+                markersize=4,
+                label=f"failed ({failed} of {outcomes.size})",
+            )
+        )
     verdicts = [one.verdicts.ravel() for one in lines if one.verdicts is not None]
     return handles + (doubt_handles(np.concatenate(verdicts)) if verdicts else [])

@@ -26,14 +26,33 @@ def draw_doubts(axes: Axes, x: Array, y: Array, verdicts: Array, cell_size: floa
             np.column_stack((x[columns], y[rows])), np.column_stack((x[columns + 1], y[rows])),
             np.column_stack((x[columns + 1], y[rows + 1])), np.column_stack((x[columns], y[rows + 1])),
         ], axis=1)  # fmt: skip
-        axes.add_collection(PolyCollection(list(corners), facecolors="none", edgecolors="white", linewidths=0,
-                                           hatch=_PATTERN, gid="features_differ"), autolim=False)
+        axes.add_collection(
+            PolyCollection(
+                list(corners),
+                facecolors="none",
+                edgecolors="white",
+                linewidths=0,
+                hatch=_PATTERN,
+                gid="features_differ",
+            ),
+            autolim=False,
+        )
     rows, columns = np.nonzero((verdicts == RESPONSE_DIFFERS) | (verdicts == CHECK_FAILED))
     if rows.size:
         size = float(np.clip(0.6 * cell_size, _SMALLEST, _LARGEST))
-        axes.plot(0.5 * (x[columns] + x[columns + 1]), 0.5 * (y[rows] + y[rows + 1]), marker="o", color="black",
-                  markersize=size, markeredgecolor="white", markeredgewidth=min(0.5, 0.2 * size), linestyle="none",
-                  gid="response_differs", scalex=False, scaley=False)
+        axes.plot(
+            0.5 * (x[columns] + x[columns + 1]),
+            0.5 * (y[rows] + y[rows + 1]),
+            marker="o",
+            color="black",
+            markersize=size,
+            markeredgecolor="white",
+            markeredgewidth=min(0.5, 0.2 * size),
+            linestyle="none",
+            gid="response_differs",
+            scalex=False,
+            scaley=False,
+        )
 
 
 def doubt_handles(verdicts: Array) -> list[Artist]:
@@ -41,12 +60,29 @@ def doubt_handles(verdicts: Array) -> list[Artist]:
     handles: list[Artist] = []
     checked = int(np.count_nonzero(verdicts != UNCHECKED))
     if features := int(np.count_nonzero(verdicts == FEATURES_DIFFER)):
-        handles.append(Patch(facecolor=GREY, edgecolor="white", linewidth=0, hatch=_PATTERN,
-                             label=f"checked: numbers differ ({features} of {checked})"))
+        handles.append(
+            Patch(
+                facecolor=GREY,
+                edgecolor="white",
+                linewidth=0,
+                hatch=_PATTERN,
+                label=f"checked: numbers differ ({features} of {checked})",
+            )
+        )
     responses, failed = (int(np.count_nonzero(verdicts == code)) for code in (RESPONSE_DIFFERS, CHECK_FAILED))
     if responses or failed:
         unknown = f", {failed} unknown: a check failed" if failed else ""
-        handles.append(Line2D([], [], color="black", marker="o", markersize=4, markeredgecolor="white",
-                              markeredgewidth=0.5, linestyle="none",
-                              label=f"checked: response differs ({responses} of {checked}{unknown})"))
+        handles.append(
+            Line2D(
+                [],
+                [],
+                color="black",
+                marker="o",
+                markersize=4,
+                markeredgecolor="white",
+                markeredgewidth=0.5,
+                linestyle="none",
+                label=f"checked: response differs ({responses} of {checked}{unknown})",
+            )
+        )
     return handles

@@ -26,7 +26,8 @@ def into_axes(picture: Callable[[], Figure], axes: Any, kind: str | None) -> Fig
         what = f"the kind {kind!r}, which has" if kind else "a picture with"
         raise InputError(
             f"ax: found {what} {len(panels)} axes here; allowed: a kind with one, as orbit of a trace, basin, shares, "
-            "or map and window of a sweep with one procedure over two axes. Without ax it is a figure of its own.")
+            "or map and window of a sweep with one procedure over two axes. Without ax it is a figure of its own."
+        )
     title = axes.get_title()
     with _target(axes):
         picture()
@@ -74,8 +75,13 @@ class _Within:
     def legend(self, *, handles: list[Any], ncols: int, loc: str) -> Any:
         below = ScaledTranslation(0.0, -LEGEND_BELOW / 72.0, self._axes.figure.dpi_scale_trans)
         return self._axes.legend(
-            handles=handles, ncols=ncols, loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=0.0,
-            bbox_transform=self._axes.transAxes + below)
+            handles=handles,
+            ncols=ncols,
+            loc="upper center",
+            bbox_to_anchor=(0.5, 0.0),
+            borderaxespad=0.0,
+            bbox_transform=self._axes.transAxes + below,
+        )
 
     def colorbar(self, mesh: Any, *, ax: Any, **more: Any) -> Any:
         return self._axes.figure.colorbar(mesh, ax=self._axes, **more)

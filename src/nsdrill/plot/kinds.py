@@ -42,7 +42,7 @@ TRACE_KINDS = {
     "section": "the Poincare section: the motion once in every revolution of the bit",
 }
 RAMP_KINDS = {
-    "ramp": "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp",
+    "ramp": "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp"
 }
 _VALUES = {name: v.long_name for name, v in BY_NAME.items() if v.dtype == "f8" and v.dims == POINT}
 _VALUES |= {alias: _VALUES[name] for alias, name in ALIASES.items()}
@@ -70,7 +70,14 @@ def variables_for(kind: str) -> tuple[str, ...]:
         "section": ("motion", "period", *SECTION),
         "shares": ("attractor", "whirl_kind", "settled"),
         "attractors": (
-            "attractor", "whirl_kind", "settled", "radius_max", "axial_min", "axial_max", "stick_slip_index"),
+            "attractor",
+            "whirl_kind",
+            "settled",
+            "radius_max",
+            "axial_min",
+            "axial_max",
+            "stick_slip_index",
+        ),
         "basin": ("attractor", "whirl_kind", "settled", "initial_state"),
     }.get(kind, (name,) if (name := value_name(kind)) else ())
     return ("status", "response", *TRUST, *shown)
@@ -126,10 +133,13 @@ def choose_kind(data: Results | Trace, kind: str | None) -> str:
     if isinstance(data, Results) and "start" in data.coords and of_one_start:
         raise InputError(
             f"plot kind: found {kind!r}, which draws one start of every operating point, with {_what(data)}; allowed "
-            f"here:\n{listing}\nor {kind!r} with --start, 0 to {len(data.coords['start']) - 1}.")
+            f"here:\n{listing}\nor {kind!r} with --start, 0 to {len(data.coords['start']) - 1}."
+        )
     if kind in DESCRIPTIONS:
-        raise InputError(f"plot kind: found {kind!r}, which does not fit {_what(data)}{_advice(data, kind)}; "
-                         f"allowed here:\n{listing}")
+        raise InputError(
+            f"plot kind: found {kind!r}, which does not fit {_what(data)}{_advice(data, kind)}; "
+            f"allowed here:\n{listing}"
+        )
     near = difflib.get_close_matches(kind, allowed, n=1)
     hint = f" Did you mean {near[0]!r}?" if near else ""
     raise InputError(f"plot kind: found {kind!r}, which is not known.{hint} Allowed for {_what(data)}:\n{listing}")

@@ -49,8 +49,13 @@ WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}  # panels in a row, of so many
 WORDS = 1.3  # inches that title, axis labels and legend take
 CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "response": tuple((style.name, style.colour) for style in RESPONSES),
-    "whirl_kind": (("no whirl", GREY), ("forward", SKY), ("backward", ORANGE), ("backward rolling", VERMILLION),
-                   ("irregular", WINE)),
+    "whirl_kind": (
+        ("no whirl", GREY),
+        ("forward", SKY),
+        ("backward", ORANGE),
+        ("backward rolling", VERMILLION),
+        ("irregular", WINE),
+    ),
     "motion": tuple((style.name, style.colour) for style in MOTIONS),
 }
 
@@ -66,7 +71,7 @@ class Planes:
 
     @classmethod
     def of(cls, results: Results) -> Planes:
-        across = (*ACROSS, *results.axes[len(ACROSS):])
+        across = (*ACROSS, *results.axes[len(ACROSS) :])
         swept = [axis for axis in across if axis in results.swept]
         if len(swept) > 3:
             raise InputError(f"a map has at most three axes; found {', '.join(swept)}. Give values of the others.")
@@ -84,7 +89,7 @@ class Planes:
         array = np.asarray(self.results.variables[name])
         own = range(1 + len(axes), array.ndim)
         array = array.transpose([0, *(1 + axes.index(axis) for axis in order), *rest, *own])
-        return array.reshape(*array.shape[:4], *array.shape[1 + len(axes):])
+        return array.reshape(*array.shape[:4], *array.shape[1 + len(axes) :])
 
     @property
     def procedures(self) -> tuple[str, ...]:
@@ -128,8 +133,9 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
                 hatch(grid[row][column], cells, inferred[column, row], "....", "none", "white", "inferred")
             if verdicts is not None:
                 draw_doubts(grid[row][column], *cells, verdicts[column, row], cell)
-            hatch(grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000",
-                  "failed")
+            hatch(
+                grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000", "failed"
+            )
         if differs is not None:
             axes = grid[row][-1]
             hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
@@ -167,8 +173,9 @@ def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[lis
     spaced(panels[0], planes.results.coords[planes.x], planes.results.coords[planes.y])
     panels[0].set_xlim(across[0], across[-1])
     panels[0].set_ylim((down[-1], down[0]) if planes.y == "depth" else (down[0], down[-1]))
-    figure.suptitle(heading(planes.results.attrs, operating_point(fixed_values(planes.results), units)),
-                    parse_math=False)
+    figure.suptitle(
+        heading(planes.results.attrs, operating_point(fixed_values(planes.results), units)), parse_math=False
+    )
     return figure, [panels[row * columns : (row + 1) * columns] for row in range(rows)]
 
 
@@ -187,12 +194,15 @@ def _panel_title(planes: Planes, row: int, column: int, units: str) -> str:
 def _cells(planes: Planes, units: str) -> tuple[Array, Array]:
     """The edges of the cells across and down, in the shown units."""
     coords = planes.results.coords
-    return (edges(coords[planes.x]) / quantity(planes.x, units).scale,
-            edges(coords[planes.y]) / quantity(planes.y, units).scale)
+    return (
+        edges(coords[planes.x]) / quantity(planes.x, units).scale,
+        edges(coords[planes.y]) / quantity(planes.y, units).scale,
+    )
 
 
-def _draw_categories(grid: Sequence[Sequence[Axes]], planes: Planes, variable: str, outcomes: Array,
-                     units: str) -> list[Artist]:
+def _draw_categories(
+    grid: Sequence[Sequence[Axes]], planes: Planes, variable: str, outcomes: Array, units: str
+) -> list[Artist]:
     """Colour the cells by name; the legend entries of the names that occur."""
     categories = CATEGORIES[variable]
     colours = ListedColormap([colour for _, colour in categories], name=variable)
@@ -206,8 +216,9 @@ def _draw_categories(grid: Sequence[Sequence[Axes]], planes: Planes, variable: s
     return [Patch(facecolor=colour, label=name) for code, (name, colour) in enumerate(categories) if code in present]
 
 
-def _draw_values(figure: Figure, grid: Sequence[Sequence[Axes]], planes: Planes, name: str, outcomes: Array,
-                 units: str) -> list[Artist]:
+def _draw_values(
+    figure: Figure, grid: Sequence[Sequence[Axes]], planes: Planes, name: str, outcomes: Array, units: str
+) -> list[Artist]:
     """Colour the cells by a measured value, with one colour bar for all panels; bounds of severity as contours."""
     value = quantity(name, units)
     shown = np.ma.masked_invalid(np.where(outcomes < 0, np.nan, planes[name] / value.scale))
@@ -229,8 +240,15 @@ def _draw_values(figure: Figure, grid: Sequence[Sequence[Axes]], planes: Planes,
             if graded:
                 contour_severity(axes, planes, shown[column, row], graded, units)
     assert mesh is not None
-    bar = figure.colorbar(mesh, ax=[axes for panels in grid for axes in panels], label=value.label, extend=beyond,
-                          fraction=0.05, pad=0.01, aspect=30)
+    bar = figure.colorbar(
+        mesh,
+        ax=[axes for panels in grid for axes in panels],
+        label=value.label,
+        extend=beyond,
+        fraction=0.05,
+        pad=0.01,
+        aspect=30,
+    )
     crossed = [bound for bound in graded if low < bound < high]
     if crossed:
         bar.ax.hlines(crossed, 0, 1, colors="white", linewidths=0.7)
@@ -238,8 +256,9 @@ def _draw_values(figure: Figure, grid: Sequence[Sequence[Axes]], planes: Planes,
     return []
 
 
-def contour_severity(axes: Axes, planes: Planes, values: np.ma.MaskedArray, graded: Sequence[float],
-                     units: str) -> None:
+def contour_severity(
+    axes: Axes, planes: Planes, values: np.ma.MaskedArray, graded: Sequence[float], units: str
+) -> None:
     """Lines at the bounds of severity ``graded``, thicker for the worse."""
     if min(values.shape) < 2 or not values.count():
         return
@@ -264,8 +283,10 @@ def hatch(axes: Axes, cells: tuple[Array, Array], chosen: Array, pattern: str, f
     ], axis=1)  # fmt: skip
     axes.add_collection(PolyCollection(list(corners), facecolors=face, gid=f"{gid}:ground", **SEAMLESS), autolim=False)
     if pattern:
-        axes.add_collection(PolyCollection(list(corners), facecolors="none", edgecolors=edge, linewidths=0,
-                                           hatch=pattern, gid=gid), autolim=False)
+        axes.add_collection(
+            PolyCollection(list(corners), facecolors="none", edgecolors=edge, linewidths=0, hatch=pattern, gid=gid),
+            autolim=False,
+        )
 
 
 def _remarks(outcomes: Array, differs: Array | None, inferred: Array, *, named: bool) -> list[Artist]:
@@ -276,16 +297,37 @@ def _remarks(outcomes: Array, differs: Array | None, inferred: Array, *, named: 
     pending, passed_over = int(((outcomes == PENDING_POINT) & ~inferred).sum()), int(inferred.sum())
     if passed_over:
         what = "dotted: inferred" if named else "not run, inferred responses"
-        handles.append(Patch(facecolor=GREY if named else "white", edgecolor="white" if named else GREY, linewidth=0.4,
-                             hatch="...." if named else None, label=f"{what} ({passed_over} of {outcomes.size})"))
+        handles.append(
+            Patch(
+                facecolor=GREY if named else "white",
+                edgecolor="white" if named else GREY,
+                linewidth=0.4,
+                hatch="...." if named else None,
+                label=f"{what} ({passed_over} of {outcomes.size})",
+            )
+        )
     if failed:
-        handles.append(Patch(facecolor="white", edgecolor="black", linewidth=0.4, hatch="xxxxxx",
-                             label=f"failed ({failed} of {outcomes.size})"))
+        handles.append(
+            Patch(
+                facecolor="white",
+                edgecolor="black",
+                linewidth=0.4,
+                hatch="xxxxxx",
+                label=f"failed ({failed} of {outcomes.size})",
+            )
+        )
     if pending:
-        handles.append(Patch(facecolor="white", edgecolor=GREY, linewidth=0.4,
-                             label=f"not run yet ({pending} of {outcomes.size})"))
+        handles.append(
+            Patch(facecolor="white", edgecolor=GREY, linewidth=0.4, label=f"not run yet ({pending} of {outcomes.size})")
+        )
     if differs is not None:
-        handles.append(Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.4, hatch="//////",
-                             label=f"up and down differ ({int((differs == 1).sum())} of {differs.size})"))
+        handles.append(
+            Patch(
+                facecolor=SHADE,
+                edgecolor=SHADE_EDGE,
+                linewidth=0.4,
+                hatch="//////",
+                label=f"up and down differ ({int((differs == 1).sum())} of {differs.size})",
+            )
+        )
     return handles
-

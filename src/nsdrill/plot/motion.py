@@ -46,8 +46,15 @@ def _draw_kinds(axes: Axes, one: Line, x: Shown, *, named: bool) -> set[int]:
     """The kinds as coloured cells, a row for each procedure."""
     kinds = np.ma.masked_where(one["status"] != OK, one["motion"].astype(int))
     rows = np.arange(len(one.procedures))
-    axes.pcolormesh(edges(one.x) / x.scale, np.arange(len(rows) + 1) - 0.5, kinds, cmap=COLOURS, norm=NORM,
-                    gid="motions", **SEAMLESS)
+    axes.pcolormesh(
+        edges(one.x) / x.scale,
+        np.arange(len(rows) + 1) - 0.5,
+        kinds,
+        cmap=COLOURS,
+        norm=NORM,
+        gid="motions",
+        **SEAMLESS,
+    )
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_yticks(rows, one.procedures if named else [""] * len(rows))
     if named:
@@ -70,8 +77,18 @@ def _draw_values(axes: Axes, one: Line, name: str, x: Shown) -> None:
         opened = is_open(procedure, one.procedures)
         colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
         errors = 2 * one["lyapunov_error"][row] if name == "lyapunov_exponent" else None
-        axes.errorbar(one.x / x.scale, values, yerr=errors, linestyle="none", marker="o", color=colour, markersize=2.4,
-                      markerfacecolor="white" if opened else colour, markeredgewidth=0.5, elinewidth=0.4)
+        axes.errorbar(
+            one.x / x.scale,
+            values,
+            yerr=errors,
+            linestyle="none",
+            marker="o",
+            color=colour,
+            markersize=2.4,
+            markerfacecolor="white" if opened else colour,
+            markeredgewidth=0.5,
+            elinewidth=0.4,
+        )
     if name == "lyapunov_exponent":
         axes.axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
     elif name == "zero_one":

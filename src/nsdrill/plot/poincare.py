@@ -68,21 +68,39 @@ def draw_returns(axes: Axes, one: Line, name: str, x: Shown, y: Shown, rasterise
             present.add(code)
             opened = is_open(procedure, one.procedures)
             where = np.broadcast_to(at[points][:, None], heights.shape)[finite]
-            axes.plot(where, heights[finite], linestyle="none", marker="o", color=style.colour, markersize=size,
-                      markerfacecolor="none" if opened else style.colour, markeredgewidth=0.3 if opened else 0.0,
-                      rasterized=rasterise, zorder=2 + 0.01 * code, gid=f"{name}:{procedure}:{code}")
+            axes.plot(
+                where,
+                heights[finite],
+                linestyle="none",
+                marker="o",
+                color=style.colour,
+                markersize=size,
+                markerfacecolor="none" if opened else style.colour,
+                markeredgewidth=0.3 if opened else 0.0,
+                rasterized=rasterise,
+                zorder=2 + 0.01 * code,
+                gid=f"{name}:{procedure}:{code}",
+            )
     return present
 
 
 def motion_handles(present: set[int]) -> list[Artist]:
     """Legend entries of the kinds of motion that occur."""
-    return [_marker(style.name, style.colour, style.colour)
-            for code, style in enumerate(MOTIONS) if code in present]
+    return [_marker(style.name, style.colour, style.colour) for code, style in enumerate(MOTIONS) if code in present]
 
 
 def _marker(label: str, face: str, edge: str = REFERENCE) -> Line2D:
-    return Line2D([], [], color=edge, marker="o", markerfacecolor=face, linestyle="none", markersize=4,
-                  markeredgewidth=0.7, label=label)
+    return Line2D(
+        [],
+        [],
+        color=edge,
+        marker="o",
+        markerfacecolor=face,
+        linestyle="none",
+        markersize=4,
+        markeredgewidth=0.7,
+        label=label,
+    )
 
 
 def _whole_turn(axes: Axes, y: Shown) -> None:
@@ -123,21 +141,28 @@ def draw_trace(trace: Trace, units: str, title: str) -> Figure:
     return figure
 
 
-def _draw_planes(
-    panels: list[Axes], section: Mapping[str, Array], units: str, gap: float | None, colour: str
-) -> None:
+def _draw_planes(panels: list[Axes], section: Mapping[str, Array], units: str, gap: float | None, colour: str) -> None:
     x = quantity("x", units)
     r, angle = section["section_radius"] / x.scale, section["section_whirl_angle"]
     style: dict[str, Any] = {
-        "linestyle": "none", "marker": "o", "markersize": 2.0, "markeredgewidth": 0.0, "color": colour}
+        "linestyle": "none",
+        "marker": "o",
+        "markersize": 2.0,
+        "markeredgewidth": 0.0,
+        "color": colour,
+    }
     panels[0].plot(r * np.cos(angle), r * np.sin(angle), gid="section:orbit", **style)
     panels[0].plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none")
     reach = float(np.nanmax(r, initial=0.0)) or 1.0
     if gap is not None and reach > 0.4 * gap / x.scale:
         panels[0].add_patch(Circle((0, 0), gap / x.scale, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5))
         reach = max(reach, gap / x.scale)
-    panels[0].set(xlim=(-1.1 * reach, 1.1 * reach), ylim=(-1.1 * reach, 1.1 * reach),
-                  xlabel=f"along the bit [{x.unit}]", ylabel=f"across [{x.unit}]")
+    panels[0].set(
+        xlim=(-1.1 * reach, 1.1 * reach),
+        ylim=(-1.1 * reach, 1.1 * reach),
+        xlabel=f"along the bit [{x.unit}]",
+        ylabel=f"across [{x.unit}]",
+    )
     panels[0].set_aspect("equal")
     for axes, (across, up) in zip(panels[1:], PLANES, strict=True):
         a, b = quantity(across, units), quantity(up, units)

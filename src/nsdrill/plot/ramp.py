@@ -50,11 +50,18 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
             here = way[nearest] == sign
             if here.any():
                 shown.add(sign)
-                axes.plot(at[here], heights[here] / y.scale, linestyle="none", rasterized=rasterise,
-                          gid=f"{name}:{style['label']}", **style)
+                axes.plot(
+                    at[here],
+                    heights[here] / y.scale,
+                    linestyle="none",
+                    rasterized=rasterise,
+                    gid=f"{name}:{style['label']}",
+                    **style,
+                )
         axes.set_ylabel(y.label)
-    handles += [Line2D([], [], linestyle="none", **{**STYLES[sign], "markersize": 3.5}) for sign in (1, -1, 0)
-                if sign in shown]
+    handles += [
+        Line2D([], [], linestyle="none", **{**STYLES[sign], "markersize": 3.5}) for sign in (1, -1, 0) if sign in shown
+    ]
     handles += _references(panels, trace, axis, units)
     margin = 0.03 * float(np.ptp(value))
     panels[-1].set_xlim((value.min() - margin) / x.scale, (value.max() + margin) / x.scale)
@@ -87,8 +94,10 @@ def local_maxima(time: Array, values: Array) -> tuple[Array, Array]:
 def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, units: str) -> list[Artist]:
     """The peaks of a sweep along the same axis, pale; where it has several values of another axis, at the ramp's."""
     if axis not in results.swept:
-        raise InputError(f"--over: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep of "
-                         f"{axis}, which this trace ramps.")
+        raise InputError(
+            f"--over: found a sweep of {', '.join(results.swept) or 'nothing'}; allowed: a sweep of "
+            f"{axis}, which this trace ramps."
+        )
     held: dict[str, float] = {}
     for other in AXES:
         if other == axis:
@@ -99,7 +108,8 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
         if abs(held[other] - wanted) > 0.01 * abs(wanted):
             raise InputError(
                 f"--over: found a sweep at {operating_point({other: held[other]}, units)}; allowed: one at "
-                f"{operating_point({other: wanted}, units)}, as this trace.")
+                f"{operating_point({other: wanted}, units)}, as this trace."
+            )
     one = line(ordered(results, held), axis)
     x = quantity(axis, units)
     value = set_values(trace, axis)
@@ -114,8 +124,13 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
         for axes, (_, peaks) in zip(panels, PANELS, strict=True):
             heights = np.where(fine[row][:, None], one[peaks][row], np.nan) / quantity(peaks, units).scale
             at = np.broadcast_to((one.x / x.scale)[:, None], heights.shape)
-            axes.plot(at[np.isfinite(heights)], heights[np.isfinite(heights)], rasterized=heights.size > MANY_MARKERS,
-                      gid=f"sweep:{procedure}:{peaks}", **style)
+            axes.plot(
+                at[np.isfinite(heights)],
+                heights[np.isfinite(heights)],
+                rasterized=heights.size > MANY_MARKERS,
+                gid=f"sweep:{procedure}:{peaks}",
+                **style,
+            )
         word = "sweep" if procedure == "same" else f"sweep, {procedure}"
         handles.append(Line2D([], [], label=word, **{**style, "markersize": 3.5}))
     return handles

@@ -24,8 +24,9 @@ def check_suffix(path: str | os.PathLike[str]) -> str:
     """The format of ``path`` by its name; so that a wrong name is told before anything is drawn."""
     suffix = Path(path).suffix.lower()
     if suffix not in FORMATS:
-        raise InputError(f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of picture; "
-                         f"allowed: {', '.join(FORMATS)}.")
+        raise InputError(
+            f"{os.fspath(path)}: found {suffix or 'no suffix'!r} as the kind of picture; allowed: {', '.join(FORMATS)}."
+        )
     return suffix
 
 

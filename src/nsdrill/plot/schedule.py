@@ -25,8 +25,11 @@ def set_values(trace: Trace, name: str) -> np.ndarray:
 
 def moving(trace: Trace) -> list[str]:
     """The operating values that are not constant along the trace."""
-    return [name for name in ORDER if len(trace.time) and SCHEDULED[name] in trace.variables
-            and float(np.ptp(set_values(trace, name))) > 0.0]
+    return [
+        name
+        for name in ORDER
+        if len(trace.time) and SCHEDULED[name] in trace.variables and float(np.ptp(set_values(trace, name))) > 0.0
+    ]
 
 
 def point_words(trace: Trace, units: str) -> str:

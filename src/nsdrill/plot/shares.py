@@ -42,8 +42,10 @@ def draw(results: Results, units: str = "si") -> Figure:
     figure = new_figure(FULL_WIDTH, HEIGHT)
     axes = figure.add_subplot()
     present = [code for code in range(len(RESPONSES)) if any(a.response == code for some, _ in found for a in some)]
-    columns = [draw_column(axes, some, left, right) for (some, _), left, right in zip(
-        found, borders[:-1], borders[1:], strict=True)]
+    columns = [
+        draw_column(axes, some, left, right)
+        for (some, _), left, right in zip(found, borders[:-1], borders[1:], strict=True)
+    ]
     divided = any(one.divided for column in columns for one in column)
     if matched(results):
         draw_bands(axes, columns, borders)
@@ -60,11 +62,13 @@ def draw(results: Results, units: str = "si") -> Figure:
     figure.suptitle(heading(results.attrs, f"{point}; {starts} starts each"), parse_math=False)
     handles: list[Artist] = [Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
     if divided:
-        handles.append(Line2D([], [], color="white", linewidth=1, label="between attractors",
-                              path_effects=_outlined()))
+        handles.append(Line2D([], [], color="white", linewidth=1, label="between attractors", path_effects=_outlined()))
     if sampled and len(present) > 1:
-        handles.append(Line2D([], [], color="black", linewidth=0.8, marker="|", linestyle="none", markersize=7,
-                              label="95 % interval"))
+        handles.append(
+            Line2D(
+                [], [], color="black", linewidth=0.8, marker="|", linestyle="none", markersize=7, label="95 % interval"
+            )
+        )
     if failed := sum(counts["failed"] for _, counts in found):
         handles.append(Patch(facecolor="white", edgecolor="black", linewidth=0.4, label=f"failed, left out ({failed})"))
     legend_below(figure, handles, 4)
@@ -94,12 +98,17 @@ def draw_column(axes: Axes, some: list[Attractor], left: float, right: float) ->
     parts: list[Part] = []
     for one in sorted(some, key=lambda a: (a.response, a.number)):
         height = 100 * one.share
-        axes.fill_between([left, right], bottom, bottom + height, facecolor=RESPONSES[one.response].colour,
-                          edgecolor=RESPONSES[one.response].colour, linewidth=0.2,
-                          gid=f"attractor:{one.number}:{one.response}")
+        axes.fill_between(
+            [left, right],
+            bottom,
+            bottom + height,
+            facecolor=RESPONSES[one.response].colour,
+            edgecolor=RESPONSES[one.response].colour,
+            linewidth=0.2,
+            gid=f"attractor:{one.number}:{one.response}",
+        )
         before = parts[-1].of if parts else None
-        divided = (before is not None and before.response == one.response
-                   and max(before.share, one.share) >= LEAST)
+        divided = before is not None and before.response == one.response and max(before.share, one.share) >= LEAST
         if divided:
             axes.plot([left, right], [bottom, bottom], color="white", **BORDER)
         parts.append(Part(one, bottom, height, divided))
@@ -121,9 +130,17 @@ def draw_bands(axes: Axes, columns: list[list[Part]], borders: Array) -> None:
             place = max(run.tolist(), key=lambda i: parts[i].height)
             if (widest := parts[place]).height >= ROOM:
                 dark = np.dot(to_rgb(RESPONSES[response].colour), (0.299, 0.587, 0.114)) < 0.5
-                axes.text((borders[place] + borders[place + 1]) / 2, widest.bottom + widest.height / 2, str(number),
-                          color="white" if dark else "black", fontsize=6, ha="center", va="center", clip_on=True,
-                          gid=f"number:{number}:{response}")
+                axes.text(
+                    (borders[place] + borders[place + 1]) / 2,
+                    widest.bottom + widest.height / 2,
+                    str(number),
+                    color="white" if dark else "black",
+                    fontsize=6,
+                    ha="center",
+                    va="center",
+                    clip_on=True,
+                    gid=f"number:{number}:{response}",
+                )
 
 
 def draw_intervals(
@@ -138,5 +155,11 @@ def draw_intervals(
             here = any(one.response == code for one in some)
             if total and (here or below in (0, total)) and 0 < below < total:
                 low, high = wilson(below, total)
-                axes.plot([centre, centre], [100 * low, 100 * high], color="black", linewidth=0.9, zorder=3,
-                          gid=f"interval:{code}")
+                axes.plot(
+                    [centre, centre],
+                    [100 * low, 100 * high],
+                    color="black",
+                    linewidth=0.9,
+                    zorder=3,
+                    gid=f"interval:{code}",
+                )

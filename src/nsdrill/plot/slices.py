@@ -53,13 +53,15 @@ def _index_of(axis: str, values: Array, wanted: float) -> int:
     steps = np.diff(ascending)
     below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(ascending[0]),)
     if not ascending[0] - below <= wanted <= ascending[-1] + above:
+
         def told(value: float) -> str:
             return amount(value, wanted.unit, 4) if isinstance(wanted, Asked) else quantity(axis).value(value)
 
         option = axis if axis in AXES else f"--at {further_axes()[axis][0]}"
         raise InputError(
             f"{option}: found {told(wanted)}; allowed: {told(ascending[0])} to {told(ascending[-1])}, as the sweep, of "
-            "which the nearest value is drawn.")
+            "which the nearest value is drawn."
+        )
     return int(np.argmin(np.abs(values - wanted)))
 
 

@@ -19,7 +19,8 @@ def along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, 
     found = list(describe(flat(results)))
     if not any(attractors for attractors, _ in found):
         raise InputError(
-            "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run.")
+            "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
+        )
     return results.swept[0], found
 
 

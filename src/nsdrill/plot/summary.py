@@ -32,8 +32,9 @@ def draw(results: Results, kind: str = "summary", units: str = "si") -> Figure:
         _limit([column[row] for column in columns], lines, name, y, units)
         if graded := bounds(results.attrs, name):
             for column in columns:
-                shade_severity(column[row], [bound / y.scale for bound in graded], words(name),
-                               named=column is columns[-1])
+                shade_severity(
+                    column[row], [bound / y.scale for bound in graded], words(name), named=column is columns[-1]
+                )
         elif name == "whirl_ratio":
             for column in columns:
                 column[row].axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
@@ -47,23 +48,38 @@ def draw_values(axes: Axes, one: Line, name: str, x: Shown, y: Shown) -> None:
     for row, procedure in enumerate(one.procedures):
         good, needed = one["status"][row] == OK, one["status"][row] != INFERRED
         values = np.where(good, one[name][row] / y.scale, np.nan)
-        axes.plot(one.x[needed] / x.scale, values[needed], gid=f"{name}:{procedure}",
-                  **_style(procedure, one.procedures))
+        axes.plot(
+            one.x[needed] / x.scale, values[needed], gid=f"{name}:{procedure}", **_style(procedure, one.procedures)
+        )
 
 
 def _style(procedure: str, procedures: tuple[str, ...]) -> dict[str, Any]:
     colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
     opened = is_open(procedure, procedures)
-    return {"color": colour, "linewidth": 0.7, "linestyle": "--" if opened else "-",
-            "marker": "v" if procedure == "down" else "^" if procedure == "up" else "o", "markersize": 2.8,
-            "markerfacecolor": "white" if opened else colour, "markeredgewidth": 0.5, "zorder": 3 if opened else 2.5}
+    return {
+        "color": colour,
+        "linewidth": 0.7,
+        "linestyle": "--" if opened else "-",
+        "marker": "v" if procedure == "down" else "^" if procedure == "up" else "o",
+        "markersize": 2.8,
+        "markerfacecolor": "white" if opened else colour,
+        "markeredgewidth": 0.5,
+        "zorder": 3 if opened else 2.5,
+    }
 
 
 def _direction_handles(one: Line) -> list[Line2D]:
     if one.procedures == ("same",):
         return []
-    return [Line2D([], [], label=f"carried {name}" if name in ("up", "down") else name,
-                   **(_style(name, one.procedures) | {"markersize": 4})) for name in one.procedures]
+    return [
+        Line2D(
+            [],
+            [],
+            label=f"carried {name}" if name in ("up", "down") else name,
+            **(_style(name, one.procedures) | {"markersize": 4}),
+        )
+        for name in one.procedures
+    ]
 
 
 def _limit(panels: list[Axes], lines: list[Line], name: str, y: Shown, units: str) -> None:
@@ -83,9 +99,17 @@ def _limit(panels: list[Axes], lines: list[Line], name: str, y: Shown, units: st
             for beyond, border, marker in ((shown > top, top, "^"), (shown < bottom, bottom, "v")):
                 beyond = beyond & (one["status"][row] == OK)
                 if beyond.any():
-                    axes.plot(at[beyond], np.full(int(beyond.sum()), border), linestyle="none",
-                              marker=marker, color=DIRECTION_COLOURS.get(procedure, REFERENCE), markersize=4,
-                              clip_on=False, zorder=5, gid=f"{name}:{procedure}:beyond")
+                    axes.plot(
+                        at[beyond],
+                        np.full(int(beyond.sum()), border),
+                        linestyle="none",
+                        marker=marker,
+                        color=DIRECTION_COLOURS.get(procedure, REFERENCE),
+                        markersize=4,
+                        clip_on=False,
+                        zorder=5,
+                        gid=f"{name}:{procedure}:beyond",
+                    )
 
 
 def shade_severity(axes: Axes, graded: Sequence[float], names: Sequence[str], *, named: bool) -> None:
@@ -97,5 +121,11 @@ def shade_severity(axes: Axes, graded: Sequence[float], names: Sequence[str], *,
         axes.axhspan(start, end, facecolor=grey, edgecolor="none", zorder=0, gid=f"severity:{number}")
         end = min(end, top)
         if named and end - start > 0.07 * top:
-            axes.annotate(word, (1.005, 0.5 * (start + end)), xycoords=("axes fraction", "data"), va="center",
-                          fontsize=6, color=REFERENCE)
+            axes.annotate(
+                word,
+                (1.005, 0.5 * (start + end)),
+                xycoords=("axes fraction", "data"),
+                va="center",
+                fontsize=6,
+                color=REFERENCE,
+            )

@@ -78,8 +78,9 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
     speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
     if "drive_speed" in scheduled:
         t, values = envelope(trace.time, trace["drive_speed"] / quantity("bit_speed", units).scale, BINS)
-        panels[1].plot(t / time.scale, values, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3,
-                       gid="drive speed")
+        panels[1].plot(
+            t / time.scale, values, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3, gid="drive speed"
+        )
     elif speed is not None:
         _reference(panels[1], float(speed) / quantity("bit_speed", units).scale, "drive speed")
     if gap is not None:
@@ -91,8 +92,17 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
 def _reference(axes: Axes, height: float, word: str) -> None:
     """A line that is not data, named where it ends so that no legend is needed."""
     axes.axhline(height, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3, gid=word)
-    axes.annotate(word, (1.0, height), xycoords=("axes fraction", "data"), xytext=(2, 0), textcoords="offset points",
-                  va="center", rotation=90, fontsize=6, color=REFERENCE)
+    axes.annotate(
+        word,
+        (1.0, height),
+        xycoords=("axes fraction", "data"),
+        xytext=(2, 0),
+        textcoords="offset points",
+        va="center",
+        rotation=90,
+        fontsize=6,
+        color=REFERENCE,
+    )
 
 
 def shown_part(trace: Trace) -> tuple[slice, str]:
@@ -113,8 +123,14 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
     heavy = len(x) > MANY_MARKERS
     axes.plot(x, y, color=BLUE, linewidth=0.4, rasterized=heavy, gid="orbit")
     if on_wall.any():
-        axes.plot(np.where(on_wall, x, np.nan), np.where(on_wall, y, np.nan), color=VERMILLION, linewidth=0.7,
-                  rasterized=heavy, gid="orbit:wall")
+        axes.plot(
+            np.where(on_wall, x, np.nan),
+            np.where(on_wall, y, np.nan),
+            color=VERMILLION,
+            linewidth=0.7,
+            rasterized=heavy,
+            gid="orbit:wall",
+        )
     axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none", gid="axis")
     gap = trace.attrs.get("gap")
     reach = float(np.nanmax(np.hypot(x, y), initial=0.0))
@@ -134,8 +150,14 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
     part, words = shown_part(trace)
     for axes, (across, up) in zip(panels, PLANES, strict=True):
         x, y = quantity(across, units), quantity(up, units)
-        axes.plot(trace[across][part] / x.scale, trace[up][part] / y.scale, color=BLUE, linewidth=0.35,
-                  rasterized=len(trace.time[part]) > MANY_MARKERS, gid=f"phase:{across}")
+        axes.plot(
+            trace[across][part] / x.scale,
+            trace[up][part] / y.scale,
+            color=BLUE,
+            linewidth=0.35,
+            rasterized=len(trace.time[part]) > MANY_MARKERS,
+            gid=f"phase:{across}",
+        )
         axes.set(xlabel=x.label, ylabel=y.label)
         if words:
             axes.set_title(words)

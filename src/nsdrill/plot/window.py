@@ -78,8 +78,9 @@ def _frame(found: Classes, shown: list[int], units: str) -> tuple[Figure, list[A
     spaced(panels[0], found.values(found.x), found.values(found.y) if found.y else None)
     panels[0].set_xlim(across[0], across[-1])
     panels[0].set_ylim((up[-1], up[0]) if found.y == "depth" else (up[0], up[-1]))
-    figure.suptitle(heading(found.results.attrs, operating_point(fixed_values(found.results), units), width=80),
-                    parse_math=False)
+    figure.suptitle(
+        heading(found.results.attrs, operating_point(fixed_values(found.results), units), width=80), parse_math=False
+    )
     return figure, panels
 
 
@@ -101,8 +102,18 @@ def _recommend(axes: Axes, found: Classes, best: dict[str, Any] | None, units: s
         bars["yerr"], height = _bar(best, found.y, scale_y), best[found.y] / scale_y
     # White below black: seen on every ground.
     for colour, wide, size in (("white", 2.4, 6.0), (BLACK, 1.0, 4.5)):
-        drawn = axes.errorbar([best[found.x] / scale], [height], **bars, color=colour, elinewidth=wide, capsize=2.5,
-                              capthick=wide, marker="o", markersize=size, zorder=5)
+        drawn = axes.errorbar(
+            [best[found.x] / scale],
+            [height],
+            **bars,
+            color=colour,
+            elinewidth=wide,
+            capsize=2.5,
+            capthick=wide,
+            marker="o",
+            markersize=size,
+            zorder=5,
+        )
         drawn[0].set_gid("recommended" if colour == BLACK else "halo")
 
 
@@ -121,15 +132,37 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
     for value, name in ((SAFE, "safe"), (RIM, "rim"), (CRITICAL, "critical")):
         if value == RIM and not note["history_examined"]:
             continue
-        handles.append(Patch(facecolor=COLOURS(NORM(value)), edgecolor="#3A3A3A", linewidth=0.4,
-                             hatch="//////" if value == RIM else None,
-                             label=f"{words[value]} ({100 * note['share'][name]:.1f} %)"))
+        handles.append(
+            Patch(
+                facecolor=COLOURS(NORM(value)),
+                edgecolor="#3A3A3A",
+                linewidth=0.4,
+                hatch="//////" if value == RIM else None,
+                label=f"{words[value]} ({100 * note['share'][name]:.1f} %)",
+            )
+        )
     if note["unknown"]:
-        handles.append(Patch(facecolor=UNKNOWN_COLOUR, edgecolor=BLACK, linewidth=0.4, hatch="xxxxxx",
-                             label=f"unknown ({unknown_words(note)})"))
+        handles.append(
+            Patch(
+                facecolor=UNKNOWN_COLOUR,
+                edgecolor=BLACK,
+                linewidth=0.4,
+                hatch="xxxxxx",
+                label=f"unknown ({unknown_words(note)})",
+            )
+        )
     if any(one["recommended"] for one in note["maps"]):
-        handles.append(Line2D([], [], color=BLACK, marker="o", markersize=5, linewidth=1.0,
-                              label="recommended, bars to the last safe point"))
+        handles.append(
+            Line2D(
+                [],
+                [],
+                color=BLACK,
+                marker="o",
+                markersize=5,
+                linewidth=1.0,
+                label="recommended, bars to the last safe point",
+            )
+        )
     if len(found.state) > MAX_PANELS:
         handles.append(Line2D([], [], linestyle="none", label=f"{MAX_PANELS} of {len(found.state)} panels shown"))
     return handles

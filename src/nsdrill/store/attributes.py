@@ -136,11 +136,20 @@ def _study(found: Any) -> bool:
     sections = [found.get(name, {}) for name in ("initial", "sweep", "simulation")]
     plane, along = sections[0].get("slice", {}), sections[1].get("along")
     return (
-        isinstance(found, dict) and all(isinstance(section, dict) for section in sections)
-        and (along is None or _is_axis(along)) and _classify(found.get("classify", {}))
-        and all(name in STATE_NAMES and set(axis) == {"from", "to", "points"} and all(map(_number, axis.values()))
-                and axis["from"] < axis["to"] and isinstance(axis["points"], int) and axis["points"] > 1
-                for name, axis in plane.items()))
+        isinstance(found, dict)
+        and all(isinstance(section, dict) for section in sections)
+        and (along is None or _is_axis(along))
+        and _classify(found.get("classify", {}))
+        and all(
+            name in STATE_NAMES
+            and set(axis) == {"from", "to", "points"}
+            and all(map(_number, axis.values()))
+            and axis["from"] < axis["to"]
+            and isinstance(axis["points"], int)
+            and axis["points"] > 1
+            for name, axis in plane.items()
+        )
+    )
 
 
 def _ramps(found: Any) -> bool:

@@ -65,8 +65,9 @@ def from_dataset(data: Any, names: Iterable[str] | None = None) -> Results | Tra
     if kind not in ("results", "trace") or not isinstance(version, int):
         raise FileError(f"{_NAME}: found no attribute nsdrill_kind that says results or trace. {_GIVE}")
     if not 1 <= version <= FORMAT_VERSION:
-        raise FileError(f"{_NAME}: file format {version}; this nsdrill knows formats 1 to {FORMAT_VERSION}. "
-                        "Use a newer nsdrill.")
+        raise FileError(
+            f"{_NAME}: file format {version}; this nsdrill knows formats 1 to {FORMAT_VERSION}. Use a newer nsdrill."
+        )
     attrs = check_attributes(_NAME, attrs)
     try:
         return _from_trace(data, attrs) if kind == "trace" else _from_results(data, attrs, names)
@@ -157,7 +158,8 @@ def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | No
         raise FileError(f"{_NAME}: no variable is called {', '.join(unknown)}.")
     variables = {
         name: _variable(data, BY_NAME[name], kept, coords)
-        for name in there if name in wanted and (name in data.data_vars or not (names is None or name in LATER))
+        for name in there
+        if name in wanted and (name in data.data_vars or not (names is None or name in LATER))
     }
     return Results(coords, variables, dict(attrs), axes)
 
@@ -193,9 +195,11 @@ def _variable(data: Any, variable: Variable, kept: Kept, coords: Mapping[str, Ar
     layout = Layout(kept.grid, order)
     lacking = [name for name in kept.grid if name not in order and len(coords[name]) > 1]
     if lacking or set(found.dims) != set(layout.dims(variable)):
-        wanted = (*(name for name in kept.grid if name in data.dims), *variable.dims[len(POINT):])
-        raise FileError(f"{_NAME}: {variable.name} has the dimensions {', '.join(map(str, found.dims)) or 'none'}; it "
-                        f"should have {', '.join(wanted) or 'none'}. {_GIVE}")
+        wanted = (*(name for name in kept.grid if name in data.dims), *variable.dims[len(POINT) :])
+        raise FileError(
+            f"{_NAME}: {variable.name} has the dimensions {', '.join(map(str, found.dims)) or 'none'}; it "
+            f"should have {', '.join(wanted) or 'none'}. {_GIVE}"
+        )
     kinds, kind = ("f", "real") if variable.dtype.startswith("f") else ("iu", "whole")
     if found.dtype.kind not in kinds:
         raise FileError(f"{_NAME}: {variable.name} has the type {found.dtype}; it should have {kind} numbers. {_GIVE}")
@@ -210,8 +214,10 @@ def _from_trace(data: Any, attrs: Mapping[str, Any]) -> Trace:
     for variable in TRACE_VARIABLES:
         found = data.data_vars.get(variable.name)
         if found is None or found.shape != time.shape or found.dtype.kind != "f":
-            raise FileError(f"{_NAME}: the variable {variable.name} is missing or has no {len(time)} real numbers over "
-                            f"time. {_GIVE}")
+            raise FileError(
+                f"{_NAME}: the variable {variable.name} is missing or has no {len(time)} real numbers over "
+                f"time. {_GIVE}"
+            )
         variables[variable.name] = np.asarray(found.values)
         if np.any(np.abs(variables[variable.name]) > LARGEST):
             raise FileError(f"{_NAME}: {variable.name} has values that are no finite numbers. {_GIVE}")

@@ -19,7 +19,12 @@ _ROOMS = ("run", "label", "feature", "trust")
 
 
 def to_csv(
-    results: Results, path: str | os.PathLike[str], *, peaks: bool = False, section: bool = False, states: bool = False,
+    results: Results,
+    path: str | os.PathLike[str],
+    *,
+    peaks: bool = False,
+    section: bool = False,
+    states: bool = False,
     overwrite: bool = True,
 ) -> None:
     """One row per point: its coordinates, every variable, and the flags once more in words, ``unknown`` for labels that

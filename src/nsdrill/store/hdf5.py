@@ -210,8 +210,11 @@ def _refers_to_objects(dataset: Any) -> bool:
     library takes for granted: it follows whatever stands there."""
     from h5py import h5a, h5t
 
-    kinds = {name: h5a.open(dataset.id, name).get_type()
-             for name in (b"DIMENSION_LIST", b"REFERENCE_LIST") if h5a.exists(dataset.id, name)}
+    kinds = {
+        name: h5a.open(dataset.id, name).get_type()
+        for name in (b"DIMENSION_LIST", b"REFERENCE_LIST")
+        if h5a.exists(dataset.id, name)
+    }
     dimensions, users = kinds.get(b"DIMENSION_LIST"), kinds.get(b"REFERENCE_LIST")
     return (
         dimensions is None or (dimensions.get_class() == h5t.VLEN and dimensions.get_super().equal(h5t.STD_REF_OBJ))

@@ -20,13 +20,19 @@ class HeldResults:
         self.kept = kept_of(results.coords, results.more, results.variables)
         whole = {variable.name for variable in recorded(self.kept)}
         if odd := sorted(whole ^ set(results.variables)):
-            raise FileError(f"these results are a part of a file only: {', '.join(odd)} missing, or without what goes "
-                            "with it. Give all that the run made.")
+            raise FileError(
+                f"these results are a part of a file only: {', '.join(odd)} missing, or without what goes "
+                "with it. Give all that the run made."
+            )
         self.header: dict[str, Any] = {
-            "coords": {name: results.coords[name] for name in results.grid}, "attrs": dict(results.attrs)}
+            "coords": {name: results.coords[name] for name in results.grid},
+            "attrs": dict(results.attrs),
+        }
         self.n_points = math.prod(results.shape)
-        self._rows = {name: np.reshape(values, (self.n_points, *values.shape[len(results.shape):]))
-                      for name, values in results.variables.items()}
+        self._rows = {
+            name: np.reshape(values, (self.n_points, *values.shape[len(results.shape) :]))
+            for name, values in results.variables.items()
+        }
 
     def read(self, start: int, stop: int) -> Array:
         """Records [stop - start] of the points from ``start``."""

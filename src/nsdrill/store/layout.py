@@ -42,7 +42,7 @@ class Layout:
 
     def dims(self, variable: Variable) -> tuple[str, ...]:
         """The dimensions of ``variable`` in the file."""
-        return (*self.order, *variable.dims[len(POINT):])
+        return (*self.order, *variable.dims[len(POINT) :])
 
     def place(self, index: Sequence[Any]) -> tuple[Any, ...]:
         """The place in the file of ``index``, one number or slice for each dimension of the grid."""
@@ -53,7 +53,7 @@ class Layout:
         gone = [axis for axis, name in enumerate(self.grid) if name not in self.order]
         kept = [self.grid.index(name) for name in self.order]
         moved = np.transpose(values, (*gone, *kept, *range(len(self.grid), values.ndim)))
-        return moved.reshape(moved.shape[len(gone):])
+        return moved.reshape(moved.shape[len(gone) :])
 
     def to_memory(self, values: Array) -> Array:
         """``values`` [order, own] of the file as in memory [grid, own], contiguous."""

@@ -43,7 +43,15 @@ class RunLog:
     """
 
     def __init__(
-        self, path: Path, file: io.FileIO, header: dict[str, Any], n_points: int, kept: Kept, offset: int, salt: int, *,
+        self,
+        path: Path,
+        file: io.FileIO,
+        header: dict[str, Any],
+        n_points: int,
+        kept: Kept,
+        offset: int,
+        salt: int,
+        *,
         writable: bool,
     ) -> None:
         self.path = path
@@ -116,7 +124,8 @@ class RunLog:
             os.ftruncate(fd, first_slot(end) + points)
             os.fsync(fd)
             return temporary, cls(
-                temporary.path, temporary.file, header, n_points, kept, first_slot(end), salt, writable=True)
+                temporary.path, temporary.file, header, n_points, kept, first_slot(end), salt, writable=True
+            )
         except BaseException:
             if temporary is not None:
                 temporary.remove()
@@ -247,8 +256,10 @@ class RunLog:
             return f"{done} are safe in {self.path}. Go on with the same command and --resume."
         if os.fstat(self._fd).st_nlink == 0:
             return f"{self.path} was deleted while the run wrote it, and its {done} are lost."
-        return (f"{self.path} is no longer there: its folder was moved or its disk unmounted. {done} are in that file, "
-                "wherever it is now; when it is back, go on with the same command and --resume.")
+        return (
+            f"{self.path} is no longer there: its folder was moved or its disk unmounted. {done} are in that file, "
+            "wherever it is now; when it is back, go on with the same command and --resume."
+        )
 
     def close(self) -> None:
         """Let go of the file and its lock; it stays, to be resumed."""

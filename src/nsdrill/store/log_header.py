@@ -36,7 +36,11 @@ def pack_header(header: dict[str, Any], n_points: int, kept: Kept) -> tuple[list
     axes = {name: np.asarray(header["coords"][name], "<f8") for name in _axes(kept)}
     coords = {**header["coords"], **{name: len(values) for name, values in axes.items()}}
     fields = {
-        "header": {**header, "coords": coords}, "n_points": n_points, "kept": asdict(kept), "fields": _fields(kept)}
+        "header": {**header, "coords": coords},
+        "n_points": n_points,
+        "kept": asdict(kept),
+        "fields": _fields(kept),
+    }
     text = json.dumps(fields, ensure_ascii=False, default=_plain, allow_nan=False).encode()
     body: list[bytes | memoryview] = [text + b"\n", *(raw(np.ascontiguousarray(values)) for values in axes.values())]
     salt = 0

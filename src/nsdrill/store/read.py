@@ -123,7 +123,7 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
                 records = pending_records(stop - start, kept)
                 for name, dataset in datasets.items():
                     values = layout.to_memory(dataset[layout.place(place)])
-                    records[name] = values.reshape(stop - start, *values.shape[len(shape):])
+                    records[name] = values.reshape(stop - start, *values.shape[len(shape) :])
                 # What was inferred did not run, and a log holds runs only.
                 ran = np.flatnonzero((records["status"] != PENDING) & (records["status"] != INFERRED))
                 log.write(start + ran, records[ran])
@@ -232,7 +232,8 @@ class _Points:
             if sorted(order) != sorted(varying):
                 raise FileError(
                     f"{path}: the attribute dimensions is {' '.join(named) or 'empty'}; it should name "
-                    f"{', '.join(varying) or 'nothing'}, in the order of the variables. {hdf5.EDITED}")
+                    f"{', '.join(varying) or 'nothing'}, in the order of the variables. {hdf5.EDITED}"
+                )
         return cls(path, file, coords, kept, Layout(kept.grid, order))
 
     @property
@@ -256,8 +257,15 @@ class _Points:
 def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Container[str]) -> Kept:
     """What results with these ``coords``, further ``axes`` and ``names`` of variables keep of each point."""
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
-    return Kept(peaks, returns, exponent="lyapunov_exponent" in names, starts=starts, verify="trusted" in names,
-                axes=axes, states=tuple(coords["state"].tolist()))
+    return Kept(
+        peaks,
+        returns,
+        exponent="lyapunov_exponent" in names,
+        starts=starts,
+        verify="trusted" in names,
+        axes=axes,
+        states=tuple(coords["state"].tolist()),
+    )
 
 
 def check_coordinates(where: PathLike, coords: Mapping[str, Array], *, whole: bool = True) -> None:

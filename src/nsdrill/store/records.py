@@ -28,7 +28,9 @@ def record_dtype(kept: Kept) -> np.dtype[Any]:
     """
     if kept.peaks < 0 or kept.returns < 0:
         raise ValueError(f"the numbers of peaks and returns are {kept.peaks} and {kept.returns}; neither is negative")
-    fields = [(v.name, f"<{v.dtype}", tuple(kept.length(name) for name in v.dims[len(POINT):])) for v in recorded(kept)]
+    fields = [
+        (v.name, f"<{v.dtype}", tuple(kept.length(name) for name in v.dims[len(POINT) :])) for v in recorded(kept)
+    ]
     return np.dtype(fields)
 
 

@@ -44,11 +44,13 @@ def read_trace(path: str | os.PathLike[str]) -> Trace:
         attrs = get_attributes(path, file)
         # Traces of earlier versions are of one operating point, which stands in their attributes.
         constant = {
-            name: np.full(time.shape, attrs[axis]) for axis, name in SCHEDULED.items()
+            name: np.full(time.shape, attrs[axis])
+            for axis, name in SCHEDULED.items()
             if name not in file and isinstance(attrs.get(axis), float)
         }
         variables = {
-            v.name: constant[v.name] if v.name in constant
+            v.name: constant[v.name]
+            if v.name in constant
             else hdf5.check_shape(path, file, v.name, time.shape, "f")[()]
             for v in TRACE_VARIABLES
         }

@@ -24,8 +24,17 @@ from nsdrill.study.meanings import MEANINGS
 from nsdrill.units import USUAL, QuantityError, quoted
 
 SECTIONS: dict[str, type] = {
-    "drillstring": Drillstring, "mud": Mud, "well": Well, "bit": Bit, "modes": Modes, "drive": Drive,
-    "operation": Operation, "initial": Initial, "simulation": Simulation, "classify": Thresholds, "record": Record,
+    "drillstring": Drillstring,
+    "mud": Mud,
+    "well": Well,
+    "bit": Bit,
+    "modes": Modes,
+    "drive": Drive,
+    "operation": Operation,
+    "initial": Initial,
+    "simulation": Simulation,
+    "classify": Thresholds,
+    "record": Record,
 }
 """The sections that are dataclasses, in file order; ``sweep`` is not one."""
 
@@ -82,8 +91,11 @@ class Leaf:
     def allowed(self) -> str:
         """What may stand here, in words."""
         if self.kind == "choice":
-            return _either(self.choices) if len(self.choices) < MANY else (
-                f"{', '.join(self.choices[:3])} or another of {len(self.choices)} keys")
+            return (
+                _either(self.choices)
+                if len(self.choices) < MANY
+                else (f"{', '.join(self.choices[:3])} or another of {len(self.choices)} keys")
+            )
         if self.kind == "switch":
             return "true or false"
         what = {"quantity": si.allowed_units(self.units), "number": "a number", "whole": "a whole number"}[self.kind]
@@ -138,8 +150,11 @@ class Leaf:
         if self.kind != "quantity" or value == 0.0:
             return bound_text(value)
         numbers = {unit: bound_text(si.from_si(value, unit)) for unit in USUAL[self.units]}
-        exact = [f"{number} {unit}" for unit, number in numbers.items()
-                 if si.to_si(f"{number.replace(' ', '')} {unit}", self.units) == value]
+        exact = [
+            f"{number} {unit}"
+            for unit, number in numbers.items()
+            if si.to_si(f"{number.replace(' ', '')} {unit}", self.units) == value
+        ]
         return min(exact, key=lambda text: (len(re.sub(r"[^1-9]", "", text)), len(text)))
 
 
@@ -180,10 +195,16 @@ def leaf(key: str, item: Field[Any], hint: Any) -> Leaf:
 def axis_leaves() -> dict[str, Leaf]:
     """The numbers that a sweep may vary, by the names that they have there: those of the operation by short ones, the
     others by their dotted keys."""
-    found = {key.removeprefix("operation."): leaf for key, leaf in all_leaves().items()
-             if leaf.kind in ("quantity", "number") and key.partition(".")[0] in PHYSICAL}
-    return {name: replace(leaf, nullable=False) for name, leaf in sorted(found.items(), key=lambda item: "." in item[0])
-            if name not in ("initial.spread",)}
+    found = {
+        key.removeprefix("operation."): leaf
+        for key, leaf in all_leaves().items()
+        if leaf.kind in ("quantity", "number") and key.partition(".")[0] in PHYSICAL
+    }
+    return {
+        name: replace(leaf, nullable=False)
+        for name, leaf in sorted(found.items(), key=lambda item: "." in item[0])
+        if name not in ("initial.spread",)
+    }
 
 
 @lru_cache(maxsize=1)
@@ -204,13 +225,15 @@ def shown(raw: Any, remark: str = "") -> str:
         return f"{str(raw).lower()}, which is neither text nor number"
     if isinstance(raw, str):
         return quoted(raw)
-    return f"the number {raw:g}{' ' + remark if remark else ''}" if isinstance(raw, float) else (
-        f"the number {raw}{' ' + remark if remark else ''}"
+    return (
+        f"the number {raw:g}{' ' + remark if remark else ''}"
+        if isinstance(raw, float)
+        else (f"the number {raw}{' ' + remark if remark else ''}")
     )
 
 
 def did_you_mean(name: str, candidates: typing.Iterable[str]) -> str | None:
-    """"Did you mean ...?" for the nearest candidate, None where nothing is near."""
+    """ "Did you mean ...?" for the nearest candidate, None where nothing is near."""
     import difflib
 
     near = difflib.get_close_matches(name[:80], list(candidates), n=1)

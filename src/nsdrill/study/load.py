@@ -182,7 +182,7 @@ def _children(prefix: str) -> list[str]:
     if prefix == SLICE:
         return list(STATE_NAMES)
     start = f"{prefix}." if prefix else ""
-    return [key[len(start):] for key in MEANINGS if key.startswith(start) and "." not in key[len(start):]]
+    return [key[len(start) :] for key in MEANINGS if key.startswith(start) and "." not in key[len(start) :]]
 
 
 def _listed(prefix: str) -> str:
@@ -205,16 +205,23 @@ def _no_axis(name: str) -> tuple[str, str, str | None]:
     leaf = all_leaves().get(name)
     allowed = (
         f"{', '.join(AXES)} or another number of {', '.join(PHYSICAL)} by its key, as bit.rock_stiffness; procedure, "
-        "along, refine")
+        "along, refine"
+    )
     if name.startswith("operation.") and name.removeprefix("operation.") in AXES:
         return f"{name} in full", allowed, f"Write {name.removeprefix('operation.')}."
     if leaf is None:
         return "an unknown key", allowed, _near_axis(name)
     if leaf.kind == "whole" and leaf.key.startswith("bit."):
-        return "a number that is fixed when the model is compiled", allowed, (
-            f"Run one study for each value: --set {name}={leaf.default_text}.")
-    what = "a number that is not of the string or its operation" if leaf.kind in ("quantity", "number", "whole") else (
-        "a key that is no number")
+        return (
+            "a number that is fixed when the model is compiled",
+            allowed,
+            (f"Run one study for each value: --set {name}={leaf.default_text}."),
+        )
+    what = (
+        "a number that is not of the string or its operation"
+        if leaf.kind in ("quantity", "number", "whole")
+        else ("a key that is no number")
+    )
     return what, allowed, _near_axis(name)
 
 

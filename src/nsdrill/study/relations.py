@@ -58,9 +58,22 @@ READ_BY: dict[str, tuple[str, ...]] = {
 FROZEN: dict[str, tuple[str, ...]] = {
     "axial": ("initial.z", "initial.vz", "bit.surface_amplitude", "drillstring.axial_damping"),
     "torsional": ("initial.twist", "initial.bit_speed", "drillstring.torsional_damping"),
-    "lateral": ("initial.x", "initial.y", "initial.vx", "initial.vy", "drillstring.eccentricity",
-                "drillstring.collar.span", "well.stiffness", "well.friction.static", "well.friction.dynamic",
-                "well.friction.smoothing", "well.friction.decay", "mud.density", "mud.added_mass", "mud.drag"),
+    "lateral": (
+        "initial.x",
+        "initial.y",
+        "initial.vx",
+        "initial.vy",
+        "drillstring.eccentricity",
+        "drillstring.collar.span",
+        "well.stiffness",
+        "well.friction.static",
+        "well.friction.dynamic",
+        "well.friction.smoothing",
+        "well.friction.decay",
+        "mud.density",
+        "mud.added_mass",
+        "mud.drag",
+    ),
 }
 
 
@@ -115,8 +128,11 @@ class Checker:
         found = self._text(first, ends[first])
         allowed = f"{words} {second}, which is {self._text(second, ends[second])}"
         axis = self._axis(first) if swept else None
-        yield self.fault(f"sweep.{axis}", found, allowed, ("sweep", axis)) if axis else (
-            self.fault(first, found, allowed))
+        yield (
+            self.fault(f"sweep.{axis}", found, allowed, ("sweep", axis))
+            if axis
+            else (self.fault(first, found, allowed))
+        )
 
     def _axis(self, key: str) -> str | None:
         """The axis of the sweep that varies ``key``, if one does."""
@@ -134,8 +150,9 @@ class Checker:
     def _depths(self) -> Iterator[Fault]:
         """Swept depths reach below the collars."""
         axis = self.resolved["sweep"].get("depth")
-        yield from self._below_the_collars([
-            (("operation", "depth", "ramp", i, 1), value) for i, value in enumerate(self._ramp_of_depth())])
+        yield from self._below_the_collars(
+            [(("operation", "depth", "ramp", i, 1), value) for i, value in enumerate(self._ramp_of_depth())]
+        )
         if axis is None or not self._sound("sweep.depth", "drillstring.collar.length"):
             return
         raw = self._raw(("sweep", "depth"))
@@ -172,21 +189,32 @@ class Checker:
 
     def _initial(self) -> Iterator[Fault]:
         """The collar starts inside the hole, or on its wall: no deeper in it than the greatest force presses."""
-        keys = ("initial.x", "initial.y", "well.diameter", "drillstring.collar.outer_diameter", "well.stiffness",
-                "well.law")
+        keys = (
+            "initial.x",
+            "initial.y",
+            "well.diameter",
+            "drillstring.collar.outer_diameter",
+            "well.stiffness",
+            "well.law",
+        )
         if not self._sound(*keys):
             return
         gap = (self._ends("well.diameter")[0] - self._ends("drillstring.collar.outer_diameter")[1]) / 2
         plane = self._value(SLICE)
-        reach = {name: max(abs(plane[name]["from"]), abs(plane[name]["to"])) if name in plane
-                 else max(map(abs, self._ends(f"initial.{name}"))) for name in ("x", "y")}
+        reach = {
+            name: max(abs(plane[name]["from"]), abs(plane[name]["to"]))
+            if name in plane
+            else max(map(abs, self._ends(f"initial.{name}")))
+            for name in ("x", "y")
+        }
         radius = math.hypot(reach["x"], reach["y"])
         room = gap + deepest(self._ends("well.stiffness")[1], self._value("well.law"))
         if gap <= 0.0 or radius <= room:
             return
         allowed = (
             f"at most {format_quantity(room, 'mm')}: the gap between collar and wall, {format_quantity(gap, 'mm')}, "
-            f"and as deep into the wall as {format_quantity(LARGEST_FORCE, 'MN')} press")
+            f"and as deep into the wall as {format_quantity(LARGEST_FORCE, 'MN')} press"
+        )
         if not plane.keys().isdisjoint(reach):
             yield self.fault(SLICE, f"starts as far as {format_quantity(radius, 'mm')} off the axis", allowed)
         else:
@@ -237,8 +265,12 @@ class Checker:
             for key in FROZEN[mode]:
                 what = f"which modes.{mode}: frozen does without"
                 if self._axis(key):
-                    yield self.fault(f"sweep.{key}", f"an axis over {key}, {what}", "a number that changes the motion",
-                                     ("sweep", key))
+                    yield self.fault(
+                        f"sweep.{key}",
+                        f"an axis over {key}, {what}",
+                        "a number that changes the motion",
+                        ("sweep", key),
+                    )
                 elif key.startswith("initial.") and self._given(key) and self._value(key) != self.leaves[key].default:
                     yield self.fault(key, f"{self._text(key)}, {what}", "left out")
 
@@ -255,8 +287,9 @@ class Checker:
             if not (of_drive or of_start):
                 continue
             if self._axis(key):
-                yield self.fault(f"sweep.{key}", f"an axis over a key that the drive {kind} does not read", allowed,
-                                 ("sweep", key))
+                yield self.fault(
+                    f"sweep.{key}", f"an axis over a key that the drive {kind} does not read", allowed, ("sweep", key)
+                )
             elif self._value(key) != leaf.default:
                 yield self.fault(key, f"{self._text(key)}, which the drive {kind} does not read", allowed)
         taken, inertia = "drive.compensated_inertia", "drive.inertia"
@@ -276,8 +309,9 @@ class Checker:
             return
         for axis in swept:
             if axis.startswith("initial.") and self._starts_of_a_point() > 1:
-                yield self.fault(f"sweep.{axis}", "an axis over the start", "no several starts beside it",
-                                 ("sweep", axis))
+                yield self.fault(
+                    f"sweep.{axis}", "an axis over the start", "no several starts beside it", ("sweep", axis)
+                )
         refined, starts = refined_axes(sweep), self._starts_of_a_point()
         total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept) * starts
         if total > MOST_POINTS:

@@ -44,8 +44,11 @@ def study_from_resolved(
             raise ValueError(f"ramps: found {', '.join(sorted(unknown))}, allowed: {', '.join(AXES)}")
         refined = refined_axes(sweep)
         axes = {
-            axis: axis_values(sweep[axis] if axis in sweep else [getattr(operation, axis)],
-                              sweep["refine"] if axis in refined else 0, most)
+            axis: axis_values(
+                sweep[axis] if axis in sweep else [getattr(operation, axis)],
+                sweep["refine"] if axis in refined else 0,
+                most,
+            )
             for axis in (*AXES, *(axis for axis in swept if axis not in AXES))
         }
         for axis, values in axes.items():
@@ -86,8 +89,12 @@ def study_from_resolved(
             ramps=ramps,
             refine=sweep["refine"],
             refined=refined,
-            more=tuple(Axis(leaf.key, stiffness if leaf.key == "well.stiffness" else leaf.units,
-                            f"{leaf.meaning} ({leaf.key})") for leaf in more),
+            more=tuple(
+                Axis(
+                    leaf.key, stiffness if leaf.key == "well.stiffness" else leaf.units, f"{leaf.meaning} ({leaf.key})"
+                )
+                for leaf in more
+            ),
         )
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError) as error:
         name = source or "the resolved study"

@@ -48,14 +48,17 @@ _STRICT = ConfigDict(extra="forbid", populate_by_name=False, defer_build=True)
 def study_model(axes: frozenset[str] | None = None) -> type[BaseModel]:
     """The model of a whole study file; with ``axes`` of one whose sweep has no others, which is made twice as fast."""
     text = WithJsonSchema({"type": "string", "maxLength": LONGEST_TITLE})
-    sections: dict[str, Any] = {"title": (Annotated[Any, PlainValidator(_title), text],
-                                          Field(default="", description=MEANINGS["title"]))}
+    sections: dict[str, Any] = {
+        "title": (Annotated[Any, PlainValidator(_title), text], Field(default="", description=MEANINGS["title"]))
+    }
     sections["model"] = _leaf(MODEL)
     for name, cls in SECTIONS.items():
         if name == "simulation":  # the sweep stands before it in the file
             made = _sweep_model(axes)
-            sections["sweep"] = (Annotated[made, BeforeValidator(_empty)],
-                                 Field(default=None, description=MEANINGS["sweep"]))
+            sections["sweep"] = (
+                Annotated[made, BeforeValidator(_empty)],
+                Field(default=None, description=MEANINGS["sweep"]),
+            )
         sections[name] = _section(name, cls)
     return create_model("Study", __config__=_STRICT, **sections)
 
@@ -70,7 +73,9 @@ def json_of(found: Leaf) -> dict[str, Any]:
         usual = USUAL.get(found.units, USUAL["N/m"])
         example = found.text(found.default if found.default is not None else 1.0)
         schema: dict[str, Any] = {
-            "type": "string", "pattern": QUANTITY, "examples": list(dict.fromkeys([example, f"1 {usual[0]}"]))
+            "type": "string",
+            "pattern": QUANTITY,
+            "examples": list(dict.fromkeys([example, f"1 {usual[0]}"])),
         }
     else:
         schema = {"type": "integer" if found.kind == "whole" else "number"}
@@ -130,8 +135,11 @@ def _operating(found: Leaf) -> tuple[Any, Any]:
     time = Annotated[Any, PlainValidator(TIME.read), WithJsonSchema(json_of(TIME))]
     knot = Annotated[tuple[time, one], BeforeValidator(pair)]
     text = "Knots [time, value], the first at 0 s; linear between them, constant after the last"
-    ramp = create_model(f"Ramp_{found.key.rpartition('.')[2]}", __config__=_STRICT, ramp=(
-        Annotated[list[knot], BeforeValidator(knots)], Field(description=text)))
+    ramp = create_model(
+        f"Ramp_{found.key.rpartition('.')[2]}",
+        __config__=_STRICT,
+        ramp=(Annotated[list[knot], BeforeValidator(knots)], Field(description=text)),
+    )
     annotated = Annotated[
         Annotated[ramp, Tag("ramp")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
         Discriminator(_value_or_mapping),

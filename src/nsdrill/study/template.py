@@ -44,7 +44,8 @@ def template_text() -> str:
         if name == "initial":
             parts[-1] += (
                 f"\n  # {MEANINGS[SLICE]}:\n"
-                "  # slice: {x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}")
+                "  # slice: {x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}"
+            )
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
 

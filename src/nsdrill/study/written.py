@@ -22,14 +22,22 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
     parts.append(line("", "model", value_text(resolved, "model") or MODEL.default, MEANINGS["model"]))
     for name, cls in SECTIONS.items():
         if name == "simulation":
-            parts.append("\n".join([
-                line("", "sweep", "", MEANINGS["sweep"]),
-                *(line("  ", key, value_text(resolved, f"sweep.{key}") or "", _meaning(key))
-                  for key in _sweep_keys(resolved))]))
+            parts.append(
+                "\n".join(
+                    [
+                        line("", "sweep", "", MEANINGS["sweep"]),
+                        *(
+                            line("  ", key, value_text(resolved, f"sweep.{key}") or "", _meaning(key))
+                            for key in _sweep_keys(resolved)
+                        ),
+                    ]
+                )
+            )
         parts.append("\n".join(section(name, cls, lambda leaf: _needed(resolved, leaf))))
         if name == "initial" and (plane := resolved["initial"].get("slice")):
-            ranges = [f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}"
-                      for state in STATE_NAMES if state in plane]
+            ranges = [
+                f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}" for state in STATE_NAMES if state in plane
+            ]
             parts[-1] += "\n" + "\n".join([line("  ", "slice", "", MEANINGS[SLICE]), *ranges])
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
@@ -55,8 +63,11 @@ def value_text(resolved: dict[str, Any], key: str) -> str | None:
         if not isinstance(value, dict) or part not in value:
             return None
         value = value[part]
-    varied = axis_leaves()[axis].key if section == "sweep" and axis in axis_leaves() else (
-        f"initial.{name}" if key.startswith(f"{SLICE}.") else None)
+    varied = (
+        axis_leaves()[axis].key
+        if section == "sweep" and axis in axis_leaves()
+        else (f"initial.{name}" if key.startswith(f"{SLICE}.") else None)
+    )
     if varied:
         leaf = _leaf(resolved, varied)
         if isinstance(value, dict):

@@ -26,8 +26,17 @@ class Again(Work):
     @classmethod
     def of(cls, work: Work, simulation: Simulation, numbers: Array, states: Array) -> Again:
         """The same model over another time or to another tolerance, measuring features only."""
-        return cls(replace(work.plan, along=None), work.parameters, work.initial, simulation, work.thresholds,
-                   Record(peaks=0), work.model, numbers=numbers, states=states)
+        return cls(
+            replace(work.plan, along=None),
+            work.parameters,
+            work.initial,
+            simulation,
+            work.thresholds,
+            Record(peaks=0),
+            work.model,
+            numbers=numbers,
+            states=states,
+        )
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""

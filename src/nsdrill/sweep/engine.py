@@ -179,7 +179,8 @@ class Engine:
             cause = None if future.cancelled() else future.exception()
             raise NsdrillError(
                 f"A part of the sweep was lost {crew.losses} times with its worker ({cause or 'cancelled'}). Finished "
-                "points are safe: look after the cluster, then give the same command with --resume.") from cause
+                "points are safe: look after the cluster, then give the same command with --resume."
+            ) from cause
         return True
 
     def _count_lanes(self, crews: list[_Crew]) -> None:

@@ -102,8 +102,9 @@ class Work:
         if self.record.exponent:  # the deviation stands between the states and the phase, and has no drift
             initial = np.concatenate([runs.initial[:, :-1], seed_deviation(runs.sizes), runs.initial[:, -1:]], axis=1)
             still = np.zeros_like(runs.drifts)
-            runs = replace(runs, initial=initial, sizes=np.tile(runs.sizes, 2),
-                           drifts=np.concatenate([runs.drifts, still], axis=1))
+            runs = replace(
+                runs, initial=initial, sizes=np.tile(runs.sizes, 2), drifts=np.concatenate([runs.drifts, still], axis=1)
+            )
         return runs
 
     @property
@@ -204,8 +205,7 @@ def make_watch(lanes: int, variant: Variant) -> tuple[Any, Any]:
         observer(b, store)
         growth(b, store)
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-              lanes, *identity)
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes, *identity)
     def watch_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         marker(b, store, i, mark, report, column)
         growth_marker(b, store, i, mark, report, len(report) - columns)

@@ -51,9 +51,7 @@ class ChristoforouYigit(Model):
     def states(self, variant: Variant) -> tuple[str, ...]:
         return rhs.states_of(bool(variant[2]))
 
-    def rows(
-        self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None
-    ) -> Rows:
+    def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
         return rhs.rows_of(bool(variant[2]), observed, tangent=tangent, columns=columns)
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:

@@ -51,9 +51,8 @@ def classify(
     bounce, whirl = response & BIT_BOUNCE > 0, response & WHIRL > 0
 
     ratio = np.nan_to_num(features["whirl_ratio"])
-    rolling = (
-        (np.abs(features["rolling_ratio"] - 1.0) <= t.whirl.rolling_tolerance)
-        & (features["wall_contact_fraction"] >= t.whirl.rolling_contact)
+    rolling = (np.abs(features["rolling_ratio"] - 1.0) <= t.whirl.rolling_tolerance) & (
+        features["wall_contact_fraction"] >= t.whirl.rolling_contact
     )
     kind = np.select(
         [~whirl, rolling, np.abs(ratio) < t.whirl.direction, ratio > 0.0],
@@ -61,16 +60,33 @@ def classify(
         default=BACKWARD,
     )
     bands = (
-        t.stick_slip.oscillation_index, t.stick_slip.medium_index, t.stick_slip.stall_index, t.stick_slip.severe_index)
+        t.stick_slip.oscillation_index,
+        t.stick_slip.medium_index,
+        t.stick_slip.stall_index,
+        t.stick_slip.severe_index,
+    )
     severity = np.digitize(index, bands, right=True)
-    off = (t.bit_bounce.light_fraction, t.bit_bounce.moderate_fraction, t.bit_bounce.strong_fraction,
-           t.bit_bounce.severe_fraction)
-    shaken = (t.whirl.light_acceleration, t.whirl.moderate_acceleration, t.whirl.strong_acceleration,
-              t.whirl.severe_acceleration)
+    off = (
+        t.bit_bounce.light_fraction,
+        t.bit_bounce.moderate_fraction,
+        t.bit_bounce.strong_fraction,
+        t.bit_bounce.severe_fraction,
+    )
+    shaken = (
+        t.whirl.light_acceleration,
+        t.whirl.moderate_acceleration,
+        t.whirl.strong_acceleration,
+        t.whirl.severe_acceleration,
+    )
     settled = features["half_difference"] <= t.settled.tolerance
-    labels = {"response": response, "whirl_kind": kind, "stick_slip_severity": severity,
-              "bounce_severity": _grade(features["lift_off_fraction"], off, bounce),
-              "whirl_severity": _grade(features["lateral_acceleration_rms"], shaken, whirl), "settled": settled}
+    labels = {
+        "response": response,
+        "whirl_kind": kind,
+        "stick_slip_severity": severity,
+        "bounce_severity": _grade(features["lift_off_fraction"], off, bounce),
+        "whirl_severity": _grade(features["lateral_acceleration_rms"], shaken, whirl),
+        "settled": settled,
+    }
     labels = {name: np.where(ok, value, 0).astype(np.int8) for name, value in labels.items()}
     if "section_radius" in features and sizes is not None:
         returns = in_the_bit_frame(features)
@@ -78,7 +94,8 @@ def classify(
         found = np.where(ok, period(flat, sizes.reshape(-1, 8), t.motion).reshape(ok.shape), 0).astype(np.int16)
         count = np.count_nonzero(np.isfinite(features["section_radius"]), axis=-1)
         labels["motion"] = classify_motion(
-            features, status, labels["settled"], found, count, still(features, sizes, t.motion.absolute), t.motion)
+            features, status, labels["settled"], found, count, still(features, sizes, t.motion.absolute), t.motion
+        )
         labels["period"] = np.where(labels["motion"] == PERIODIC, found, 0).astype(np.int16)
     return labels
 
@@ -89,7 +106,8 @@ def still(features: Mapping[str, Array], sizes: Array, absolute: float) -> Array
     return np.asarray(
         (features["axial_max"] - features["axial_min"] <= absolute * sizes[..., 4])
         & (features["bit_speed_max"] - features["bit_speed_min"] <= absolute * sizes[..., 7])
-        & (features["radius_max"] - least <= absolute * sizes[..., 0]))
+        & (features["radius_max"] - least <= absolute * sizes[..., 0])
+    )
 
 
 def _grade(values: Array, bounds: tuple[float, ...], present: Array) -> Array:

@@ -40,9 +40,22 @@ class Coefficients:
 
 
 UNITS = {
-    "m_c": "kg", "m_f": "kg", "m_l": "kg", "m_e": "kg", "k_bend": "N/m", "c_h": "N s^2/m^2", "m_a": "kg", "k_a": "N/m",
-    "J": "kg m^2", "k_t": "N m/rad", "gap": "m", "depth_of_cut": "m", "cutting_arm": "m", "buckling_load": "N",
-    "bit_radius": "m", "collar_radius": "m",
+    "m_c": "kg",
+    "m_f": "kg",
+    "m_l": "kg",
+    "m_e": "kg",
+    "k_bend": "N/m",
+    "c_h": "N s^2/m^2",
+    "m_a": "kg",
+    "k_a": "N/m",
+    "J": "kg m^2",
+    "k_t": "N m/rad",
+    "gap": "m",
+    "depth_of_cut": "m",
+    "cutting_arm": "m",
+    "buckling_load": "N",
+    "bit_radius": "m",
+    "collar_radius": "m",
 }
 
 
@@ -106,7 +119,9 @@ def power(base: Float, exponent: int) -> Any:
 
 def at(coefficients: Coefficients, index: int) -> Coefficients:
     """The coefficients of one operating point out of arrays."""
-    return Coefficients(**{
-        item.name: float(np.ravel(value)[index]) if np.ndim(value := getattr(coefficients, item.name)) else value
-        for item in fields(coefficients)
-    })
+    return Coefficients(
+        **{
+            item.name: float(np.ravel(value)[index]) if np.ndim(value := getattr(coefficients, item.name)) else value
+            for item in fields(coefficients)
+        }
+    )

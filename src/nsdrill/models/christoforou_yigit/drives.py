@@ -85,8 +85,14 @@ def _lqr(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
     """Gains that minimise the integral of state_weight (lag^2 + ...) + torque_weight T_m^2, by the Riccati equation of
     the linear string with states (lag, omega_d - Omega, psi - lag, omega - Omega) and without friction at the bit."""
     numbers = np.broadcast_arrays(
-        k.J, k.k_t, parameters.drillstring.torsional_damping, drive.inertia, drive.shaft_damping, drive.state_weight,
-        drive.torque_weight)
+        k.J,
+        k.k_t,
+        parameters.drillstring.torsional_damping,
+        drive.inertia,
+        drive.shaft_damping,
+        drive.state_weight,
+        drive.torque_weight,
+    )
     distinct, places = np.unique(np.stack([value.ravel() for value in numbers], axis=1), axis=0, return_inverse=True)
     found = np.array([_regulator(*row) for row in distinct.tolist()])[places.ravel()]
     return Gains(drive.inertia, *(column.reshape(numbers[0].shape) for column in found.T))
@@ -97,12 +103,14 @@ def _regulator(
 ) -> list[float]:
     from scipy.linalg import solve_continuous_are
 
-    system = np.array([
-        [0.0, 1.0, 0.0, 0.0],
-        [0.0, -c_s / inertia, k_t / inertia, c_s / inertia],
-        [0.0, -1.0, 0.0, 1.0],
-        [0.0, c_s / J, -k_t / J, -(c_t + c_s) / J],
-    ])
+    system = np.array(
+        [
+            [0.0, 1.0, 0.0, 0.0],
+            [0.0, -c_s / inertia, k_t / inertia, c_s / inertia],
+            [0.0, -1.0, 0.0, 1.0],
+            [0.0, c_s / J, -k_t / J, -(c_t + c_s) / J],
+        ]
+    )
     force = np.array([[0.0], [1.0 / inertia], [0.0], [0.0]])
     try:
         cost = solve_continuous_are(system, force, state_weight * np.eye(4), np.array([[torque_weight]]))
@@ -116,6 +124,10 @@ def _regulator(
 
 
 _LAWS: dict[str, Any] = {
-    "stiff": _stiff, "soft_torque": _soft_torque, "equal_damping": _equal_damping, "z_torque": _z_torque, "lqr": _lqr,
+    "stiff": _stiff,
+    "soft_torque": _soft_torque,
+    "equal_damping": _equal_damping,
+    "z_torque": _z_torque,
+    "lqr": _lqr,
     "pi": _pi,
 }

@@ -55,7 +55,8 @@ def starting_states(
     if not initial.starts:
         return initial_states(parameters, initial, depth, wob, rotary_speed)
     depth, wob, rotary_speed, start = np.broadcast_arrays(
-        *(np.atleast_1d(np.asarray(value, float)) for value in (depth, wob, rotary_speed)), np.atleast_1d(start))
+        *(np.atleast_1d(np.asarray(value, float)) for value in (depth, wob, rotary_speed)), np.atleast_1d(start)
+    )
     if start.size and (start.min() < 0 or start.max() >= initial.starts):
         raise ValueError(f"start: found {start.min()} to {start.max()}, allowed: 0 to {initial.starts - 1}")
     if initial.slice:
@@ -74,7 +75,8 @@ def slice_values(initial: Initial) -> dict[str, Array]:
     starts."""
     return {
         name: np.linspace(axis["from"], axis["to"], int(axis["points"]))
-        for name in STATE_NAMES if (axis := initial.slice.get(name))
+        for name in STATE_NAMES
+        if (axis := initial.slice.get(name))
     }
 
 
@@ -100,7 +102,10 @@ def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array
     static = (wob * (arm * law.static + k.cutting_arm) + damping) / k.k_t
     steady = (wob * (arm * running + k.cutting_arm) + damping) / k.k_t
     by_name = {
-        "x": gap * u[:, 0], "y": gap * u[:, 1], "vx": fastest * u[:, 2], "vy": fastest * u[:, 3],
+        "x": gap * u[:, 0],
+        "y": gap * u[:, 1],
+        "vx": fastest * u[:, 2],
+        "vy": fastest * u[:, 3],
         "z": q * OFF_THE_ROCK * (rest + bit.surface_amplitude) * u[:, 4] - rest,
         "vz": q * LOBE_SPEEDS * lobes * u[:, 5],
         "twist": -((1 - q) * steady + q * BEYOND * static * u[:, 6]),
@@ -121,8 +126,10 @@ def _shapes(seed: int, count: int) -> Array:
     shapes = hypercube(seed, count)
     for first in (0, 2):
         polar = shapes[:, first : first + 2]
-        polar[:] = [(math.sqrt(a) * math.cos(2 * math.pi * b), math.sqrt(a) * math.sin(2 * math.pi * b))
-                    for a, b in polar.tolist()]
+        polar[:] = [
+            (math.sqrt(a) * math.cos(2 * math.pi * b), math.sqrt(a) * math.sin(2 * math.pi * b))
+            for a, b in polar.tolist()
+        ]
     for column in (4, 5, 7):
         shapes[:, column] = 2 * shapes[:, column] - 1
     shapes[:, 8] *= 2 * math.pi

@@ -96,8 +96,19 @@ def note_rows(b, store, place, kind, i, h, rows, minus, level):  # type: ignore[
     """Note an event of a quantity whose value, slope less ``minus`` and second derivative are in these rows."""
     g0_, d0_, c0_, g1_, d1_, c1_ = rows
     return note(
-        store, place, kind, i, h,
-        b[g0_ + i], b[d0_ + i] - minus, b[c0_ + i], b[g1_ + i], b[d1_ + i] - minus, b[c1_ + i], level)
+        store,
+        place,
+        kind,
+        i,
+        h,
+        b[g0_ + i],
+        b[d0_ + i] - minus,
+        b[c0_ + i],
+        b[g1_ + i],
+        b[d1_ + i] - minus,
+        b[c1_ + i],
+        level,
+    )
 
 
 @inlined
@@ -140,9 +151,11 @@ def note_slide(b, store, k, i, x_rows, y_rows, bit_rows):  # type: ignore[no-unt
     y0_, vy0_, ay0_, y1_, vy1_, ay1_ = y_rows
     speed0_, alpha0_, per_r0_, dr0_, speed1_, alpha1_, per_r1_, dr1_ = bit_rows
     whirl0, dwhirl0 = slide(
-        b[x0_ + i], b[vx0_ + i], b[ax0_ + i], b[y0_ + i], b[vy0_ + i], b[ay0_ + i], b[per_r0_ + i], b[dr0_ + i])
+        b[x0_ + i], b[vx0_ + i], b[ax0_ + i], b[y0_ + i], b[vy0_ + i], b[ay0_ + i], b[per_r0_ + i], b[dr0_ + i]
+    )
     whirl1, dwhirl1 = slide(
-        b[x1_ + i], b[vx1_ + i], b[ax1_ + i], b[y1_ + i], b[vy1_ + i], b[ay1_ + i], b[per_r1_ + i], b[dr1_ + i])
+        b[x1_ + i], b[vx1_ + i], b[ax1_ + i], b[y1_ + i], b[vy1_ + i], b[ay1_ + i], b[per_r1_ + i], b[dr1_ + i]
+    )
     store[k + WHIRL0] = whirl0
     store[k + DWHIRL0] = dwhirl0
     store[k + WHIRL1] = whirl1
@@ -190,11 +203,29 @@ def locate_crossings(store):  # type: ignore[no-untyped-def]
         whole = store[k + KIND] >= ROCK_GRAZE and store[k + G0] > store[k + LEVEL]
         store[k + RESULT] = h * above(first, second, 1.0, start, top, end) - (h if whole else 0.0)
         store[k + ROLLED] = h * slid(
-            store[k + WHIRL0], h * store[k + DWHIRL0], store[k + WHIRL1], h * store[k + DWHIRL1],
-            first, second, start, top, end, whole)
+            store[k + WHIRL0],
+            h * store[k + DWHIRL0],
+            store[k + WHIRL1],
+            h * store[k + DWHIRL1],
+            first,
+            second,
+            start,
+            top,
+            end,
+            whole,
+        )
         store[k + TURNED] = h * slid(
-            store[k + SPEED0], h * store[k + DSPEED0], store[k + SPEED1], h * store[k + DSPEED1],
-            first, second, start, top, end, whole)
+            store[k + SPEED0],
+            h * store[k + DSPEED0],
+            store[k + SPEED1],
+            h * store[k + DSPEED1],
+            first,
+            second,
+            start,
+            top,
+            end,
+            whole,
+        )
 
 
 @inlined
@@ -203,8 +234,13 @@ def slid(g0, d0, g1, d1, first, second, above_start, above_top, above_end, whole
     over the ``whole`` step."""
     at_end = integral_of_cubic(g0, d0, g1, d1, 1.0)
     return above(
-        integral_of_cubic(g0, d0, g1, d1, first), integral_of_cubic(g0, d0, g1, d1, second), at_end,
-        above_start, above_top, above_end) - (at_end if whole else 0.0)
+        integral_of_cubic(g0, d0, g1, d1, first),
+        integral_of_cubic(g0, d0, g1, d1, second),
+        at_end,
+        above_start,
+        above_top,
+        above_end,
+    ) - (at_end if whole else 0.0)
 
 
 @inlined
@@ -216,10 +252,16 @@ def locate_tops(store):  # type: ignore[no-untyped-def]
     for k in range(TOPS, TOPS + SIDE_BY_SIDE):
         h = store[k + LENGTH]
         pressing = quintic(
-            store[k + G0], h * store[k + D0], h * h * store[k + C0],
-            store[k + G1], h * store[k + D1], h * h * store[k + C1])
+            store[k + G0],
+            h * store[k + D0],
+            h * h * store[k + C0],
+            store[k + G1],
+            h * store[k + D1],
+            h * h * store[k + C1],
+        )
         _, q1, q2, q3, q4, q5 = quintic(
-            0.0, h * store[k + W0], h * h * store[k + DW0], store[k + TURN], h * store[k + W1], h * h * store[k + DW1])
+            0.0, h * store[k + W0], h * h * store[k + DW0], store[k + TURN], h * store[k + W1], h * h * store[k + DW1]
+        )
         turning, per_h = derivative(q1, q2, q3, q4, q5), 1.0 / h
         law = store[k + SMOOTHING], store[k + DECAY], store[k + RISE], store[k + DYNAMIC]
         low = 0.0, store[k + T0], h * store[k + DT0]
@@ -275,35 +317,71 @@ def make_events(lanes: int, rows: Rows, driven: bool = False) -> tuple[Any, Any]
     W = lanes
     h_ = W * rows.step
     drive_, gap_, stuck_, k_c_, eps_, tau_, rise_, mu_ = (
-        W * (rows.parameter + PARAMETERS.index(name)) for name in (
-            "drive_speed", "gap", "stuck_below", "rock_stiffness", "bit_smoothing", "bit_decay", "bit_rise",
-            "bit_dynamic"))
+        W * (rows.parameter + PARAMETERS.index(name))
+        for name in (
+            "drive_speed",
+            "gap",
+            "stuck_below",
+            "rock_stiffness",
+            "bit_smoothing",
+            "bit_decay",
+            "bit_rise",
+            "bit_dynamic",
+        )
+    )
     own = {name: W * (rows.observer + i) for i, name in enumerate(OBSERVED)}
     # Rows of value, slope and second derivative at both ends.
     x_rows, y_rows, z_rows, twist_rows = (
-        tuple(W * row for row in (
-            rows.start + 2 * i, rows.start + 2 * i + 1, rows.start_acceleration + i,
-            rows.stage + 2 * i, rows.stage + 2 * i + 1, rows.acceleration + i))
-        for i in range(4))
-    top_rows = tuple(W * row for row in (  # of the drive, which an ideal one has not
-        rows.start + 8, rows.start + 9, rows.start_acceleration + 4, rows.stage + 8, rows.stage + 9,
-        rows.acceleration + 4))
+        tuple(
+            W * row
+            for row in (
+                rows.start + 2 * i,
+                rows.start + 2 * i + 1,
+                rows.start_acceleration + i,
+                rows.stage + 2 * i,
+                rows.stage + 2 * i + 1,
+                rows.acceleration + i,
+            )
+        )
+        for i in range(4)
+    )
+    top_rows = tuple(
+        W * row
+        for row in (  # of the drive, which an ideal one has not
+            rows.start + 8,
+            rows.start + 9,
+            rows.start_acceleration + 4,
+            rows.stage + 8,
+            rows.stage + 9,
+            rows.acceleration + 4,
+        )
+    )
     lag0_, top0_, pull0_, lag1_, top1_, pull1_ = top_rows
     u_rows = tuple(own[f"{name}_{when}"] for when in ("before", "now") for name in ("u", "du", "ddu"))
     torque0_, dtorque0_, torque1_, dtorque1_ = (
-        own[f"{name}_{when}"] for when in ("before", "now") for name in ("torque", "dtorque"))
+        own[f"{name}_{when}"] for when in ("before", "now") for name in ("torque", "dtorque")
+    )
     twist0_, speed0_, alpha0_, twist1_, speed1_, alpha1_ = twist_rows
     slide_rows = (
-        speed0_, alpha0_, own["per_radius_before"], own["dradius_before"],
-        speed1_, alpha1_, own["per_radius_now"], own["dradius_now"])
+        speed0_,
+        alpha0_,
+        own["per_radius_before"],
+        own["dradius_before"],
+        speed1_,
+        alpha1_,
+        own["per_radius_now"],
+        own["dradius_now"],
+    )
     parts_, rolled_, rolled_grazes_ = own[PARTS[0]], own["rolled_crossings"], own["rolled_grazes"]
     u0_, du0_, _, u1_, du1_, _ = u_rows
     torque_max_, floor_, growth_ = own["torque_max"], own["torque_floor"], own["margin_growth"]
     # By what turns: where its greatest and its least value stand, in which ring its peaks, and what decides on them.
-    greatest_ = np.array([own[name] for name in (
-        "z_max", "speed_max", "twist_max", "u_max", "rho_max", "spare", "drive_max")])
-    least_ = np.array([own[name] for name in (
-        "z_min", "speed_min", "twist_min", "spare", "spare", "spare", "drive_min")])
+    greatest_ = np.array(
+        [own[name] for name in ("z_max", "speed_max", "twist_max", "u_max", "rho_max", "spare", "drive_max")]
+    )
+    least_ = np.array(
+        [own[name] for name in ("z_min", "speed_min", "twist_min", "spare", "spare", "spare", "drive_min")]
+    )
     ring_of = np.array([0, 1, -1, -1, 2, 1, -1])
     low_ = np.array([own[f"low_{ring}"] for ring in ("z", "speed", "else", "else", "else", "speed", "else")])
     to_high, to_margin = (W * PEAK.index(name) for name in ("high", "margin"))
@@ -340,8 +418,12 @@ def make_events(lanes: int, rows: Rows, driven: bool = False) -> tuple[Any, Any]
             b[row] = low if rising else (found if fallen else min(low, found))
             b[row + to_high] = -np.inf if fallen else high
             peak = rising if kind == RHO else fallen
-            keep(store, RINGS + (RINGS_OF_PEAKS * i + ring_of[kind]) * (peaks + 1) if peak and peaks > 0 else SPARE,
-                 peaks, found if kind == RHO else high)
+            keep(
+                store,
+                RINGS + (RINGS_OF_PEAKS * i + ring_of[kind]) * (peaks + 1) if peak and peaks > 0 else SPARE,
+                peaks,
+                found if kind == RHO else high,
+            )
             # A graze, both ends on one side of the surface and the turn on the other, is two crossings. It is rare.
             level = store[k + LEVEL]
             above0, above1, above = store[k + G0] > level, store[k + G1] > level, found > level
@@ -350,9 +432,20 @@ def make_events(lanes: int, rows: Rows, driven: bool = False) -> tuple[Any, Any]
                 known = kind == RHO and store[k + SLIDES_KNOWN] != 0.0
                 for column in SLIDE:
                     store[crossing + column] = store[k + column] if known else 0.0
-                if note(store, CROSSINGS, ROCK_GRAZE if kind == U else WALL_GRAZE, i, store[k + LENGTH],
-                        store[k + G0], store[k + D0], store[k + C0],
-                        store[k + G1], store[k + D1], store[k + C1], level):
+                if note(
+                    store,
+                    CROSSINGS,
+                    ROCK_GRAZE if kind == U else WALL_GRAZE,
+                    i,
+                    store[k + LENGTH],
+                    store[k + G0],
+                    store[k + D0],
+                    store[k + C0],
+                    store[k + G1],
+                    store[k + D1],
+                    store[k + C1],
+                    level,
+                ):
                     settle_crossings(b, store)
         store[SPARE] = 0.0
         store[TURNS + COUNT] = 0.0
@@ -384,8 +477,9 @@ def make_events(lanes: int, rows: Rows, driven: bool = False) -> tuple[Any, Any]
             i = lowest_bit(ends)
             ends &= ends - 1
             omega = b[speed0_ + i]
-            if note(store, TURNS, SPEED_END, i, 0.0, omega, 1.0 if (highs >> i) & 1 else -1.0, 0.0,
-                    omega, 0.0, 0.0, 0.0):
+            if note(
+                store, TURNS, SPEED_END, i, 0.0, omega, 1.0 if (highs >> i) & 1 else -1.0, 0.0, omega, 0.0, 0.0, 0.0
+            ):
                 settle_turns(b, store)
         # The twist, and its rate: the bit speed less the drive's.
         for kind in (SPEED, TWIST):

@@ -85,12 +85,14 @@ def make_observer(
     x1_, vx1_, y1_, vy1_, z1_, vz1_, twist1_, speed1_ = (W * (rows.stage + i) for i in range(8))
     ax1_, ay1_, az1_, alpha1_ = (W * (rows.acceleration + i) for i in range(4))
     cosine_, sine_, direction_, decay_, radius_now_ = (
-        W * (rows.aux_now + AUX.index(name)) for name in ("cosine", "sine", "direction", "decay", "radius"))
+        W * (rows.aux_now + AUX.index(name)) for name in ("cosine", "sine", "direction", "decay", "radius")
+    )
     h_, moves_, window_ = W * rows.step, W * rows.moves, W * rows.window
     parameter = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
     own = {name: W * (rows.observer + i) for i, name in enumerate(OBSERVED)}
     gap_, k_c_, s0_, stuck_, drive_ = (
-        parameter[n] for n in ("gap", "rock_stiffness", "surface_amplitude", "stuck_below", "drive_speed"))
+        parameter[n] for n in ("gap", "rock_stiffness", "surface_amplitude", "stuck_below", "drive_speed")
+    )
     eps_, tau_, rise_, mu_ = (parameter[n] for n in ("bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"))
     before_, now_, level_ = own["u_before"], own["u_now"], own["level"]
     rock_crossings_, stuck_crossings_, wall_crossings_, rock_grazes_, wall_grazes_ = (own[name] for name in PARTS)
@@ -103,10 +105,22 @@ def make_observer(
     time_, phase_ = W * rows.time, W * rows.phase
     u0_, du0_, _, _, dT0_, r0_, dr0_, per_r0_ = (before_ + W * i for i in range(len(ENDS)))
     u1_, du1_, ddu1_, T1_, dT1_, r1_, dr1_, per_r1_ = (now_ + W * i for i in range(len(ENDS)))
-    (z_min_, z_max_, speed_min_, speed_max_, twist_min_, twist_max_, u_max_, torque_max_, rho_max_, top_min_,
-     top_max_) = (own[name] for name in EXTREMES)
+    (
+        z_min_,
+        z_max_,
+        speed_min_,
+        speed_max_,
+        twist_min_,
+        twist_max_,
+        u_max_,
+        torque_max_,
+        rho_max_,
+        top_min_,
+        top_max_,
+    ) = (own[name] for name in EXTREMES)
     on_rock_, unstuck_, on_wall_, radius_, twist_sum_, lateral_, axial_, turns_, rolled_, turned_ = (
-        own[name] for name in SUMS)
+        own[name] for name in SUMS
+    )
     twist_start_, angle_start_, lag_start_ = (own[name] for name in ANCHORS)
     attend, settle = make_events(W, rows, driven)
     half_, half_count, ends_count = own[HALF[0]], len(HALF), len(ENDS)
@@ -140,8 +154,7 @@ def make_observer(
             flat = fma(scaled, scaled, 1.0)
             r = b[radius_now_ + i]
             inverse = 1.0 / (flat * r)
-            arm, darm = coefficient(
-                omega, g, decayed, r * inverse, b[eps_ + i], b[tau_ + i], b[rise_ + i], b[mu_ + i])
+            arm, darm = coefficient(omega, g, decayed, r * inverse, b[eps_ + i], b[tau_ + i], b[rise_ + i], b[mu_ + i])
             b[u1_ + i] = u
             b[du1_ + i] = du
             b[ddu1_ + i] = ddu
@@ -198,20 +211,31 @@ def make_observer(
             sixth = shown * (1.0 / 6.0)
             b[radius_ + i] += shown * fma(h * (1.0 / 12.0), dr0 - dr1, 0.5 * (r0 + r1))
             b[twist_sum_ + i] += shown * fma(
-                h, fma(h * (1.0 / 120.0), b[alpha0_ + i] + alpha, 0.1 * (b[speed0_ + i] - omega)),
-                0.5 * (b[twist0_ + i] + b[twist1_ + i]))
+                h,
+                fma(h * (1.0 / 120.0), b[alpha0_ + i] + alpha, 0.1 * (b[speed0_ + i] - omega)),
+                0.5 * (b[twist0_ + i] + b[twist1_ + i]),
+            )
             if driven:
                 b[twist_sum_ + i] -= shown * fma(
-                    h, fma(h * (1.0 / 120.0), b[pull0_ + i] + b[pull1_ + i], 0.1 * (b[top0_ + i] - b[top1_ + i])),
-                    0.5 * (b[lag0_ + i] + b[lag1_ + i]))
+                    h,
+                    fma(h * (1.0 / 120.0), b[pull0_ + i] + b[pull1_ + i], 0.1 * (b[top0_ + i] - b[top1_ + i])),
+                    0.5 * (b[lag0_ + i] + b[lag1_ + i]),
+                )
             steep = 1.5 / h if h > 0.0 else 0.0
             ax0, ay0, az0, ax1, ay1, az1 = (
-                b[ax0_ + i], b[ay0_ + i], b[az0_ + i], b[ax1_ + i], b[ay1_ + i], b[az1_ + i])
+                b[ax0_ + i],
+                b[ay0_ + i],
+                b[az0_ + i],
+                b[ax1_ + i],
+                b[ay1_ + i],
+                b[az1_ + i],
+            )
             axm = fma(steep, vx1 - vx0, -0.25 * (ax0 + ax1))
             aym = fma(steep, vy1 - vy0, -0.25 * (ay0 + ay1))
             azm = fma(steep, b[vz1_ + i] - b[vz0_ + i], -0.25 * (az0 + az1))
             b[lateral_ + i] += sixth * fma(
-                4.0, fma(axm, axm, aym * aym), fma(ax0, ax0, fma(ay0, ay0, fma(ax1, ax1, ay1 * ay1))))
+                4.0, fma(axm, axm, aym * aym), fma(ax0, ax0, fma(ay0, ay0, fma(ax1, ax1, ay1 * ay1)))
+            )
             b[axial_ + i] += sixth * fma(4.0 * azm, azm, fma(az0, az0, az1 * az1))
 
         z_turns, speed_turns = both_sets(z_speed)
@@ -239,11 +263,25 @@ def make_observer(
                 h = b[h_ + i]
                 shown = h if counts else 0.0
                 whirl0, dwhirl0 = slide(
-                    b[x0_ + i], b[vx0_ + i], b[ax0_ + i], b[y0_ + i], b[vy0_ + i], b[ay0_ + i],
-                    b[per_r0_ + i], b[dr0_ + i])
+                    b[x0_ + i],
+                    b[vx0_ + i],
+                    b[ax0_ + i],
+                    b[y0_ + i],
+                    b[vy0_ + i],
+                    b[ay0_ + i],
+                    b[per_r0_ + i],
+                    b[dr0_ + i],
+                )
                 whirl1, dwhirl1 = slide(
-                    b[x1_ + i], b[vx1_ + i], b[ax1_ + i], b[y1_ + i], b[vy1_ + i], b[ay1_ + i],
-                    b[per_r1_ + i], b[dr1_ + i])
+                    b[x1_ + i],
+                    b[vx1_ + i],
+                    b[ax1_ + i],
+                    b[y1_ + i],
+                    b[vy1_ + i],
+                    b[ay1_ + i],
+                    b[per_r1_ + i],
+                    b[dr1_ + i],
+                )
                 turned = fma(b[drive_ + i], h, b[twist1_ + i] - b[twist0_ + i])
                 b[on_wall_ + i] += shown
                 b[rolled_ + i] += shown * fma(h * (1.0 / 12.0), dwhirl0 - dwhirl1, 0.5 * (whirl0 + whirl1))
@@ -259,8 +297,22 @@ def make_observer(
 
         happens = z_turns | speed_turns | changed | twist_turns | u_turns | torque_tops | rho_turns | top_turns
         if (happens | rock | stuck | wall) != 0:
-            attend(b, store, z_turns, speed_turns, highs, lows, twist_turns, u_turns, torque_tops, rho_turns,
-                   rock, stuck, wall, top_turns)
+            attend(
+                b,
+                store,
+                z_turns,
+                speed_turns,
+                highs,
+                lows,
+                twist_turns,
+                u_turns,
+                torque_tops,
+                rho_turns,
+                rock,
+                stuck,
+                wall,
+                top_turns,
+            )
 
         # Returns to the section: a lobe or a revolution, hence once in many steps.
         while returning != 0:
@@ -274,13 +326,23 @@ def make_observer(
             while end >= b[level_ + i]:
                 level = b[level_ + i]
                 theta = bit_angle_crossing(
-                    b[twist0_ + i], b[speed0_ + i], b[alpha0_ + i], b[twist1_ + i], b[speed1_ + i], b[alpha1_ + i],
-                    h, drive, turned, level)
+                    b[twist0_ + i],
+                    b[speed0_ + i],
+                    b[alpha0_ + i],
+                    b[twist1_ + i],
+                    b[speed1_ + i],
+                    b[alpha1_ + i],
+                    h,
+                    drive,
+                    turned,
+                    level,
+                )
                 x, vx = position_and_velocity(b, i, theta, h, 0.0, x0_, vx0_, ax0_, x1_, vx1_, ax1_)
                 y, vy = position_and_velocity(b, i, theta, h, 0.0, y0_, vy0_, ay0_, y1_, vy1_, ay1_)
                 z, vz = position_and_velocity(b, i, theta, h, 0.0, z0_, vz0_, az0_, z1_, vz1_, az1_)
                 twist, omega = position_and_velocity(
-                    b, i, theta, h, -drive, twist0_, speed0_, alpha0_, twist1_, speed1_, alpha1_)
+                    b, i, theta, h, -drive, twist0_, speed0_, alpha0_, twist1_, speed1_, alpha1_
+                )
                 count = int(store[ring])
                 entry = ring + 1 + ENTRY * (count % returns)
                 store[entry] = x
@@ -302,8 +364,14 @@ def make_observer(
                 before, now = b[before_ + k + i], b[now_ + k + i]
                 b[before_ + k + i] = now if moves else before
 
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
-              W, lobes, driven, tangent, others)
+    @compiled(
+        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+        W,
+        lobes,
+        driven,
+        tangent,
+        others,
+    )
     def marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
         settle(b, store)
         # The lane stands at the mark: its state is in the stage rows, and the quantities at the end of the step are

@@ -35,14 +35,18 @@ def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
         "axial_contact": Figure(contact, "rad/s", "axial frequency, bit on the rock"),
         "torsional": Figure(math.sqrt(k.k_t / k.J), "rad/s", "torsional frequency"),
         "lateral": Figure(
-            math.sqrt(stiffness / k.m_l) if stiffness > 0 else None, "rad/s", "lateral frequency at this WOB"),
+            math.sqrt(stiffness / k.m_l) if stiffness > 0 else None, "rad/s", "lateral frequency at this WOB"
+        ),
         "lateral_stiffness": Figure(stiffness, "N/m", "lateral stiffness at this WOB"),
         "buckling_margin": Figure(
-            float(1 - operation.wob / k.buckling_load), "1", "1 - WOB / buckling load of the span"),
+            float(1 - operation.wob / k.buckling_load), "1", "1 - WOB / buckling load of the span"
+        ),
         "wall_speed": Figure(
-            wall_speed(parameters, operation, k), "rad/s", "speed at which forward whirl reaches the wall"),
+            wall_speed(parameters, operation, k), "rad/s", "speed at which forward whirl reaches the wall"
+        ),
         "lobe_resonance": Figure(
-            contact / bit.lobes, "rad/s", "speed at which the lobes excite the axial contact mode"),
+            contact / bit.lobes, "rad/s", "speed at which the lobes excite the axial contact mode"
+        ),
         "lift_off_wob": Figure(lift_off_wob(parameters, operation, k), "N", "WOB below which steady contact is lost"),
         "mean_torque": Figure(torque, "N m", "steady torque at the surface"),
         "static_twist": Figure(float(-torque / k.k_t), "rad", "steady twist of the string"),
@@ -59,10 +63,13 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> d
     onset = (math.sqrt(fall / held) - 1) / law.decay if held > 1e-9 * fall and law.decay > 0 else None
     found = {
         "slope_held": Figure(
-            held, "N m s/rad", "steepest fall of the bit's friction torque with speed that steady drilling withstands"),
+            held, "N m s/rad", "steepest fall of the bit's friction torque with speed that steady drilling withstands"
+        ),
         "stick_slip_onset": Figure(
-            onset if onset is not None and onset > 0 else None, "rad/s",
-            "speed below which steady drilling is unstable to stick-slip"),
+            onset if onset is not None and onset > 0 else None,
+            "rad/s",
+            "speed below which steady drilling is unstable to stick-slip",
+        ),
     }
     if parameters.drive.kind == "ideal":
         return found
@@ -90,13 +97,19 @@ def torsional_matrix(parameters: Parameters, k: Coefficients, fall: float = 0.0)
     if parameters.drive.kind == "ideal":
         return np.array([[0.0, 1.0], [-k_t / J, -c_t / J]])
     inertia, stiffness, damping, twist, speed, c_s = (float(value) for value in gains(parameters, k))
-    return np.array([
-        [0.0, 1.0, 0.0, 0.0],
-        [(twist - stiffness - k_t) / inertia, -(damping + c_s) / inertia, (k_t - twist) / inertia,
-         (c_s - speed) / inertia],
-        [0.0, 0.0, 0.0, 1.0],
-        [k_t / J, c_s / J, -k_t / J, -(c_t + c_s) / J],
-    ])
+    return np.array(
+        [
+            [0.0, 1.0, 0.0, 0.0],
+            [
+                (twist - stiffness - k_t) / inertia,
+                -(damping + c_s) / inertia,
+                (k_t - twist) / inertia,
+                (c_s - speed) / inertia,
+            ],
+            [0.0, 0.0, 0.0, 1.0],
+            [k_t / J, c_s / J, -k_t / J, -(c_t + c_s) / J],
+        ]
+    )
 
 
 def slope_held(parameters: Parameters, k: Coefficients) -> float:

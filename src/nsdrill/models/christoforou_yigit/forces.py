@@ -101,8 +101,11 @@ def _power_of_drive(law: Gains, operation: Operation | History, state: Mapping[s
     """What the controller feeds in [W], but for its spring, whose energy is counted; less what its damping takes."""
     top, speed, omega = state["drive_speed"], operation.rotary_speed, state["bit_speed"]
     torque = -(
-        law.stiffness * state["lag"] + law.damping * (top - speed)
-        + law.twist_gain * (state["twist"] - state["lag"]) + law.speed_gain * (omega - speed))
+        law.stiffness * state["lag"]
+        + law.damping * (top - speed)
+        + law.twist_gain * (state["twist"] - state["lag"])
+        + law.speed_gain * (omega - speed)
+    )
     spring = law.stiffness * state["lag"] * (top - speed)
     return np.asarray(torque * top + spring - law.shaft_damping * (top - omega) ** 2)
 
@@ -128,8 +131,9 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
     return {
         # The spring's energy 1/2 k_t twist^2 changes at the rate k_t twist (omega - drive speed): the drive pays its
         # part.
-        "drive": -k.k_t * state["twist"] * operation.rotary_speed if "lag" not in state else (
-            _power_of_drive(gains(parameters, k), operation, state)),
+        "drive": -k.k_t * state["twist"] * operation.rotary_speed
+        if "lag" not in state
+        else (_power_of_drive(gains(parameters, k), operation, state)),
         "bit": f["bit_force"] * vz - f["bit_torque"] * omega,
         "drag": -k.c_h * np.hypot(vx, vy) ** 3,
         "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,

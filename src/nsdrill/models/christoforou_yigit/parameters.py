@@ -56,9 +56,7 @@ class Pipe(Checked):
     outer_diameter: float = parameter(
         0.127, "m", "J by arithmetic", "medium", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in; laboratory rods 3 mm"
     )
-    inner_diameter: float = parameter(
-        0.1086, "m", "J by arithmetic", "medium", high=10.0, usual="1.8 to 6 in; a rod 0"
-    )
+    inner_diameter: float = parameter(0.1086, "m", "J by arithmetic", "medium", high=10.0, usual="1.8 to 6 in; a rod 0")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -217,24 +215,31 @@ class Drive(Checked):
     """
 
     kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi"] = choice(
-        "ideal", "P; the others as Simulator4nDOF has them")
-    inertia: float = parameter(2900.0, "kg m^2", "Simulator4nDOF", "medium", low=1e-3, high=1e7,
-                               usual="500 to 5000 kg m^2 at the string")
-    stiffness: float = parameter(14500.0, "N m/rad", "stiff PI: 5 /s^2 of the inertia", "medium", high=1e9,
-                                 usual="100 to 20 000 N m/rad")
-    damping: float = parameter(14853.0, "N m s/rad", "stiff PI: 50 pipe impedances", "medium", high=1e9,
-                               usual="300 to 20 000 N m s/rad")
+        "ideal", "P; the others as Simulator4nDOF has them"
+    )
+    inertia: float = parameter(
+        2900.0, "kg m^2", "Simulator4nDOF", "medium", low=1e-3, high=1e7, usual="500 to 5000 kg m^2 at the string"
+    )
+    stiffness: float = parameter(
+        14500.0, "N m/rad", "stiff PI: 5 /s^2 of the inertia", "medium", high=1e9, usual="100 to 20 000 N m/rad"
+    )
+    damping: float = parameter(
+        14853.0, "N m s/rad", "stiff PI: 50 pipe impedances", "medium", high=1e9, usual="300 to 20 000 N m s/rad"
+    )
     twist_gain: float = parameter(0.0, "N m/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m/rad")
     speed_gain: float = parameter(0.0, "N m s/rad", low=-1e9, high=1e9, usual="-1000 to 1000 N m s/rad")
     shaft_damping: float = parameter(0.0, "N m s/rad", "J as reported", "low", high=1e7, usual="0 to 500 N m s/rad")
-    matching: float = parameter(4.0, "", "Simulator4nDOF", "medium", low=1e-3, high=1e3,
-                                usual="1 (the pipe's impedance) to 5")
-    frequency: float | None = parameter(None, "Hz", "the torsional frequency of the string", "medium", low=1e-4,
-                                        high=100.0, usual="0.05 to 0.5 Hz")
+    matching: float = parameter(
+        4.0, "", "Simulator4nDOF", "medium", low=1e-3, high=1e3, usual="1 (the pipe's impedance) to 5"
+    )
+    frequency: float | None = parameter(
+        None, "Hz", "the torsional frequency of the string", "medium", low=1e-4, high=100.0, usual="0.05 to 0.5 Hz"
+    )
     compensated_inertia: float = parameter(0.0, "kg m^2", high=1e7, usual="0 to 0.9 times the inertia")
     a: float = parameter(0.25, "", "Simulator4nDOF", "medium", high=100.0, usual="0.1 to 1")
-    high_pass: float = parameter(20.0 / (2.0 * math.pi), "s", "Simulator4nDOF", "medium", low=1e-3, high=1e6,
-                                 usual="1 to 10 s")
+    high_pass: float = parameter(
+        20.0 / (2.0 * math.pi), "s", "Simulator4nDOF", "medium", low=1e-3, high=1e6, usual="1 to 10 s"
+    )
     state_weight: float = parameter(1.0, "", high=1e12, low=1e-12, usual="1")
     torque_weight: float = parameter(1e-6, "", high=1e12, low=1e-15, usual="1e-8 to 1e-4")
 
@@ -243,7 +248,8 @@ class Drive(Checked):
         if self.kind == "soft_torque" and not self.compensated_inertia < self.inertia:
             raise ValueError(
                 f"compensated_inertia: found {self.compensated_inertia:g} kg m^2, allowed: less than the inertia, "
-                f"{self.inertia:g} kg m^2")
+                f"{self.inertia:g} kg m^2"
+            )
 
 
 @dataclass(frozen=True)

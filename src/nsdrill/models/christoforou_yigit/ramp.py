@@ -58,7 +58,8 @@ def make_ramped(lanes: int, hertz: bool = False, lobes: int = 3, driven: bool = 
     now_, start_, slope_ = (W * (rows.parameter + i) for i in (DRIVE, columns, columns + moving))
     square_, linear_ = (W * (rows.parameter + i) for i in (width - 2, width - 1))
     k_t_, iJ_, q_ = (
-        W * (rows.parameter + INDEX[name]) for name in ("torsional_stiffness", "per_inertia", "unbalance_arm"))
+        W * (rows.parameter + INDEX[name]) for name in ("torsional_stiffness", "per_inertia", "unbalance_arm")
+    )
     iJ_d_, K_i_, K_p_, _, G_w_, _ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
     motion = make_right_hand_side(lanes, hertz, lobes, driven=driven)
 

@@ -14,9 +14,7 @@ from nsdrill.models.christoforou_yigit.section import returns_of
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def features(
-    report: Array, table: Array, observe: float, hertz: bool, driven: bool = False
-) -> dict[str, Array]:
+def features(report: Array, table: Array, observe: float, hertz: bool, driven: bool = False) -> dict[str, Array]:
     """The features of finished runs, each an array [runs].
 
     ``report`` holds the observer's outbox columns [runs, report_width], ``table`` the lane parameters [runs,
@@ -124,10 +122,7 @@ def _half_difference(
 ) -> Array:
     """Largest disagreement between the halves: of the extremes of bit position, bit speed and radius relative to their
     range (at least a hundredth of the natural size: gap, lobe amplitude, drive speed), and of the fractions of time."""
-    natural = {
-        "z": np.maximum(p["surface_amplitude"], 1e-6),
-        "speed": p["drive_speed"],
-    }
+    natural = {"z": np.maximum(p["surface_amplitude"], 1e-6), "speed": p["drive_speed"]}
     worst = np.abs(bit_1 - bit_2) / p["drive_speed"]
     for name, size in natural.items():
         low_1, high_1, low_2, high_2 = (half[f"{name}_{end}"] for half in (first, second) for end in ("min", "max"))

@@ -38,7 +38,13 @@ INDEX = {name: i for i, name in enumerate(PARAMETERS)}
 # A drive that is not ideal has two states and six parameters more.
 DRIVE_STATES = ("lag", "drive_speed")
 DRIVE_PARAMETERS = (
-    "per_drive_inertia", "drive_stiffness", "drive_damping", "twist_gain", "speed_gain", "shaft_damping")
+    "per_drive_inertia",
+    "drive_stiffness",
+    "drive_damping",
+    "twist_gain",
+    "speed_gain",
+    "shaft_damping",
+)
 
 
 def states_of(driven: bool) -> tuple[str, ...]:
@@ -72,13 +78,18 @@ def make_right_hand_side(
     ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
     time_ = W * rows.stage_time
     cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
-        W * (rows.aux_now + i) for i in range(len(AUX)))
+        W * (rows.aux_now + i) for i in range(len(AUX))
+    )
     P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
     phase_, drive_, wob_ = W * rows.phase, P["drive_speed"], P["wob"]
     iml_, iJ_, ima_, q_ = P["per_lateral_mass"], P["per_inertia"], P["per_axial_mass"], P["unbalance_arm"]
     bend_, soft_F_, soft_T_, drag_ = P["bending"], P["softening_force"], P["softening_torque"], P["drag"]
     c_a_, k_a_, c_t_, k_t_ = (
-        P["axial_damping"], P["axial_stiffness"], P["torsional_damping"], P["torsional_stiffness"])
+        P["axial_damping"],
+        P["axial_stiffness"],
+        P["torsional_damping"],
+        P["torsional_stiffness"],
+    )
     gap_, k_w_, R_c_ = P["gap"], P["wall_stiffness"], P["collar_radius"]
     eps_w_, tau_w_, rise_w_, mu_w_ = P["wall_smoothing"], P["wall_decay"], P["wall_rise"], P["wall_dynamic"]
     k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
@@ -134,7 +145,12 @@ def make_right_hand_side(
             x, vx, y, vy = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i]
             z, vz, twist, omega = b[z_ + i], b[vz_ + i], b[twist_ + i], b[speed_ + i]
             c, s, force, torque, friction = (
-                b[cosine_ + i], b[sine_ + i], b[force_ + i], b[torque_ + i], b[friction_ + i])
+                b[cosine_ + i],
+                b[sine_ + i],
+                b[force_ + i],
+                b[torque_ + i],
+                b[friction_ + i],
+            )
             stiffness = fma(-b[soft_F_ + i], force, fma(-b[soft_T_ + i], torque, b[bend_ + i]))
             drag = b[drag_ + i] * np.sqrt(fma(vx, vx, vy * vy))
             radial = b[radial_ + i] + stiffness
@@ -146,8 +162,11 @@ def make_right_hand_side(
                 lag, top, speed = b[lag_ + i], b[top_ + i], b[drive_ + i]
                 twist = twist - lag  # of the pipe
                 damped = b[c_s_ + i] * (top - omega)
-                law = fma(b[K_i_ + i], lag, fma(b[K_p_ + i], top - speed, fma(
-                    b[G_t_ + i], twist, b[G_w_ + i] * (omega - speed))))
+                law = fma(
+                    b[K_i_ + i],
+                    lag,
+                    fma(b[K_p_ + i], top - speed, fma(b[G_t_ + i], twist, b[G_w_ + i] * (omega - speed))),
+                )
                 b[pull_ + i] = (fma(b[k_t_ + i], twist, -damped) - law) * b[iJ_d_ + i]
                 torque = torque - damped
             q = b[q_ + i]
@@ -243,7 +262,9 @@ def sizes(table: np.ndarray, driven: bool = False) -> np.ndarray:
         np.sqrt(np.where(per_mass > 0.0, square, 1.0))  # of a frozen mode any size will do
         for per_mass, square in (
             (p["per_lateral_mass"], np.abs(p["bending"]) * p["per_lateral_mass"]),
-            (p["per_axial_mass"], contact * p["per_axial_mass"])))
+            (p["per_axial_mass"], contact * p["per_axial_mass"]),
+        )
+    )
     columns: tuple[np.ndarray, ...] = (
         lateral, lateral * bending_rate, lateral, lateral * bending_rate, axial, axial * axial_rate,
         np.full(len(table), 0.1), 0.1 * p["drive_speed"],
@@ -270,8 +291,7 @@ def first_step(table: np.ndarray, driven: bool = False) -> np.ndarray:
     """A first step size [s] for each operating point: a hundredth of the shortest natural time, shape (points,)."""
     p = {name: table[:, i] for name, i in INDEX.items()}
     fastest = np.maximum(
-        p["wall_stiffness"] * p["per_lateral_mass"],
-        (p["axial_stiffness"] + p["rock_stiffness"]) * p["per_axial_mass"],
+        p["wall_stiffness"] * p["per_lateral_mass"], (p["axial_stiffness"] + p["rock_stiffness"]) * p["per_axial_mass"]
     )
     if driven:
         inverse, stiffness, damping = table[:, len(PARAMETERS) : len(PARAMETERS) + 3].T

@@ -28,8 +28,13 @@ _arctan2 = np.vectorize(math.atan2, otypes=[float])
 def bit_angle_crossing(twist0, omega0, alpha0, twist1, omega1, alpha1, h, drive, turned, level):  # type: ignore[no-untyped-def]
     """Where in the step (0 to 1) the bit angle is ``level``; ``turned`` is the drive angle at the step's start."""
     p0, p1, p2, p3, p4, p5 = quintic(
-        twist0 + turned - level, h * omega0, h * h * alpha0,
-        fma(drive, h, twist1 + turned) - level, h * omega1, h * h * alpha1)
+        twist0 + turned - level,
+        h * omega0,
+        h * h * alpha0,
+        fma(drive, h, twist1 + turned) - level,
+        h * omega1,
+        h * h * alpha1,
+    )
     return crossing(p0, p1, p2, p3, p4, p5, 0.0, 1.0)
 
 
@@ -78,5 +83,15 @@ def in_the_bit_frame(section: Mapping[str, Array]) -> Array:
     outward, around = section["section_radial_velocity"], r * section["section_whirl_speed"]
     c, s = np.cos(angle), np.sin(angle)
     return np.stack(
-        [r * c, outward * c - around * s, r * s, outward * s + around * c, section["section_axial"],
-         section["section_axial_velocity"], section["section_twist"], section["section_bit_speed"]], axis=-1)
+        [
+            r * c,
+            outward * c - around * s,
+            r * s,
+            outward * s + around * c,
+            section["section_axial"],
+            section["section_axial_velocity"],
+            section["section_twist"],
+            section["section_bit_speed"],
+        ],
+        axis=-1,
+    )

@@ -44,12 +44,17 @@ def make_tangent(lanes: int, hertz: bool, lobes: int, place: int, driven: bool =
     iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
     # Of the right-hand side's notes those that no observer reads are overwritten by their deviations.
     cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
-        W * (rows.aux_now + i) for i in range(len(AUX)))
+        W * (rows.aux_now + i) for i in range(len(AUX))
+    )
     P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
     iml_, iJ_, ima_, q_ = P["per_lateral_mass"], P["per_inertia"], P["per_axial_mass"], P["unbalance_arm"]
     bend_, soft_F_, soft_T_, drag_ = P["bending"], P["softening_force"], P["softening_torque"], P["drag"]
     c_a_, k_a_, c_t_, k_t_ = (
-        P["axial_damping"], P["axial_stiffness"], P["torsional_damping"], P["torsional_stiffness"])
+        P["axial_damping"],
+        P["axial_stiffness"],
+        P["torsional_damping"],
+        P["torsional_stiffness"],
+    )
     gap_, k_w_, R_c_ = P["gap"], P["wall_stiffness"], P["collar_radius"]
     eps_w_, tau_w_, rise_w_, mu_w_ = P["wall_smoothing"], P["wall_decay"], P["wall_rise"], P["wall_dynamic"]
     k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
@@ -74,8 +79,15 @@ def make_tangent(lanes: int, hertz: bool, lobes: int, place: int, driven: bool =
             g, decayed = b[direction_ + i], b[decay_ + i]
             steep = b[eps_b_ + i] * omega
             arm, darm = coefficient(
-                omega, g, decayed, 1.0 / fma(steep, steep, 1.0), b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i],
-                b[mu_b_ + i])
+                omega,
+                g,
+                decayed,
+                1.0 / fma(steep, steep, 1.0),
+                b[eps_b_ + i],
+                b[tau_b_ + i],
+                b[rise_b_ + i],
+                b[mu_b_ + i],
+            )
             dtorque = fma(dforce, arm, force * darm * domega)
 
             speed = np.sqrt(fma(vx, vx, vy * vy))
@@ -84,10 +96,12 @@ def make_tangent(lanes: int, hertz: bool, lobes: int, place: int, driven: bool =
             stiffness = fma(-b[soft_F_ + i], force, fma(-b[soft_T_ + i], torque, b[bend_ + i])) + b[radial_ + i]
             dstiffness = -fma(b[soft_F_ + i], dforce, b[soft_T_ + i] * dtorque)
             tangential = b[tangential_ + i]
-            b[dax_ + i] = fma(tangential, dy, -fma(stiffness, dx, fma(
-                dstiffness, x, drag * fma(speed, dvx, along * vx))))
-            b[day_ + i] = -fma(tangential, dx, fma(stiffness, dy, fma(
-                dstiffness, y, drag * fma(speed, dvy, along * vy))))
+            b[dax_ + i] = fma(
+                tangential, dy, -fma(stiffness, dx, fma(dstiffness, x, drag * fma(speed, dvx, along * vx)))
+            )
+            b[day_ + i] = -fma(
+                tangential, dx, fma(stiffness, dy, fma(dstiffness, y, drag * fma(speed, dvy, along * vy)))
+            )
             b[daz_ + i] = dforce
             b[dalpha_ + i] = dtorque
             F_x = fma(tangential, y, -fma(stiffness, x, drag * speed * vx))
@@ -113,8 +127,15 @@ def make_tangent(lanes: int, hertz: bool, lobes: int, place: int, driven: bool =
                 dslip = fma(domega, b[R_c_ + i], daround)
                 steep = b[eps_w_ + i] * slip
                 mu, dmu = coefficient(
-                    slip, g, decayed, 1.0 / fma(steep, steep, 1.0), b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i],
-                    b[mu_w_ + i])
+                    slip,
+                    g,
+                    decayed,
+                    1.0 / fma(steep, steep, 1.0),
+                    b[eps_w_ + i],
+                    b[tau_w_ + i],
+                    b[rise_w_ + i],
+                    b[mu_w_ + i],
+                )
                 dfriction = fma(dnormal, mu, normal * dmu * dslip)
                 on = b[wall_ + i] > 0.0
                 b[radial_ + i] = (dnormal - normal * per_r * dr) * per_r if on else 0.0
@@ -141,14 +162,15 @@ def make_tangent(lanes: int, hertz: bool, lobes: int, place: int, driven: bool =
                 law = fma(b[K_i_ + i], dlag, fma(b[K_p_ + i], dtop, fma(b[G_t_ + i], dpipe, b[G_w_ + i] * domega)))
                 b[dpull_ + i] = (fma(b[k_t_ + i], dpipe, -damped) - law) * b[iJ_d_ + i]
                 dtorque = dtorque - damped
-            dmoment = fma(b[c_t_ + i], domega, fma(b[k_t_ + i], dpipe, fma(
-                b[friction_ + i], b[R_c_ + i], dtorque)))
+            dmoment = fma(b[c_t_ + i], domega, fma(b[k_t_ + i], dpipe, fma(b[friction_ + i], b[R_c_ + i], dtorque)))
             dangular = -fma(q, fma(dF_y, c, -fma(dF_x, s, b[force_ + i] * dphi)), dmoment) * b[iJ_ + i]
             twice, centripetal = 2.0 * omega * domega, omega * omega
             b[dax_ + i] = fma(
-                q, fma(twice, c, fma(dangular, s, dphi * fma(alpha, c, -(centripetal * s)))), dF_x * b[iml_ + i])
+                q, fma(twice, c, fma(dangular, s, dphi * fma(alpha, c, -(centripetal * s)))), dF_x * b[iml_ + i]
+            )
             b[day_ + i] = fma(
-                q, fma(twice, s, fma(-dangular, c, dphi * fma(alpha, s, centripetal * c))), dF_y * b[iml_ + i])
+                q, fma(twice, s, fma(-dangular, c, dphi * fma(alpha, s, centripetal * c))), dF_y * b[iml_ + i]
+            )
             b[daz_ + i] = (b[daz_ + i] - fma(b[c_a_ + i], b[dvz_ + i], b[k_a_ + i] * b[dz_ + i])) * b[ima_ + i]
             b[dalpha_ + i] = dangular
 
