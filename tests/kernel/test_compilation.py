@@ -23,12 +23,13 @@ ASSEMBLY = """
 import sys
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.christoforou_yigit.rhs import make_right_hand_side
+from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.registry import DEFAULT, model_named
 from nsdrill.models.christoforou_yigit.events import make_events
 from nsdrill.models.christoforou_yigit.layout import OBSERVED
-rows = model_named(DEFAULT).rows((0, 3, 0), len(OBSERVED))
+rows = model_named(DEFAULT).rows(Options(), len(OBSERVED))
 function = {
-    "rhs": lambda: make_right_hand_side(8, False),
+    "rhs": lambda: make_right_hand_side(8),
     **{name: lambda stepper=stepper: stepper.make(8, stepper.rows(rows)) for name, stepper in STEPPERS.items()},
     "events": lambda: make_events(8, rows)[1],
 }[sys.argv[1]]()

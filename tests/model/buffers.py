@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.abi import Rows
+from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.rhs import AUX, PARAMETERS, STATES, drifts, make_right_hand_side
 
 ROWS = Rows(len(STATES), len(AUX), len(PARAMETERS), 0)
@@ -21,7 +22,7 @@ def slopes(
     lobes = np.broadcast_to(lobes, len(states))
     for number in np.unique(lobes):
         same = np.flatnonzero(lobes == number)
-        function = make_right_hand_side(lanes, hertz, int(number))
+        function = make_right_hand_side(lanes, Options(int(hertz), int(number)))
         for first in range(0, len(same), lanes):
             here = same[first : first + lanes]
             filled = np.resize(here, lanes)  # the last lanes once more, where too few are left

@@ -18,6 +18,7 @@ from nsdrill.models.christoforou_yigit.drives import Gains, gains, impedance
 from nsdrill.models.christoforou_yigit.figures import figures, slope_held
 from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
+from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.christoforou_yigit.rhs import DRIVE_STATES, STATES, make_right_hand_side, pack, rows_of
 from nsdrill.models.operation import Operation
@@ -119,13 +120,13 @@ def test_an_lqr_without_gains_is_told() -> None:
 
 def slopes(parameters: Parameters, time: float, state: np.ndarray) -> np.ndarray:
     """d(state)/dt by the compiled equations."""
-    rows = rows_of(True)
+    rows = rows_of(Options(driven=1))
     buffer = np.zeros((rows.total, 1))
     buffer[rows.stage : rows.stage + rows.states, 0] = state
     buffer[rows.stage_time] = time
     buffer[rows.parameter : rows.parameter + rows.parameters, 0] = pack(parameters, *DEEP)[0]
     flat = buffer.ravel()
-    make_right_hand_side(1, driven=True)(flat)
+    make_right_hand_side(1, Options(driven=1))(flat)
     out = np.empty(10)
     out[0::2] = state[1::2] - np.array([0, 0, 0, DEEP[2], DEEP[2]])
     out[1::2] = flat[rows.acceleration : rows.acceleration + rows.slopes]

@@ -158,7 +158,7 @@ def test_only_accelerations_and_auxiliary_rows_are_written() -> None:
     table, time, states, _ = batch(False, 8)
     buffer = buffer_of(table, time, states, rest=0.123)
     before = buffer.copy()
-    make_right_hand_side(8, False)(buffer)
+    make_right_hand_side(8)(buffer)
     changed = np.flatnonzero(np.any((buffer != before).reshape(ROWS.total, 8), axis=1))
     accelerations = range(ROWS.acceleration, ROWS.acceleration + ROWS.pairs)
     assert set(accelerations) <= set(changed) <= {*accelerations, *range(ROWS.aux_now, ROWS.aux_now + ROWS.aux)}

@@ -16,7 +16,7 @@ def plan_of(study: Study) -> Plan:
 
 def kept_of(study: Study) -> Kept:
     """What is kept of each point of a study."""
-    states = STATE_NAMES if study.parameters.drive.kind == "ideal" else DRIVEN_STATE_NAMES
+    states = STATE_NAMES if study.parameters.drive.ideal else DRIVEN_STATE_NAMES
     return replace(
         study.record.kept(study.initial.starts), verify=study.simulation.verify, axes=study.more, states=states
     )

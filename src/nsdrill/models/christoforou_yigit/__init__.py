@@ -12,6 +12,7 @@ from nsdrill.models.base import Array, Model, Ramps, Variant
 from nsdrill.models.christoforou_yigit import classify, compare, features, layout, ramp, reduce, rhs, section, tangent
 from nsdrill.models.christoforou_yigit.ensemble import starting_states
 from nsdrill.models.christoforou_yigit.forces import forces
+from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
 from nsdrill.models.leaves import Values
@@ -24,47 +25,43 @@ class Ramped(Ramps):
     """The drive that moves: see :mod:`nsdrill.models.christoforou_yigit.ramp`."""
 
     def columns(self, variant: Variant) -> tuple[str, ...]:
-        return ramp.ramped_columns(bool(variant[2]))
+        return ramp.ramped_columns(Options(*variant))
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
-        hertz, lobes, driven = variant
-        return ramp.make_ramped(lanes, bool(hertz), lobes, bool(driven))
+        return ramp.make_ramped(lanes, Options(*variant))
 
     def pack(self, parameters: Parameters, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
         return ramp.pack_ramp(parameters, schedule, cuts, thresholds.stuck_below)
 
     def mend(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
-        for name in ("twist", "lag")[: 1 + variant[2]]:
-            samples[:, rhs.states_of(True).index(name)] -= ramp.ahead(table, cuts, time)
+        for name in ("twist", "lag")[: 1 + Options(*variant).driven]:
+            samples[:, rhs.states_of(Options(*variant)).index(name)] -= ramp.ahead(table, cuts, time)
 
 
 class ChristoforouYigit(Model):
-    """The variant is (Hertz wall or not, number of lobes, a drive that is not ideal or not)."""
+    """The variant are the :class:`Options`."""
 
     name = "christoforou_yigit"
     contacts = tangent.CONTACTS
     ramps = Ramped()
 
     def variant(self, parameters: Parameters) -> Variant:
-        return int(parameters.well.law == "hertz"), parameters.bit.lobes, int(parameters.drive.kind != "ideal")
+        return options_of(parameters)
 
     def states(self, variant: Variant) -> tuple[str, ...]:
-        return rhs.states_of(bool(variant[2]))
+        return rhs.states_of(Options(*variant))
 
     def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
-        return rhs.rows_of(bool(variant[2]), observed, tangent=tangent, columns=columns)
+        return rhs.rows_of(Options(*variant), observed, tangent=tangent, columns=columns)
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
-        hertz, lobes, driven = variant
-        return rhs.make_right_hand_side(lanes, bool(hertz), lobes, driven=bool(driven))
+        return rhs.make_right_hand_side(lanes, Options(*variant))
 
     def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
-        hertz, lobes, driven = variant
-        return tangent.make_tangent(lanes, bool(hertz), lobes, place, bool(driven))
+        return tangent.make_tangent(lanes, Options(*variant), place)
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
-        _, lobes, driven = variant
-        return tangent.make_contacts(lanes, lobes, place, bool(driven))
+        return tangent.make_contacts(lanes, Options(*variant), place)
 
     def pack(self, points: Values, thresholds: Thresholds) -> Array:
         return rhs.pack(points.parameters, *points.operation, thresholds.stuck_below)
@@ -73,24 +70,23 @@ class ChristoforouYigit(Model):
         return starting_states(points.parameters, points.initial, *points.operation, number)
 
     def sizes(self, table: Array, variant: Variant) -> Array:
-        return rhs.sizes(table, bool(variant[2]))
+        return rhs.sizes(table, Options(*variant))
 
     def drifts(self, table: Array, variant: Variant) -> Array:
-        return rhs.drifts(table, bool(variant[2]))
+        return rhs.drifts(table, Options(*variant))
 
     def phase_rate(self, table: Array) -> Array:
         return rhs.phase_rate(table)
 
     def first_step(self, table: Array, variant: Variant) -> Array:
-        return rhs.first_step(table, bool(variant[2]))
+        return rhs.first_step(table, Options(*variant))
 
     @property
     def observed(self) -> int:
         return len(layout.OBSERVED)
 
     def observer(self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
-        _, lobes, driven = variant
-        made: tuple[Any, Any] = features.make_observer(lanes, lobes, bool(driven), tangent, others)
+        made: tuple[Any, Any] = features.make_observer(lanes, Options(*variant), tangent, others)
         return made
 
     def store(self, lanes: int, parameters: Parameters, record: Record, more: int = 0) -> Array:
@@ -101,7 +97,7 @@ class ChristoforouYigit(Model):
         return layout.report_width(record.peaks, record.poincare)
 
     def features(self, report: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
-        return reduce.features(report, table, observe, bool(variant[0]), bool(variant[2]))
+        return reduce.features(report, table, observe, Options(*variant))
 
     def peaks(self, report: Array, record: Record) -> dict[str, Array]:
         heights = reduce.peaks(report, record.peaks)

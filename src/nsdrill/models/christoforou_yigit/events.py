@@ -39,7 +39,8 @@ from nsdrill.models.christoforou_yigit.layout import (
     TOPS,
     TURNS,
 )
-from nsdrill.models.christoforou_yigit.rhs import PARAMETERS
+from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.rhs import MAIN, PARAMETERS
 from nsdrill.observe.interpolant import (
     above,
     derivative,
@@ -306,15 +307,15 @@ def keep(store, ring, peaks, height):  # type: ignore[no-untyped-def]
 
 
 @lru_cache
-def make_events(lanes: int, rows: Rows, driven: bool = False) -> tuple[Any, Any]:
-    """The compiled (attend, settle) for a number of lanes, a row layout, and an ideal drive or a ``driven`` one.
+def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, Any]:
+    """The compiled (attend, settle) for a number of lanes, a row layout and these options.
 
     ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top)`` takes the events of the
     step just made: for what turns and for what is crossed an integer with a bit for every lane in which it does;
     ``highs`` and ``lows`` are the lanes where the bit speed at the step's start is above or below its neighbours.
     ``settle(b, store)`` empties the lists: whoever wants to read the measurements calls it first.
     """
-    W = lanes
+    W, driven = lanes, options.driven
     h_ = W * rows.step
     drive_, gap_, stuck_, k_c_, eps_, tau_, rise_, mu_ = (
         W * (rows.parameter + PARAMETERS.index(name))

@@ -42,7 +42,8 @@ from nsdrill.models.christoforou_yigit.layout import (
     SUMS,
 )
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
-from nsdrill.models.christoforou_yigit.rhs import AUX, PARAMETERS, STATES, rows_of
+from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.rhs import AUX, MAIN, PARAMETERS, STATES, rows_of
 from nsdrill.models.christoforou_yigit.section import ENTRY, bit_angle_crossing
 from nsdrill.observe.interpolant import position_and_velocity
 
@@ -70,13 +71,11 @@ def both_sets(bits):  # type: ignore[no-untyped-def]
 
 
 @lru_cache
-def make_observer(
-    lanes: int, lobes: int = 3, driven: bool = False, tangent: bool = False, others: int = 0
-) -> tuple[Any, Any]:
-    """The compiled (observer, marker) for a number of lanes and of lobes, with an ideal drive or a ``driven`` one, with
-    a deviation beside the states or without, and beside so many rows of ``others``."""
-    rows = rows_of(driven, len(OBSERVED) + others, tangent=tangent)
-    W = lanes
+def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
+    """The compiled (observer, marker) for a number of lanes and these options, with a deviation beside the states or
+    without, and beside so many rows of ``others``."""
+    rows = rows_of(options, len(OBSERVED) + others, tangent=tangent)
+    W, lobes, driven = lanes, options.lobes, options.driven
     # The drive's states, which an ideal one has not.
     lag0_, top0_, pull0_ = W * (rows.start + 8), W * (rows.start + 9), W * (rows.start_acceleration + 4)
     lag1_, top1_, pull1_ = W * (rows.stage + 8), W * (rows.stage + 9), W * (rows.acceleration + 4)
@@ -122,11 +121,11 @@ def make_observer(
         own[name] for name in SUMS
     )
     twist_start_, angle_start_, lag_start_ = (own[name] for name in ANCHORS)
-    attend, settle = make_events(W, rows, driven)
+    attend, settle = make_events(W, rows, options)
     half_, half_count, ends_count = own[HALF[0]], len(HALF), len(ENDS)
     half_report = len(HALF_REPORT)
 
-    @compiled(types.void(BUFFER, BUFFER), W, lobes, driven, tangent, others)
+    @compiled(types.void(BUFFER, BUFFER), W, *options, tangent, others)
     def observer(b, store):  # type: ignore[no-untyped-def]
         # One bit a lane: which quantities turn inside the step, which levels are crossed, whether the collar stays on
         # the wall or passes from one half plane to the other. Two such sets share a number, as each is one more sum

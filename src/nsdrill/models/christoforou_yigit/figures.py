@@ -71,7 +71,7 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> d
             "speed below which steady drilling is unstable to stick-slip",
         ),
     }
-    if parameters.drive.kind == "ideal":
+    if parameters.drive.ideal:
         return found
     law_of_drive = gains(parameters, k)
     found |= {
@@ -94,7 +94,7 @@ def torsional_matrix(parameters: Parameters, k: Coefficients, fall: float = 0.0)
     with a friction torque that falls by ``fall`` [N m s/rad] at the bit; [2, 2] of the last two with an ideal drive."""
     c_t = parameters.drillstring.torsional_damping - fall
     J, k_t = float(k.J), float(k.k_t)
-    if parameters.drive.kind == "ideal":
+    if parameters.drive.ideal:
         return np.array([[0.0, 1.0], [-k_t / J, -c_t / J]])
     inertia, stiffness, damping, twist, speed, c_s = (float(value) for value in gains(parameters, k))
     return np.array(

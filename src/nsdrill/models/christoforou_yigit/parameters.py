@@ -243,6 +243,11 @@ class Drive(Checked):
     state_weight: float = parameter(1.0, "", high=1e12, low=1e-12, usual="1")
     torque_weight: float = parameter(1e-6, "", high=1e12, low=1e-15, usual="1e-8 to 1e-4")
 
+    @property
+    def ideal(self) -> bool:
+        """Whether the top turns with the set speed whatever the torque, without states of its own."""
+        return self.kind == "ideal"
+
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.kind == "soft_torque" and not self.compensated_inertia < self.inertia:

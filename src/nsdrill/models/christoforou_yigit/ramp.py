@@ -24,16 +24,25 @@ from numba import types
 
 from nsdrill.abi import BUFFER, compiled
 from nsdrill.elementary import fma
+from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.christoforou_yigit.rhs import INDEX, PARAMETERS, columns_of, make_right_hand_side, pack, rows_of
+from nsdrill.models.christoforou_yigit.rhs import (
+    INDEX,
+    MAIN,
+    PARAMETERS,
+    columns_of,
+    make_right_hand_side,
+    pack,
+    rows_of,
+)
 from nsdrill.models.schedule import Array, Schedule
 
 DRIVE = 1  # the drive's speed, the first parameter, stays that of the constant drive
 
 
-def ramped_columns(driven: bool = False) -> tuple[str, ...]:
+def ramped_columns(options: Options = MAIN) -> tuple[str, ...]:
     """The names of the lane parameters along a ramp."""
-    names = columns_of(driven)
+    names = columns_of(options)
     moving = names[DRIVE:]
     return (
         *names, *(f"{name}_start" for name in moving), *(f"{name}_slope" for name in moving),
@@ -42,16 +51,15 @@ def ramped_columns(driven: bool = False) -> tuple[str, ...]:
 
 
 @lru_cache
-def make_ramped(lanes: int, hertz: bool = False, lobes: int = 3, driven: bool = False) -> Any:
-    """The compiled right-hand side along a ramp for a number of lanes, a wall law and a number of lobes, with an ideal
-    drive or a ``driven`` one.
+def make_ramped(lanes: int, options: Options = MAIN) -> Any:
+    """The compiled right-hand side along a ramp for a number of lanes and these options.
 
     All that the ordinary one reads and writes stands before the added parameters, so it runs in the same buffer.
     """
-    columns = len(columns_of(driven))
-    width, moving = len(ramped_columns(driven)), columns - DRIVE
-    rows = rows_of(driven, columns=width)
-    W = lanes
+    columns = len(columns_of(options))
+    width, moving = len(ramped_columns(options)), columns - DRIVE
+    rows = rows_of(options, columns=width)
+    W, driven = lanes, options.driven
     time_ = W * rows.stage_time
     ax_, ay_, alpha_, pull_ = (W * (rows.acceleration + i) for i in (0, 1, 3, 4))
     cosine_, sine_ = W * rows.aux_now, W * (rows.aux_now + 1)
@@ -61,9 +69,9 @@ def make_ramped(lanes: int, hertz: bool = False, lobes: int = 3, driven: bool = 
         W * (rows.parameter + INDEX[name]) for name in ("torsional_stiffness", "per_inertia", "unbalance_arm")
     )
     iJ_d_, K_i_, K_p_, _, G_w_, _ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
-    motion = make_right_hand_side(lanes, hertz, lobes, driven=driven)
+    motion = make_right_hand_side(lanes, options)
 
-    @compiled(types.void(BUFFER), W, hertz, lobes, driven)
+    @compiled(types.void(BUFFER), W, *options)
     def ramped(b):  # type: ignore[no-untyped-def]
         for j in range(moving):
             for i in range(W):

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.layout import ANCHORS, EXTREMES, HALF_REPORT, RINGS_OF_PEAKS, SUMS, report_width
+from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.rhs import INDEX
 from nsdrill.models.christoforou_yigit.section import returns_of
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def features(report: Array, table: Array, observe: float, hertz: bool, driven: bool = False) -> dict[str, Array]:
+def features(report: Array, table: Array, observe: float, options: Options) -> dict[str, Array]:
     """The features of finished runs, each an array [runs].
 
     ``report`` holds the observer's outbox columns [runs, report_width], ``table`` the lane parameters [runs,
@@ -38,7 +39,7 @@ def features(report: Array, table: Array, observe: float, hertz: bool, driven: b
     radius_max = np.sqrt(whole["rho_max"])
     penetration = np.maximum(radius_max - p["gap"], 0.0)
     wall_force = p["wall_stiffness"] * penetration
-    if hertz:  # as the right-hand side has it; numpy's power depends on the processor
+    if options.hertz:  # as the right-hand side has it; numpy's power depends on the processor
         wall_force = wall_force * np.sqrt(penetration)
     with np.errstate(divide="ignore", invalid="ignore"):
         index = 50.0 * (whole["speed_max"] - whole["speed_min"]) / np.abs(bit_speed)
@@ -68,7 +69,7 @@ def features(report: Array, table: Array, observe: float, hertz: bool, driven: b
         "lateral_acceleration_rms": np.sqrt(whole["lateral_square"] / observe),
         "axial_acceleration_rms": np.sqrt(whole["axial_square"] / observe),
         "half_difference": _half_difference(first, second, bit_1, bit_2, p, half_time),
-        **(_of_the_drive(first, second, whole, p["drive_speed"], observe) if driven else {}),
+        **(_of_the_drive(first, second, whole, p["drive_speed"], observe) if options.driven else {}),
     }
 
 

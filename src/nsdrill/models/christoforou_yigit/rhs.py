@@ -19,6 +19,7 @@ from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive,
 from nsdrill.models.christoforou_yigit.drives import gains
 from nsdrill.models.christoforou_yigit.friction import slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
+from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 
 STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
@@ -47,33 +48,34 @@ DRIVE_PARAMETERS = (
 )
 
 
-def states_of(driven: bool) -> tuple[str, ...]:
-    """The names of the states, with an ideal drive or with another."""
-    return (*STATES, *DRIVE_STATES) if driven else STATES
+def states_of(options: Options) -> tuple[str, ...]:
+    """The names of the states."""
+    return (*STATES, *DRIVE_STATES) if options.driven else STATES
 
 
-def columns_of(driven: bool) -> tuple[str, ...]:
+def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters."""
-    return (*PARAMETERS, *DRIVE_PARAMETERS) if driven else PARAMETERS
+    return (*PARAMETERS, *DRIVE_PARAMETERS) if options.driven else PARAMETERS
 
 
-def rows_of(driven: bool, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
     """The lane buffer for an observer with so many rows, with a deviation beside the states or without, and with so
     many ``columns`` of parameters where there are more than those of the model."""
-    states = len(states_of(driven))
+    states = len(states_of(options))
     companions = states if tangent else 0
-    width = len(columns_of(driven)) if columns is None else columns
+    width = len(columns_of(options)) if columns is None else columns
     return Rows(states + companions, len(AUX), width, observed, companions)
 
 
+MAIN = Options()
+
+
 @lru_cache
-def make_right_hand_side(
-    lanes: int, hertz: bool = False, lobes: int = 3, *, driven: bool = False, tangent: bool = False
-) -> Any:
-    """The compiled right-hand side for a number of lanes, a wall law and a number of lobes, with an ideal drive or a
-    ``driven`` one; in a buffer with a deviation, which it does not touch, or without."""
-    rows = rows_of(driven, tangent=tangent)
-    W = lanes
+def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool = False) -> Any:
+    """The compiled right-hand side for a number of lanes and these options; in a buffer with a deviation, which it does
+    not touch, or without."""
+    rows = rows_of(options, tangent=tangent)
+    W, hertz, lobes, driven = lanes, options.hertz, options.lobes, options.driven
     x_, vx_, y_, vy_, z_, vz_, twist_, speed_ = (W * (rows.stage + i) for i in range(8))
     ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
     time_ = W * rows.stage_time
@@ -98,7 +100,7 @@ def make_right_hand_side(
     lag_, top_, pull_ = W * (rows.stage + 8), W * (rows.stage + 9), W * (rows.acceleration + 4)
     iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
 
-    @compiled(types.void(BUFFER), W, hertz, lobes, driven, tangent)
+    @compiled(types.void(BUFFER), W, *options, tangent)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
         # Bit: interference with the lobed surface, force, torque. Cutting and friction share their direction. The
         # collar's radius and slip are made ready here, where there is other work to do while a root is taken.
@@ -231,11 +233,11 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
         values |= {"per_lateral_mass": 0.0, "unbalance_arm": 0.0, "per_inertia": 1 / k.J}
     if modes.torsional == "frozen":
         values["per_inertia"] = 0.0
-    driven = parameters.drive.kind != "ideal"
-    if driven:
+    options = options_of(parameters)
+    if options.driven:
         inertia, *law = gains(parameters, k)
         values |= dict(zip(DRIVE_PARAMETERS, (1 / inertia, *law), strict=True))
-    names = columns_of(driven)
+    names = columns_of(options)
     table = np.zeros((depth.size, len(names)))
     for i, name in enumerate(names):
         table[:, i] = values[name]
@@ -246,7 +248,7 @@ def _together(*values: Any) -> list[np.ndarray]:
     return list(np.broadcast_arrays(*(np.atleast_1d(value).astype(float) for value in values)))
 
 
-def sizes(table: np.ndarray, driven: bool = False) -> np.ndarray:
+def sizes(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     """Natural size of each state at operating points, (points, states): the absolute tolerance is rtol times this.
 
     Lateral: a tenth of the gap; axial: the static penetration of the rock under the weight on bit, at least a tenth of
@@ -269,15 +271,15 @@ def sizes(table: np.ndarray, driven: bool = False) -> np.ndarray:
         lateral, lateral * bending_rate, lateral, lateral * bending_rate, axial, axial * axial_rate,
         np.full(len(table), 0.1), 0.1 * p["drive_speed"],
     )  # fmt: skip
-    if driven:
+    if options.driven:
         columns = (*columns, *columns[-2:])
     return np.stack(columns, axis=1)
 
 
-def drifts(table: np.ndarray, driven: bool = False) -> np.ndarray:
+def drifts(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     """What each position's rate has beyond its velocity, shape (points, slopes): twist and lag are counted from the set
     point."""
-    drift = np.zeros((len(table), len(states_of(driven)) // 2))
+    drift = np.zeros((len(table), len(states_of(options)) // 2))
     drift[:, 3:] = -table[:, [INDEX["drive_speed"]]]
     return drift
 
@@ -287,13 +289,13 @@ def phase_rate(table: np.ndarray) -> np.ndarray:
     return table[:, INDEX["drive_speed"]]
 
 
-def first_step(table: np.ndarray, driven: bool = False) -> np.ndarray:
+def first_step(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     """A first step size [s] for each operating point: a hundredth of the shortest natural time, shape (points,)."""
     p = {name: table[:, i] for name, i in INDEX.items()}
     fastest = np.maximum(
         p["wall_stiffness"] * p["per_lateral_mass"], (p["axial_stiffness"] + p["rock_stiffness"]) * p["per_axial_mass"]
     )
-    if driven:
+    if options.driven:
         inverse, stiffness, damping = table[:, len(PARAMETERS) : len(PARAMETERS) + 3].T
         fastest = np.maximum(fastest, np.maximum(stiffness * inverse, (damping * inverse) ** 2))
     return 0.01 / np.sqrt(np.maximum(fastest, p["drive_speed"] ** 2))
@@ -303,12 +305,12 @@ def initial_states(parameters: Parameters, initial: Initial, depth: Any, wob: An
     """Initial states with the drive angle last, shape (points, states + 1)."""
     depth, wob, rotary_speed = _together(depth, wob, rotary_speed)
     k = derive(parameters, depth, wob, rotary_speed)
-    driven = parameters.drive.kind != "ideal"
-    states = np.zeros((depth.size, len(states_of(driven)) + 1))
+    options = options_of(parameters)
+    states = np.zeros((depth.size, len(states_of(options)) + 1))
     z = -wob / (k.k_a + parameters.bit.rock_stiffness) if initial.z is None else initial.z
     bit_speed = rotary_speed if initial.bit_speed is None else initial.bit_speed
     values = [initial.x, initial.vx, initial.y, initial.vy, z, initial.vz, initial.twist, bit_speed]
-    if driven:
+    if options.driven:
         values += [initial.lag, rotary_speed if initial.drive_speed is None else initial.drive_speed]
     for i, value in enumerate((*values, initial.drive_angle)):
         states[:, i] = value

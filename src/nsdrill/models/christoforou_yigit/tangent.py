@@ -20,20 +20,21 @@ from nsdrill.abi import BUFFER, RATES, compiled
 from nsdrill.elementary import fma
 from nsdrill.models.christoforou_yigit.friction import coefficient, slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
+from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.rhs import AUX, PARAMETERS, STATES, make_right_hand_side, rows_of, states_of
 
 CONTACTS = ("rock", "wall")  # each has a function that is positive where it touches
 
 
 @lru_cache
-def make_tangent(lanes: int, hertz: bool, lobes: int, place: int, driven: bool = False) -> Any:
+def make_tangent(lanes: int, options: Options, place: int) -> Any:
     """The compiled right-hand side of the motion and of one deviation from it.
 
     The deviation stands after the states, in their order; its accelerations after theirs. The functions of the contacts
     at the start of the step stand among the observer's rows, at ``place``.
     """
-    rows = rows_of(driven, tangent=True)
-    W, own = lanes, len(states_of(driven))
+    rows = rows_of(options, tangent=True)
+    W, own, hertz, lobes, driven = lanes, len(states_of(options)), options.hertz, options.lobes, options.driven
     x_, vx_, y_, vy_, _, _, _, speed_ = (W * (rows.stage + i) for i in range(8))
     dx_, dvx_, dy_, dvy_, dz_, dvz_, dtwist_, dspeed_ = (W * (rows.stage + own + i) for i in range(8))
     alpha_ = W * (rows.acceleration + 3)
@@ -60,9 +61,9 @@ def make_tangent(lanes: int, hertz: bool, lobes: int, place: int, driven: bool =
     k_c_, s0_ = P["rock_stiffness"], P["surface_amplitude"]
     eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
     rock_, wall_ = (W * (rows.observer + place + RATES * c) for c in range(len(CONTACTS)))
-    motion = make_right_hand_side(lanes, hertz, lobes, driven=driven, tangent=True)
+    motion = make_right_hand_side(lanes, options, tangent=True)
 
-    @compiled(types.void(BUFFER), W, hertz, lobes, place, driven)
+    @compiled(types.void(BUFFER), W, *options, place)
     def tangent(b):  # type: ignore[no-untyped-def]
         motion(b)
 
@@ -178,19 +179,19 @@ def make_tangent(lanes: int, hertz: bool, lobes: int, place: int, driven: bool =
 
 
 @lru_cache
-def make_contacts(lanes: int, lobes: int, place: int, driven: bool = False) -> Any:
+def make_contacts(lanes: int, options: Options, place: int) -> Any:
     """The compiled function that puts value, slope and second derivative of each contact's function at the end of the
     step into the observer's rows at ``place``: interference with the rock; squared radius of the collar's centre less
     that of the gap, which is smooth at the hole's centre too."""
-    rows = rows_of(driven, tangent=True)
-    W = lanes
+    rows = rows_of(options, tangent=True)
+    W, lobes = lanes, options.lobes
     x_, vx_, y_, vy_, z_, vz_, _, speed_ = (W * (rows.stage + i) for i in range(len(STATES)))
     ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
     cosine_, sine_ = (W * (rows.aux_now + AUX.index(name)) for name in ("cosine", "sine"))
     s0_, gap_ = (W * (rows.parameter + PARAMETERS.index(name)) for name in ("surface_amplitude", "gap"))
     u_, du_, ddu_, rho_, drho_, ddrho_ = (W * (rows.observer + place + k) for k in range(RATES * len(CONTACTS)))
 
-    @compiled(types.void(BUFFER), W, lobes, place, driven)
+    @compiled(types.void(BUFFER), W, *options, place)
     def contacts(b):  # type: ignore[no-untyped-def]
         for i in range(W):
             x, vx, y, vy, omega, c = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[speed_ + i], b[cosine_ + i]

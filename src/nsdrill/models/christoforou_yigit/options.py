@@ -1,0 +1,25 @@
+"""What of the parameters is compiled in: the options that change the equations rather than their numbers."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+
+
+class Options(NamedTuple):
+    """Whole numbers, as they go into the names of compiled functions. An option that is 0 leaves nothing in the code.
+
+    ``hertz``: the law of the wall is Hertz's; ``lobes`` of the rock's surface; ``driven``: the drive is not ideal.
+    """
+
+    hertz: int = 0
+    lobes: int = 3
+    driven: int = 0
+
+
+def options_of(parameters: Parameters) -> Options:
+    """The options of a string."""
+    return Options(
+        hertz=int(parameters.well.law == "hertz"), lobes=parameters.bit.lobes, driven=int(not parameters.drive.ideal)
+    )
