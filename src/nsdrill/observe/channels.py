@@ -111,8 +111,8 @@ class Passages:
 
 @dataclass(frozen=True)
 class Winding:
-    """The mean speed [rad/s] at which the vector of the channels ``x`` and ``y`` turns, by the angles between its values
-    at the ends of the steps: a step turns it by less than half a turn."""
+    """The mean speed [rad/s] at which the vector of the channels ``x`` and ``y`` turns, by the angles between its
+    values at the ends of the steps: a step turns it by less than half a turn."""
 
     x: str
     y: str

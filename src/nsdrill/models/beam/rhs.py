@@ -19,6 +19,7 @@ out over modes and stations, as a loop over them inside the one over the lanes w
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -46,7 +47,9 @@ PARAMETERS = (
     "rock_stiffness", "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic",
     "stuck_below", "torque_size",
 )  # fmt: skip
-TOGETHER = 2  # modes in one loop over the lanes
+# Forces that are added up in one loop over the lanes: a smaller loop is unrolled by the compiler before it is packed, in
+# a larger one not all numbers have a register.
+TOGETHER = 10
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
@@ -110,13 +113,19 @@ class _Writer:
                 f"    if touching_{j} != 0:",
                 *(f"    {line}" for line in self._loop(self._wall(j))),
             ]
-        for first in range(1, self.options.modes + 1, TOGETHER):
-            found += self._loop(self._bending(range(first, min(first + TOGETHER, self.options.modes + 1))))
-        return found + self._loop(self._turning())
+        eccentric = self.options.eccentric
+        if self.options.modes * self.options.stations <= 2:
+            eccentric = tuple(self.modes)
+        others = [n for n in self.modes if n not in eccentric]
+        few = len(eccentric) * self.options.stations <= TOGETHER
+        for modes in (others, [] if few else eccentric):
+            each = max(1, TOGETHER // self.options.stations)
+            for first in range(0, len(modes), each):
+                found += self._loop(self._bending(modes[first : first + each]))
+        return found + self._loop([*(self._bending(eccentric) if few else []), *self._turning()])
 
     def _loop(self, body: list[str]) -> list[str]:
-        # The length is nothing that the compiler knows, or it would unroll a loop before packing it.
-        return [f"    for i in range(min({self.lanes}, len(b))):", *(f"        {line}" for line in body)]
+        return [f"    for i in range({self.lanes}):", *(f"        {line}" for line in body)]
 
     def _load(self, *names: str) -> list[str]:
         return [f"{name} = {self.row[name]}" for name in names]
@@ -177,7 +186,7 @@ class _Writer:
             }),
         ]  # fmt: skip
 
-    def _bending(self, modes: range) -> list[str]:
+    def _bending(self, modes: Sequence[int]) -> list[str]:
         """The forces on these modes, and the accelerations of those that are not eccentric."""
         torque = bool(self.options.torque)
         lines = [
