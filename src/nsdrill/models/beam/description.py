@@ -49,7 +49,7 @@ DESCRIPTION = Description(
     initial=Initial,
     meanings=MEANINGS,
     states=states,
-    state_sets=(STATE_SETS[USUAL], *(names for n, names in STATE_SETS.items() if n != USUAL)),
+    several_states=(STATE_SETS[USUAL], *(names for n, names in STATE_SETS.items() if n != USUAL)),
     labels=LUMPED.labels,
     features=(
         *(variable for variable in LUMPED.features if variable.only not in _OTHERS),
@@ -60,6 +60,9 @@ DESCRIPTION = Description(
     own_trace=(*_of_modes(), *(variable for variable in variables.TRACE if variable.only not in _OTHERS)),
     check_features=LUMPED.check_features,
     shown=LUMPED.shown,
+    compared=LUMPED.compared,
+    grouped=LUMPED.grouped,
+    told=LUMPED.told,
     orders=ORDERS,
     relations=relations,
     units_by=LUMPED.units_by,

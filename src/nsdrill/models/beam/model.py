@@ -14,9 +14,8 @@ from nsdrill.models.beam.forces import forces
 from nsdrill.models.beam.observed import declaration_of, names_of
 from nsdrill.models.beam.options import Options, options_of
 from nsdrill.models.beam.parameters import Parameters
-from nsdrill.models.beam.rhs import make_right_hand_side, rows_of
-from nsdrill.models.christoforou_yigit import classify, section
-from nsdrill.models.christoforou_yigit.compare import COMPARED
+from nsdrill.models.beam.rhs import PARAMETERS, make_right_hand_side, rows_of
+from nsdrill.models.christoforou_yigit import classify, compare, section
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
@@ -33,7 +32,6 @@ class ElasticCollar(ScalarModel):
 
     name = "beam"
     frames: ClassVar = {"twist": "drive_speed"}
-    compared: ClassVar = COMPARED
 
     def variant(self, parameters: Parameters) -> Variant:
         return options_of(parameters)
@@ -45,13 +43,17 @@ class ElasticCollar(ScalarModel):
         return declaration_of(Options(*variant))
 
     def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
-        return rows_of(Options(*variant), observed, columns)
+        return rows_of(Options(*variant), observed, tangent=tangent, columns=columns)
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         return make_right_hand_side(lanes, Options(*variant))
 
+    def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
+        return make_right_hand_side(lanes, Options(*variant), tangent=True)
+
     def slopes(self, variant: Variant) -> Callable[..., Sequence[float]]:
-        raise NotImplementedError  # the right-hand side is written for lanes
+        """None for one lane: the right-hand side is written for many."""
+        raise NotImplementedError
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         return columns.values_of(points, thresholds.stuck_below)
@@ -61,9 +63,11 @@ class ElasticCollar(ScalarModel):
         return np.stack([np.broadcast_to(np.asarray(size, dtype=float), len(table)) for size in found], axis=1)
 
     def natural(self, table: Mapping[str, Array]) -> Sequence[Any]:
-        raise NotImplementedError  # depends on the modes
+        """See :meth:`sizes`, which know the modes."""
+        raise NotImplementedError
 
     def fastest(self, table: Mapping[str, Array]) -> Array:
+        """See :meth:`first_step`, which knows the modes."""
         raise NotImplementedError
 
     def first_step(self, table: Array, variant: Variant) -> Array:
@@ -142,10 +146,16 @@ class ElasticCollar(ScalarModel):
         lobe = np.where(common["surface_amplitude"] > 0.0, common["surface_amplitude"], rest)
         return {"gap": common["gap"], "drive_speed": common["drive_speed"], "lobe": lobe}
 
+    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
+        """Those of the lumped model."""
+        scale = self.scales(table)
+        axial = self.sizes(table, variant)[:, self.states(variant).index("z"), None]
+        speed, gap = scale["drive_speed"][:, None], scale["gap"][:, None]
+        apart = compare.scaled(features, speed, gap)
+        return apart, np.concatenate([apart * compare.WEIGHTS, compare.extent(features, speed, gap, axial)], axis=-1)
+
     def _common(self, table: Array) -> dict[str, Array]:
         """The lane parameters of every collar, by name."""
-        from nsdrill.models.beam.rhs import PARAMETERS
-
         return dict(zip(PARAMETERS, table[:, : len(PARAMETERS)].T, strict=True))
 
     def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:

@@ -32,6 +32,7 @@ from nsdrill.generate import define
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
 from nsdrill.models.christoforou_yigit.friction import slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
+from nsdrill.scalar import STEP
 
 # Left for the observer: cosine and sine of the bit angle, force and torque of the rock, and over all stations the sums
 # of friction, of wall force, and of wall force times slip.
@@ -47,8 +48,8 @@ PARAMETERS = (
     "rock_stiffness", "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic",
     "stuck_below", "torque_size",
 )  # fmt: skip
-# Forces that are added up in one loop over the lanes: a smaller loop is unrolled by the compiler before it is packed, in
-# a larger one not all numbers have a register.
+# Forces that are added up in one loop over the lanes: a smaller loop is unrolled by the compiler before it is packed,
+# in a larger one not all numbers have a register.
 TOGETHER = 10
 
 
@@ -65,23 +66,35 @@ def aux_of(options: Options) -> tuple[str, ...]:
     return (*SHARED, *(f"{name}_{j}" for j in range(1, options.stations + 1) for name in LOCAL))
 
 
-def rows_of(options: Options, observed: int = 0, columns: int | None = None) -> Rows:
-    """The lane buffer for an observer with so many rows."""
+def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+    """The lane buffer for an observer with so many rows, with a deviation beside the states or without."""
+    states = 4 * options.modes + 4
+    companions = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
-    return Rows(4 * options.modes + 4, len(aux_of(options)), width, observed)
+    return Rows(states + companions, len(aux_of(options)), width, observed, companions)
 
 
 @lru_cache
-def make_right_hand_side(lanes: int, options: Options) -> Any:
-    """The compiled right-hand side for a number of lanes and these options."""
+def make_right_hand_side(lanes: int, options: Options, *, tangent: bool = False) -> Any:
+    """The compiled right-hand side for a number of lanes and these options; with ``tangent`` that of a deviation
+    besides, which is the difference of the slopes at two states ``STEP`` times the deviation about the motion, as
+    :func:`nsdrill.scalar.in_lanes` has it."""
     helpers = {"np": np, "fma": fma, "sincos": sincos, "slip_factors": slip_factors, "multiple_sine": multiple_sine}
-    function = define("right_hand_side", text(lanes, options), **helpers)
-    return compiled(types.void(BUFFER), lanes, *options)(function)
+    function = define("right_hand_side", text(lanes, options, tangent=tangent), **helpers)
+    return compiled(types.void(BUFFER), lanes, *options, tangent)(function)
 
 
-def text(lanes: int, options: Options) -> str:
+def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
     """The source of the right-hand side."""
-    return "\n".join(_Writer(lanes, options).lines()) + "\n"
+    rows = rows_of(options, tangent=tangent)
+    lines = ["def right_hand_side(b):"]
+    for sign in ("+", "-") if tangent else ():
+        lines += _Writer(lanes, options, rows, sign).lines()
+        for k in range(rows.own_slopes):
+            slope, follows = (f"b[{lanes * (rows.acceleration + n)} + i]" for n in (k, rows.own_slopes + k))
+            found = slope if sign == "+" else f"({follows} - {slope}) * {0.5 / STEP!r}"
+            lines += [f"    for i in range({lanes}):", f"        {follows} = {found}"]
+    return "\n".join([*lines, *_Writer(lanes, options, rows).lines(), ""])
 
 
 def total(terms: list[tuple[str, str]], last: str = "") -> str:
@@ -93,8 +106,10 @@ def total(terms: list[tuple[str, str]], last: str = "") -> str:
 
 
 class _Writer:
-    def __init__(self, lanes: int, options: Options) -> None:
-        rows, modes = rows_of(options), options.modes
+    """Writes the loops, of states moved by ``sign`` times ``STEP`` times the deviation if there is a sign."""
+
+    def __init__(self, lanes: int, options: Options, rows: Rows, sign: str = "") -> None:
+        modes = options.modes
         self.lanes, self.options = lanes, options
         self.modes, self.stations = range(1, modes + 1), range(1, options.stations + 1)
         place = {name: rows.stage + k for k, name in enumerate(states_of(modes))}
@@ -103,10 +118,15 @@ class _Writer:
         place |= {name: rows.parameter + k for k, name in enumerate(columns_of(options))}
         place |= {"time": rows.stage_time, "phase": rows.phase}
         self.row = {name: f"b[{lanes * number} + i]" for name, number in place.items()}
+        if sign:
+            deviation = lanes * rows.own
+            for name in states_of(modes):
+                number = lanes * place[name]
+                self.row[name] = f"(b[{number} + i] {sign} {STEP!r} * b[{number + deviation} + i])"
 
     def lines(self) -> list[str]:
         flags = " = ".join(f"touching_{j}" for j in self.stations)
-        found = ["def right_hand_side(b):", f"    {flags} = 0", *self._loop(self._bit())]
+        found = [f"    {flags} = 0", *self._loop(self._bit())]
         for j in self.stations:
             found += [
                 *self._loop(self._station(j)),
