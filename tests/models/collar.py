@@ -87,9 +87,7 @@ class Collar:
         z, vz, twist, w = s[4 * N :]
         angle = twist + self.Omega * t
         force = self.k_c * max(self.s0 * math.sin(self.n_b * angle) - z, 0.0)
-        torque = force * (
-            2 / 3 * self.r_h * law(w, *self.mu_b) + self.arm * 2 / math.pi * math.atan(500.0 * w)
-        )
+        torque = force * (2 / 3 * self.r_h * law(w, *self.mu_b) + self.arm * 2 / math.pi * math.atan(500.0 * w))
         axial, twisting = {"force": (force, 0.0), "live": (force, torque), "static": (self.W, 0.0), "none": (0, 0)}[
             self.softening
         ]

@@ -116,7 +116,9 @@ def test_a_trace_is_that_of_another_integrator() -> None:
 
     Friction at the wall is steep, and the errors of either side grow with the whirl; found 4e-10 of the gap.
     """
-    of = study(operation__rotary_speed="7 rad/s", initial__x_1="80 mm", initial__vy_1="-0.3 m/s", simulation__rtol=1e-11)
+    of = study(
+        operation__rotary_speed="7 rad/s", initial__x_1="80 mm", initial__vy_1="-0.3 m/s", simulation__rtol=1e-11
+    )
     trace = simulate(of, duration=4.0, sample=0.05).trace
     collar = Collar(Omega=7.0)
     start = np.zeros(24)
