@@ -102,8 +102,8 @@ class Rms:
 
 @dataclass(frozen=True)
 class Passages:
-    """How often per second the channel rises above its level, as the ends of the steps show it: a visit inside one step
-    does not count."""
+    """How often per second the channel rises above its level. A visit inside one step counts where the time above is
+    measured, too."""
 
     channel: str
     name: str

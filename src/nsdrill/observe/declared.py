@@ -330,6 +330,7 @@ class _Maker:
         return [
             f"least_ = np.array({[self._place('least', name) for name in names]})",
             f"above_ = np.array({[self._place('above', name) for name in names]})",
+            f"passages_ = np.array({[self._place('passages', name) for name in names]})",
             f"low_ = np.array({[self._place(LOW, name) for name in names]})",
             f"ring_ = np.array({[peaking.index(name) if name in peaking else 0 for name in names]})",
         ]
@@ -379,7 +380,7 @@ class _Maker:
             lines += [
                 "        locate(",
                 "            b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, level,",
-                f"            least_[k], above_[k], low_[k], {self._place('growth')},",
+                f"            least_[k], above_[k], passages_[k], low_[k], {self._place('growth')},",
                 f"            RINGS + ({len(peaking)} * i + ring_[k]) * (peaks + 1), peaks)",
             ]
         return lines

@@ -1,8 +1,8 @@
 """What is observed of the elastic collar: the features of the lumped model, at a watched place of the span and over all
 places where it may touch the wall.
 
-The wall forces of the stations count together: the collar is on the wall where one of them is, the greatest force is
-that of the deepest, and the rolling ratio is weighted with the forces, 1 - sum N v_slip / sum N omega R.
+The collar is on the wall where one of the stations is; the greatest force is that of the deepest. The rolling ratio is
+one less the slip over the speed of the collar's surface, of the stations on the wall while they are.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def outputs_of(options: Options) -> Any:
     told = [name for names in (watch, *moves, *shaken) for name in names]
     told += [f"{name}_{j}" for j in stations for name in ("reach", "inward")]
     told += ["gap", "collar_radius", "surface_amplitude", "z", "vz", "bit_speed"]
-    told += ["cosine", "sine", "torque", "pressed", "rubbed"]
+    told += ["cosine", "sine", "torque", "pressed", "slipping"]
     sums = {
         word: total(list(zip(watch, names, strict=True)))
         for word, names in zip(("x", "vx", "y", "vy", "ax", "ay"), (*moves, *shaken), strict=True)
@@ -73,7 +73,7 @@ def outputs_of(options: Options) -> Any:
         "    return (",
         "        x, y, radius, fma(x, vx, y * vy) / radius, deepest - gap, inward / deepest,",
         "        fma(surface_amplitude, lobe, -z), fma(surface_amplitude * slope, bit_speed, -vz),",
-        "        fma(ax, ax, ay * ay), rubbed, pressed * bit_speed * collar_radius, torque,",
+        "        fma(ax, ax, ay * ay), slipping, pressed * bit_speed * collar_radius, torque,",
         "    )",
     ]
     known = {"np": np, "fma": fma, "multiple_sine": multiple_sine, "multiple_cosine": multiple_cosine}
@@ -127,7 +127,7 @@ FEATURES = (
     Extremes("radius", greatest="radius_max", peaks="radius_peaks"),
     Extremes("clearance", greatest="clearance_max"),
     Extremes("bit torque", greatest="bit_torque_max"),
-    TimeAbove("bit speed", "slipping"),
+    TimeAbove("bit speed", "unstuck"),
     TimeAbove("interference", "on_rock"),
     TimeAbove("clearance", "wall_contact_fraction"),
     Passages("clearance", "impact_rate"),
@@ -141,7 +141,7 @@ FEATURES = (
     Mean("wall turn", "wall_turn_mean"),
     Derived("stick_slip_index", lambda bit_speed_max, bit_speed_min, bit_speed_mean: _ratio(
         50.0 * (bit_speed_max - bit_speed_min), np.abs(bit_speed_mean), np.inf)),
-    Derived("stuck_fraction", lambda slipping: 1.0 - slipping),
+    Derived("stuck_fraction", lambda unstuck: 1.0 - unstuck),
     Derived("lift_off_fraction", lambda on_rock: 1.0 - on_rock),
     Derived("bit_force_max", lambda rock_stiffness, interference_max: rock_stiffness * np.maximum(
         interference_max, 0.0)),

@@ -80,7 +80,7 @@ def _buckling(check: Any) -> Iterator[Fault]:
     loose = free[rank:]
     if len(loose) == 0:
         return
-    least = np.linalg.eigvalsh(loose @ np.diag((modes**4 - load * modes**2) / modes**4.0) @ loose.T).min()
+    least = np.linalg.eigvalsh(loose @ np.diag(modes**4 - load * modes**2.0) @ loose.T).min()
     if least <= 0.0:
         allowed = (
             "a load that buckles no shape of the collar that clears all stations, more stations, or fewer modes; the "

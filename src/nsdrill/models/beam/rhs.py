@@ -34,9 +34,9 @@ from nsdrill.models.christoforou_yigit.friction import slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
 from nsdrill.scalar import STEP
 
-# Left for the observer: cosine and sine of the bit angle, force and torque of the rock, and over all stations the sums
-# of friction, of wall force, and of wall force times slip.
-SHARED = ("cosine", "sine", "force", "torque", "friction", "pressed", "rubbed")
+# Left for the observer: cosine and sine of the bit angle, force and torque of the rock, and over the stations on the
+# wall the sums of friction, of ones, and of slip.
+SHARED = ("cosine", "sine", "force", "torque", "friction", "pressed", "slipping")
 # Of each station: place, its radius, radius times radial velocity, slip times radius, and the forces there.
 LOCAL = ("px", "py", "reach", "inward", "slip", "fx", "fy")
 PARAMETERS = (
@@ -162,7 +162,7 @@ class _Writer:
             f"lobe = multiple_sine(s, c, {self.options.lobes})",
             "force = rock_stiffness * max(fma(surface_amplitude, lobe, -z), 0.0)",
             "g, decayed, _ = slip_factors(bit_speed, 1.0, bit_smoothing, bit_decay)",
-            *self._store(cosine="c", sine="s", force="force", friction="0.0", pressed="0.0", rubbed="0.0",
+            *self._store(cosine="c", sine="s", force="force", friction="0.0", pressed="0.0", slipping="0.0",
                          torque="force * (g * fma(bit_rise, decayed, bit_dynamic))"),
         ]  # fmt: skip
 
@@ -191,8 +191,9 @@ class _Writer:
         px, py, reach, slip, fx, fy = (f"{name}_{j}" for name in ("px", "py", "reach", "slip", "fx", "fy"))
         return [
             *self._load(px, py, reach, slip, fx, fy, "gap", "wall_stiffness", "wall_smoothing", "wall_decay",
-                        "wall_rise", "wall_dynamic", "friction", "pressed", "rubbed"),
+                        "wall_rise", "wall_dynamic", "friction", "pressed", "slipping"),
             f"penetration = max({reach} - gap, 0.0)",
+            f"touches = 1.0 if {reach} > gap else 0.0",
             "normal = wall_stiffness * penetration",
             *(["normal = normal * np.sqrt(penetration)"] if self.options.hertz else []),
             f"g, decayed, per_radius = slip_factors({slip}, {reach}, wall_smoothing, wall_decay)",
@@ -201,8 +202,8 @@ class _Writer:
             *self._store(**{
                 fx: f"fma(tangential, {py}, fma(-radial, {px}, {fx}))",
                 fy: f"fma(-tangential, {px}, fma(-radial, {py}, {fy}))",
-                "friction": "friction + rubbing", "pressed": "pressed + normal",
-                "rubbed": f"fma(radial, {slip}, rubbed)",
+                "friction": "friction + rubbing", "pressed": "pressed + touches",
+                "slipping": f"fma(touches * per_radius, {slip}, slipping)",
             }),
         ]  # fmt: skip
 
