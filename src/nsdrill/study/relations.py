@@ -54,6 +54,16 @@ READ_BY: dict[str, tuple[str, ...]] = {
 }
 
 
+# The keys of the bit that each of its friction laws reads.
+_SMOOTHED = ("static", "dynamic", "smoothing")
+READ_BY_LAW: dict[str, tuple[str, ...]] = {
+    "hyperbolic": (*_SMOOTHED, "decay"),
+    "linear": (*_SMOOTHED, "dynamic_from"),
+    "exponential": (*_SMOOTHED, "decay"),
+    "rational": ("b0", "b1", "b2", "b3"),
+}
+
+
 # What only the motion of a mode depends on: its start, and numbers of the string.
 FROZEN: dict[str, tuple[str, ...]] = {
     "axial": ("initial.z", "initial.vz", "bit.surface_amplitude", "drillstring.axial_damping"),
@@ -94,6 +104,7 @@ class Checker:
         yield from self._initial()
         yield from self._starts()
         yield from self._modes()
+        yield from self._law()
         yield from self._drive()
         yield from self._sweep()
 
@@ -273,6 +284,24 @@ class Checker:
                     )
                 elif key.startswith("initial.") and self._given(key) and self._value(key) != self.leaves[key].default:
                     yield self.fault(key, f"{self._text(key)}, {what}", "left out")
+
+    def _law(self) -> Iterator[Fault]:
+        """No value and no axis that the friction law of the bit does not read."""
+        section = "bit.friction."
+        if not self._sound("bit.friction"):
+            return
+        law = self._value(f"{section}law")
+        allowed = f"what the law {law} reads: {', '.join(READ_BY_LAW[law])}"
+        for key, leaf in self.leaves.items():
+            name = key.removeprefix(section)
+            of_law = name != key and name not in ("law", *READ_BY_LAW[law])
+            # The rational law is of the whole torque.
+            of_cutting = key.startswith("bit.cutting.") and law == "rational"
+            if (of_law or of_cutting) and self._axis(key):
+                found = f"an axis over {key}, which the law {law} does not read"
+                yield self.fault(f"sweep.{key}", found, allowed, ("sweep", key))
+            elif of_law and self._value(key) != leaf.default:
+                yield self.fault(key, f"{self._text(key)}, which the law {law} does not read", allowed)
 
     def _drive(self) -> Iterator[Fault]:
         """No value and no axis that the kind of drive does not read."""

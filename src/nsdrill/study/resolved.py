@@ -8,14 +8,24 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Sequence
-from dataclasses import fields, is_dataclass
+from dataclasses import asdict, fields, is_dataclass
 from typing import Any, get_args
 
 import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Parameters, Well
+from nsdrill.models.christoforou_yigit.parameters import (
+    Bit,
+    BitFriction,
+    Drillstring,
+    Drive,
+    Initial,
+    Modes,
+    Mud,
+    Parameters,
+    Well,
+)
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -68,7 +78,7 @@ def study_from_resolved(
                 build(Drillstring, resolved["drillstring"]),
                 build(Mud, resolved["mud"]),
                 build(Well, resolved["well"]),
-                build(Bit, resolved["bit"]),
+                build(Bit, _with_law(resolved["bit"])),
                 build(Drive, resolved.get("drive", {}), lenient=True),
                 build(Modes, resolved.get("modes", {}), lenient=True),
             ),
@@ -101,6 +111,17 @@ def study_from_resolved(
         raise FileError(
             f"{name}: does not hold a study that this version can use ({type(error).__name__}: {error})."
         ) from error
+
+
+LAW_KEYS = ("law", "dynamic_from", "b0", "b1", "b2", "b3")  # of the bit's friction; earlier versions have one law
+
+
+def _with_law(bit: dict[str, Any]) -> dict[str, Any]:
+    """The bit of a study of any version, with the keys of its friction law."""
+    law = asdict(BitFriction())
+    if "law" in bit["friction"]:
+        return bit
+    return {**bit, "friction": {**bit["friction"], **{name: law[name] for name in LAW_KEYS}}}
 
 
 def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
@@ -153,6 +174,9 @@ def digest(resolved: dict[str, Any]) -> str:
     # What earlier versions did not know is left out where it is as it was then, so that a study keeps its digest.
     if parts.get("model") == MODEL.default:
         del parts["model"]
+    if parts.get("bit", {}).get("friction", {}).get("law") == "hyperbolic":
+        for name in LAW_KEYS:
+            parts = _without(parts, ["bit", "friction"], name)
     if "frozen" not in parts.get("modes", {}).values():
         parts.pop("modes", None)
     if parts.get("drive", {}).get("kind") == "ideal":

@@ -35,6 +35,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.laws import running_arm, static_arm
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.rhs import frozen, initial_states
 from nsdrill.variables import STATE_NAMES
@@ -97,10 +98,8 @@ def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array
     rest = wob / (k.k_a + bit.rock_stiffness)
     lobes = bit.lobes * speed * bit.surface_amplitude
     damping = parameters.drillstring.torsional_damping * speed
-    law, arm = bit.friction, 2 / 3 * k.bit_radius
-    running = (law.static - law.dynamic) / (1 + law.decay * speed) + law.dynamic
-    static = (wob * (arm * law.static + k.cutting_arm) + damping) / k.k_t
-    steady = (wob * (arm * running + k.cutting_arm) + damping) / k.k_t
+    static = (wob * static_arm(parameters, k) + damping) / k.k_t
+    steady = (wob * running_arm(parameters, k, speed) + damping) / k.k_t
     by_name = {
         "x": gap * u[:, 0],
         "y": gap * u[:, 1],

@@ -9,7 +9,7 @@ import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.drives import gains, impedance
-from nsdrill.models.christoforou_yigit.forces import friction
+from nsdrill.models.christoforou_yigit.laws import bit_arm, onset
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 
@@ -56,20 +56,14 @@ def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
 
 def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> dict[str, Figure]:
     """What decides on stick-slip: the string with its drive, linear, and the fall of friction with bit speed."""
-    law, arm = parameters.bit.friction, 2 / 3 * k.bit_radius
     held = slope_held(parameters, k)
-    # The slope of the sharp law, -(T_s - T_d) tau / (1 + tau w)^2, equals the slope that is held.
-    fall = float(operation.wob * arm * (law.static - law.dynamic) * law.decay)
-    onset = (math.sqrt(fall / held) - 1) / law.decay if held > 1e-9 * fall and law.decay > 0 else None
+    least = held / operation.wob if operation.wob > 0.0 and held > 0.0 else 0.0
+    below = onset(parameters, k, least) if least > 0.0 else None
     found = {
         "slope_held": Figure(
             held, "N m s/rad", "steepest fall of the bit's friction torque with speed that steady drilling withstands"
         ),
-        "stick_slip_onset": Figure(
-            onset if onset is not None and onset > 0 else None,
-            "rad/s",
-            "speed below which steady drilling is unstable to stick-slip",
-        ),
+        "stick_slip_onset": Figure(below, "rad/s", "speed below which steady drilling is unstable to stick-slip"),
     }
     if parameters.drive.ideal:
         return found
@@ -129,10 +123,8 @@ def slope_held(parameters: Parameters, k: Coefficients) -> float:
 
 def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
     """Steady surface torque [N m]: rock at mean bit force W, and torsional damping."""
-    bit = parameters.bit
     speed = operation.rotary_speed
-    cutting = k.cutting_arm * 2 / math.pi * math.atan(bit.friction.smoothing * speed)
-    rock = operation.wob * (2 / 3 * k.bit_radius * float(friction(bit.friction, speed)) + cutting)
+    rock = operation.wob * bit_arm(parameters, k, speed)
     return float(rock + parameters.drillstring.torsional_damping * speed)
 
 

@@ -13,17 +13,12 @@ import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.drives import Gains, gains
-from nsdrill.models.christoforou_yigit.parameters import Friction, Parameters
+from nsdrill.models.christoforou_yigit.laws import bit_arm, friction
+from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import History
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-
-
-def friction(law: Friction, speed: Any) -> Any:
-    """The friction coefficient with its sign, f(v)."""
-    direction = 2 / math.pi * np.arctan(law.smoothing * speed)
-    return direction * ((law.static - law.dynamic) / (1 + law.decay * np.abs(speed)) + law.dynamic)
 
 
 def forces(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
@@ -44,7 +39,6 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
     amplitude = 0.0 if parameters.modes.axial == "frozen" else bit.surface_amplitude
     surface = amplitude * np.sin(bit.lobes * (state["twist"] + state["drive_angle"]))
     bit_force = bit.rock_stiffness * np.maximum(surface - state["z"], 0.0)
-    cutting = k.cutting_arm * 2 / math.pi * np.arctan(bit.friction.smoothing * omega)
     penetration = np.maximum(radius - k.gap, 0.0)
     wall_force = well.stiffness * penetration ** (1.5 if well.law == "hertz" else 1.0)
     slip = omega * k.collar_radius + tangential
@@ -54,7 +48,7 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
         "whirl_angle": np.unwrap(np.arctan2(y, x)),
         "whirl_speed": tangential / safe,
         "bit_force": bit_force,
-        "bit_torque": bit_force * (2 / 3 * k.bit_radius * friction(bit.friction, omega) + cutting),
+        "bit_torque": bit_force * bit_arm(parameters, k, omega),
         "wall_force": wall_force,
         "wall_friction": wall_force * friction(well.friction, slip),
         "surface_torque": -k.k_t * (state["twist"] - state.get("lag", 0.0)),

@@ -140,12 +140,24 @@ class WallFriction(Friction):
 
 @dataclass(frozen=True)
 class BitFriction(Friction):
-    """Friction between bit and rock, against bit speed in rad/s."""
+    """Friction between bit and rock, against bit speed in rad/s; the laws are those of :mod:`.laws`.
+
+    Each law reads its own keys: ``hyperbolic`` and ``exponential`` ``static``, ``dynamic``, ``smoothing``, ``decay``;
+    ``linear`` ``dynamic_from`` in place of ``decay``; ``rational`` ``b0`` to ``b3`` alone.
+    """
 
     static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
     dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
     smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
     decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad")
+    law: Literal["hyperbolic", "linear", "exponential", "rational"] = choice("hyperbolic", "R (form: Leine 1998)")
+    dynamic_from: float = parameter(
+        1.0, "rad/s", "R (form: Dawson, Lin & Spanos 1987)", "low", low=1e-4, high=1e3, usual="0.05 to 5 rad/s"
+    )
+    b0: float = parameter(0.0239, "m", "L", "medium", high=10.0, usual="10 to 50 mm")
+    b1: float = parameter(1.910, "s/rad", "L", "medium", low=1e-3, high=1e6, usual="1 to 10 s/rad")
+    b2: float = parameter(8.5, "s/rad", "L", "medium", high=1e6, usual="5 to 10 s/rad")
+    b3: float = parameter(5.47, "s^2/rad^2", "L", "medium", low=1e-6, high=1e6, usual="1 to 10 s^2/rad^2")
 
 
 @dataclass(frozen=True)

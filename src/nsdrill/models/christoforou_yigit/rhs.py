@@ -17,7 +17,8 @@ from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import gains
-from nsdrill.models.christoforou_yigit.friction import slip_factors
+from nsdrill.models.christoforou_yigit.friction import bit_arm, bit_factors, slip_factors
+from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
@@ -76,6 +77,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
     not touch, or without."""
     rows = rows_of(options, tangent=tangent)
     W, hertz, lobes, driven = lanes, options.hertz, options.lobes, options.driven
+    law_of_bit = options.friction
     x_, vx_, y_, vy_, z_, vz_, twist_, speed_ = (W * (rows.stage + i) for i in range(8))
     ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
     time_ = W * rows.stage_time
@@ -114,13 +116,14 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
             b[slip_ + i] = fma(b[speed_ + i] * b[R_c_ + i], r, fma(x, vy, -(y * vx)))
             s, c = sincos(b[twist_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i]))
             force = b[k_c_ + i] * max(fma(b[s0_ + i], multiple_sine(s, c, lobes), -b[z_ + i]), 0.0)
-            g, decayed, _ = slip_factors(b[speed_ + i], 1.0, b[eps_b_ + i], b[tau_b_ + i])
+            omega = b[speed_ + i]
+            g, decayed = bit_factors(law_of_bit, omega, b[eps_b_ + i], b[tau_b_ + i])
             b[cosine_ + i] = c
             b[sine_ + i] = s
             b[direction_ + i] = g
             b[decay_ + i] = decayed
             b[force_ + i] = force
-            b[torque_ + i] = force * (g * fma(b[rise_b_ + i], decayed, b[mu_b_ + i]))
+            b[torque_ + i] = force * bit_arm(law_of_bit, omega, g, decayed, b[rise_b_ + i], b[mu_b_ + i])
 
         # Wall: penetration, normal force, friction against the slip of the collar's surface (the row has slip times
         # radius). Only if some lane touches.
@@ -193,8 +196,6 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
     q = k.m_e * string.eccentricity / k.m_l
     force_softening, torque_softening = math.pi**2 / (2 * span), math.pi**3 / (2 * power(span, 2))
     live = string.lateral_softening == "live"
-    # Both parts of the torque, (2/3) r_h f(omega) + arm g(omega), share g: they are one law with shifted coefficients.
-    friction_arm = 2 / 3 * k.bit_radius
     values: dict[str, Any] = {
         "drive_speed": rotary_speed,
         "wob": wob,
@@ -219,10 +220,7 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
         "wall_dynamic": well.friction.dynamic,
         "rock_stiffness": bit.rock_stiffness,
         "surface_amplitude": bit.surface_amplitude,
-        "bit_smoothing": bit.friction.smoothing,
-        "bit_decay": bit.friction.decay,
-        "bit_rise": friction_arm * (bit.friction.static - bit.friction.dynamic),
-        "bit_dynamic": friction_arm * bit.friction.dynamic + k.cutting_arm,
+        **bit_numbers(parameters, k)._asdict(),
         "stuck_below": stuck_below,
     }
     modes = parameters.modes

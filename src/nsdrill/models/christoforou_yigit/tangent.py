@@ -18,7 +18,7 @@ from numba import types
 
 from nsdrill.abi import BUFFER, RATES, compiled
 from nsdrill.elementary import fma
-from nsdrill.models.christoforou_yigit.friction import coefficient, slip_factors
+from nsdrill.models.christoforou_yigit.friction import bit_slope, coefficient, slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.rhs import AUX, PARAMETERS, STATES, make_right_hand_side, rows_of, states_of
@@ -35,6 +35,7 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     """
     rows = rows_of(options, tangent=True)
     W, own, hertz, lobes, driven = lanes, len(states_of(options)), options.hertz, options.lobes, options.driven
+    law_of_bit = options.friction
     x_, vx_, y_, vy_, _, _, _, speed_ = (W * (rows.stage + i) for i in range(8))
     dx_, dvx_, dy_, dvy_, dz_, dvz_, dtwist_, dspeed_ = (W * (rows.stage + own + i) for i in range(8))
     alpha_ = W * (rows.acceleration + 3)
@@ -79,7 +80,8 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
             dforce = b[k_c_ + i] * fma(surface, b[dtwist_ + i], -b[dz_ + i]) if b[rock_ + i] > 0.0 else 0.0
             g, decayed = b[direction_ + i], b[decay_ + i]
             steep = b[eps_b_ + i] * omega
-            arm, darm = coefficient(
+            arm, darm = bit_slope(
+                law_of_bit,
                 omega,
                 g,
                 decayed,
