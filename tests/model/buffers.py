@@ -12,7 +12,12 @@ ROWS = Rows(len(STATES), len(AUX), len(PARAMETERS), 0)
 
 
 def slopes(
-    lanes: int, hertz: bool, table: np.ndarray, time: np.ndarray, states: np.ndarray, lobes: int | np.ndarray = 3,
+    lanes: int,
+    hertz: bool,
+    table: np.ndarray,
+    time: np.ndarray,
+    states: np.ndarray,
+    lobes: int | np.ndarray = 3,
     friction: int = 0,
 ) -> np.ndarray:
     """Derivatives [n, 8] of ``states`` [n, 8] under lane parameters [n, ...], the accelerations as compiled for

@@ -47,9 +47,17 @@ def parameters_of(c: Case) -> Parameters:
             c.rock_stiffness,
             Cutting(c.zeta, c.c1, c.c2),
             BitFriction(
-                c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay, c.bit_law,  # type: ignore[arg-type]
-                c.bit_from, c.b0, c.b1, c.b2, c.b3,
-            ),  # fmt: skip
+                c.bit_static,
+                c.bit_dynamic,
+                c.bit_smoothing,
+                c.bit_decay,
+                c.bit_law,  # type: ignore[arg-type]
+                c.bit_from,
+                c.b0,
+                c.b1,
+                c.b2,
+                c.b3,
+            ),
         ),
     )
 
