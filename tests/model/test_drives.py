@@ -12,13 +12,15 @@ from scipy.integrate import solve_ivp
 from sweep.runs import finish, run_work, work_for
 
 import nsdrill
+from nsdrill.app.check import check
+from nsdrill.app.run import run_in_memory
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.drives import Gains, gains, impedance
 from nsdrill.models.christoforou_yigit.figures import figures, slope_held
 from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
-from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.options import options_of
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.christoforou_yigit.rhs import DRIVE_STATES, STATES, make_right_hand_side, pack, rows_of
 from nsdrill.models.operation import Operation
@@ -120,13 +122,13 @@ def test_an_lqr_without_gains_is_told() -> None:
 
 def slopes(parameters: Parameters, time: float, state: np.ndarray) -> np.ndarray:
     """d(state)/dt by the compiled equations."""
-    rows = rows_of(Options(driven=1))
+    rows = rows_of(options_of(parameters))
     buffer = np.zeros((rows.total, 1))
     buffer[rows.stage : rows.stage + rows.states, 0] = state
     buffer[rows.stage_time] = time
     buffer[rows.parameter : rows.parameter + rows.parameters, 0] = pack(parameters, *DEEP)[0]
     flat = buffer.ravel()
-    make_right_hand_side(1, Options(driven=1))(flat)
+    make_right_hand_side(1, options_of(parameters))(flat)
     out = np.empty(10)
     out[0::2] = state[1::2] - np.array([0, 0, 0, DEEP[2], DEEP[2]])
     out[1::2] = flat[rows.acceleration : rows.acceleration + rows.slopes]
@@ -136,7 +138,7 @@ def slopes(parameters: Parameters, time: float, state: np.ndarray) -> np.ndarray
 KINDS = [
     {"kind": "stiff"}, {"kind": "z_torque", "shaft_damping": 90.0},
     {"kind": "pi", "inertia": 1500.0, "stiffness": 900.0, "damping": 1500.0, "twist_gain": -300.0, "speed_gain": 70.0,
-     "shaft_damping": 40.0},
+     "shaft_damping": 40.0}, {"kind": "stiff", "torque_limit": 30e3, "shaft_damping": 20.0},
 ]  # fmt: skip
 
 
@@ -229,12 +231,22 @@ def test_neither_lanes_nor_the_exponent_change_a_bit(lanes: int) -> None:
         assert all(kept[name].tobytes() == other[name].tobytes() for name in kept)
 
 
-def test_the_deviation_is_the_derivative_of_the_motion() -> None:
-    """Against two neighbouring runs, over some seconds of bouncing."""
-    simulation = Simulation(transient=0.0, observe=3.0, rtol=1e-8)
-    work = work_for(Case(wob=10e3, speed=4.0), simulation)
-    drive = Drive("pi", inertia=500.0, stiffness=300.0, damping=200.0, twist_gain=-50.0, speed_gain=40.0,
-                  shaft_damping=30.0)  # fmt: skip
+PLACING = Drive("pi", inertia=500.0, stiffness=300.0, damping=200.0, twist_gain=-50.0, speed_gain=40.0,
+                shaft_damping=30.0)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("drive", "case", "seconds"),
+    [
+        (PLACING, Case(wob=10e3, speed=4.0), 3.0),
+        (Drive("stiff", torque_limit=2500.0), Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0), 10.0),
+    ],
+)
+def test_the_deviation_is_the_derivative_of_the_motion(drive: Drive, case: Case, seconds: float) -> None:
+    """Against two neighbouring runs, over some seconds of bouncing; and of stick-slip with a motor that reaches both its
+    limits."""
+    simulation = Simulation(transient=0.0, observe=seconds, rtol=1e-8)
+    work = work_for(case, simulation)
     work = replace(work, parameters=replace(work.parameters, drive=drive), record=Record(exponent=True))
 
     def end(shift: float, rtol: float) -> np.ndarray:
@@ -250,6 +262,96 @@ def test_the_deviation_is_the_derivative_of_the_motion() -> None:
     followed = end(0.0, 1e-8)[10:20] / size
     assert np.all(np.abs(quotient[8:]) > 1e-3)  # the drive has its part in it
     assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
+
+
+OFF_THE_ROCK = """
+operation: {{wob: 0 kN, rotary_speed: {speed}}}
+drive: {{kind: stiff, torque_limit: 8 kN*m}}
+drillstring: {{eccentricity: 0 mm}}
+bit: {{surface_amplitude: 0 mm}}
+initial: {{x: 0 mm, z: {z} mm, drive_speed: 1 rad/s, bit_speed: 2 rad/s}}
+simulation: {{rtol: 1.0e-10}}
+"""
+
+
+def limited_motion(times: np.ndarray, speed: float, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """String and stiff drive with at most 8 kN m, off the rock, by DOP853: (lag, drive speed, twist, bit speed) and the
+    torque of the motor. The set point begins at ``speed`` and grows at ``rate``."""
+    k = derive(driven(kind="stiff"), 5000.0, 0.0, 3.0)
+    law = gains(driven(kind="stiff"), k)
+
+    def motor(t: float, y: np.ndarray) -> float:
+        asked = -law.stiffness * y[0] - law.damping * (y[1] - speed - rate * t)
+        return float(np.clip(asked, 0.0, 8e3))
+
+    def slope(t: float, y: np.ndarray) -> list[float]:
+        pipe, target = k.k_t * (y[0] - y[2]), speed + rate * t
+        return [y[1] - target, (motor(t, y) - pipe) / law.inertia, y[3] - target, (pipe - 50.0 * y[3]) / k.J]
+
+    found = solve_ivp(
+        slope, (0, times[-1]), [0.0, 1.0, 0.0, 2.0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=times, max_step=0.01
+    )
+    return found.y, np.array([motor(t, y) for t, y in zip(times, found.y.T, strict=True)])
+
+
+def test_a_motor_stays_within_its_limits() -> None:
+    """Against DOP853: the drive speeds up at its upper limit, before the bit falls on the rock."""
+    study = parse_study(OFF_THE_ROCK.format(speed="6 rad/s", z=1000))
+    found = nsdrill.simulate(study, duration=0.4, sample=0.05)
+    exact, torque = limited_motion(found.time.values, 6.0, 0.0)
+    assert found["bit_force"].values.max() == 0.0
+    assert np.all(torque == 8e3)
+    assert found["drive_speed"].values == pytest.approx(exact[1], abs=1e-7)
+    assert found["twist"].values == pytest.approx(exact[2], abs=1e-7)
+
+
+def test_a_ramp_keeps_to_the_limits_of_the_motor() -> None:
+    """The bit hangs on the string, and the set point rises faster than the motor can follow, then does not."""
+    study = parse_study(OFF_THE_ROCK.format(speed="{ramp: [[0 s, 3 rad/s], [20 s, 7 rad/s]]}", z=0))
+    found = nsdrill.simulate(study, sample=0.05)
+    exact, torque = limited_motion(found.time.values, 3.0, 0.2)
+    assert min(np.sum(torque == 8e3), np.sum(torque == 0.0), np.sum((torque > 0) & (torque < 8e3))) > 5
+    assert found["drive_speed"].values == pytest.approx(exact[1], abs=2e-5)
+    assert found["twist"].values == pytest.approx(exact[2], abs=2e-5)
+
+
+def test_a_motor_too_weak_for_the_rock_stalls_and_check_says_so() -> None:
+    text = "operation: {{wob: 66.72 kN, rotary_speed: 6 rad/s}}\ndrive: {{kind: stiff, torque_limit: {} kN*m}}"
+    weak, strong = (parse_study(text.format(limit)) for limit in (2, 60))
+    told = [any(warning.startswith("Overloaded: ") for warning in check(study).warnings) for study in (weak, strong)]
+    assert told == [True, False]
+    reserve = figures(strong.parameters, strong.operation)["torque_reserve"].value
+    assert reserve == pytest.approx(60e3 - figures(strong.parameters, strong.operation)["mean_torque"].value)
+    found = nsdrill.simulate(weak, duration=120.0, sample=0.1)
+    late = found.time.values > 100.0
+    assert found["surface_torque"].values[late].mean() == pytest.approx(2e3, rel=0.05)
+    assert found["drive_speed"].values[late].mean() < 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("drive: {torque_limit: 60 kN*m}", "the drive ideal does not read"),
+        ("drive: {kind: z_torque, torque_limit: 60 kN*m}", "the drive z_torque does not read"),
+        ("drive: {kind: soft_torque, compensated_inertia: 9 kg*m^2, torque_limit: 60 kN*m}", "another one"),
+        ("drive: {kind: pi}\nsweep: {drive.torque_limit: [20 kN*m, 60 kN*m]}", "without a limit beside it"),
+    ],
+)
+def test_a_limit_is_refused_where_it_means_nothing(text: str, said: str) -> None:
+    with pytest.raises(nsdrill.StudyError, match=said):
+        parse_study(text)
+    with pytest.raises(ValueError, match="torque_limit"):
+        Drive("z_torque", torque_limit=1.0)
+
+
+def test_an_axis_over_the_limit_has_the_bits_of_single_runs() -> None:
+    text = "drive: {{kind: stiff, torque_limit: {} kN*m}}\nsimulation: {{transient: 2 s, observe: 5 s}}\n{}"
+    found = run_in_memory(parse_study(text.format(9, "sweep: {drive.torque_limit: [2 kN*m, 60 kN*m]}")), workers=1)
+    for i, value in enumerate((2, 60)):
+        alone = run_in_memory(parse_study(text.format(value, "")), workers=1)
+        for name in ("drive_speed_min", "surface_torque_mean"):
+            assert np.ravel(found.variables[name])[i] == np.ravel(alone.variables[name])[0]
+    assert found.variables["drive_speed_min"].ravel()[0] < found.variables["drive_speed_min"].ravel()[1]
 
 
 RAMP = """

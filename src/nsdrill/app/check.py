@@ -11,7 +11,7 @@ from typing import Any
 from nsdrill.app.planned import kept_of, plan_of
 from nsdrill.app.size import disk, memory
 from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, derive
-from nsdrill.models.christoforou_yigit.figures import Figure, figures, lateral_stiffness
+from nsdrill.models.christoforou_yigit.figures import Figure, figures, lateral_stiffness, mean_torque
 from nsdrill.models.christoforou_yigit.laws import steepest
 from nsdrill.models.leaves import Values, values_at
 from nsdrill.models.operation import Operation
@@ -126,7 +126,7 @@ def coarse_length(study: Study, axis: str) -> int:
 
 
 def _warnings(study: Study, units: str) -> list[str]:
-    found = [_buckled(study, units), _slow(study), _rounded(study), _eccentric(study, units)]
+    found = [_buckled(study, units), _slow(study), _rounded(study), _overloaded(study, units), _eccentric(study, units)]
     if study.swept or not study.ramped:  # else there is no observed window
         found += [_few_turns(study, units), _few_periods(study), _verified(study), _large(study)]
     return [warning for warning in found if warning is not None]
@@ -229,6 +229,27 @@ def _rounded(study: Study) -> str | None:
         f"Rounded: with smoothing {law.smoothing:g} s/rad and dynamic_from {law.dynamic_from:g} rad/s their product is "
         f"{sharpness:.3g}. Below {SHARP:g} the smoothing takes off the peak of the linear law, and stick-slip ends at "
         f"a lower speed than it should. Raise bit.friction.smoothing to {SHARP / law.dynamic_from:.3g} s/rad."
+    )
+
+
+def _overloaded(study: Study, units: str) -> str | None:
+    """A motor at its limit does not keep the set speed."""
+    if study.parameters.drive.torque_limit is None:
+        return None
+    torque, limit = max(
+        (
+            (mean_torque(at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)), limit)
+            for at in _corners(study)
+            if (limit := at.parameters.drive.torque_limit) is not None
+        ),
+        key=lambda pair: pair[0] - pair[1],
+    )
+    if torque <= limit:
+        return None
+    return (
+        f"Overloaded: steady drilling takes {_told(torque, 'N m', 'kN*m', units)}, and the drive has "
+        f"{_told(limit, 'N m', 'kN*m', units)} at most (drive.torque_limit). It cannot keep the set speed; the string "
+        "stops or turns slower, and lags behind more and more."
     )
 
 

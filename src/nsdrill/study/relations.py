@@ -42,15 +42,16 @@ _ORDER: tuple[tuple[str, str, bool, str], ...] = (
 
 
 _ALWAYS = ("inertia", "shaft_damping")
+_OWN = (*_ALWAYS, "torque_limit")  # where the inertia is that of the machine
 # The keys of the drive that each kind reads.
 READ_BY: dict[str, tuple[str, ...]] = {
     "ideal": (),
-    "stiff": _ALWAYS,
-    "soft_torque": (*_ALWAYS, "matching", "frequency", "compensated_inertia"),
-    "equal_damping": _ALWAYS,
+    "stiff": _OWN,
+    "soft_torque": (*_OWN, "matching", "frequency", "compensated_inertia"),
+    "equal_damping": _OWN,
     "z_torque": (*_ALWAYS, "a", "high_pass"),
-    "lqr": (*_ALWAYS, "state_weight", "torque_weight"),
-    "pi": (*_ALWAYS, "stiffness", "damping", "twist_gain", "speed_gain"),
+    "lqr": (*_OWN, "state_weight", "torque_weight"),
+    "pi": (*_OWN, "stiffness", "damping", "twist_gain", "speed_gain"),
 }
 
 
@@ -321,7 +322,13 @@ class Checker:
                 )
             elif self._value(key) != leaf.default:
                 yield self.fault(key, f"{self._text(key)}, which the drive {kind} does not read", allowed)
-        taken, inertia = "drive.compensated_inertia", "drive.inertia"
+        taken, inertia, limit = "drive.compensated_inertia", "drive.inertia", "drive.torque_limit"
+        if self._axis(limit) and self._value(limit) is None:
+            found = "an axis over the limit without a limit beside it"
+            yield self.fault(f"sweep.{limit}", found, f"it with {limit}, any value", ("sweep", limit))
+        if kind == "soft_torque" and self._value(limit) is not None and self._ends(taken)[1] > 0.0:
+            allowed = f"none with {taken}, which is {self._text(taken, 1)}: the motor's torque is then another one"
+            yield self.fault(limit, self._text(limit), allowed)
         if kind == "soft_torque" and self._ends(taken)[1] >= self._ends(inertia)[0]:
             yield self.fault(taken, self._text(taken, 1), f"below {inertia}, which is {self._text(inertia, 0)}")
 

@@ -7,6 +7,10 @@ psi the twist counted from the set point, and T_p the torque of the pipe:
     J omega_d' = -K_i lag - K_p (omega_d - Omega) - G_t (psi - lag) - G_w (omega - Omega) - T_p
     T_p        = k_t (lag - psi) + c_s (omega_d - omega)
 
+With a ``torque_limit`` the torque of the motor, all of the second line but -T_p, stays between 0 and that limit: the
+motor does not brake. (The controller of **O** has 60 kN m.) That is the torque of the machine only where J is the
+machine's own inertia. The integral winds up meanwhile, as in **O**: it is the angle that the top lags behind.
+
 The integral of a PI controller's speed error is -lag, so K_i is its integral gain. An ideal drive has no states: lag is
 zero and omega_d is Omega.
 
@@ -40,6 +44,19 @@ class Gains(NamedTuple):
     twist_gain: Any = 0.0
     speed_gain: Any = 0.0
     shaft_damping: Any = 0.0
+
+
+def motor_torque(
+    law: Gains, limit: Any, lag: Any, drive_speed: Any, twist: Any, bit_speed: Any, rotary_speed: Any
+) -> Any:
+    """The torque of the motor [N m] as the controller asks for it, within 0 and ``limit`` [N m] where that is given."""
+    asked = -(
+        law.stiffness * lag
+        + law.damping * (drive_speed - rotary_speed)
+        + law.twist_gain * (twist - lag)
+        + law.speed_gain * (bit_speed - rotary_speed)
+    )
+    return asked if limit is None else np.clip(asked, 0.0, limit)
 
 
 def impedance(parameters: Parameters) -> Any:

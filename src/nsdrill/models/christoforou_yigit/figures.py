@@ -73,6 +73,9 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> d
         "drive_stiffness": Figure(float(law_of_drive.stiffness), "N m/rad", "integral gain of the drive, K_i"),
         "drive_damping": Figure(float(law_of_drive.damping), "N m s/rad", "proportional gain of the drive, K_p"),
     }
+    if parameters.drive.torque_limit is not None:
+        left = float(parameters.drive.torque_limit) - mean_torque(parameters, operation, k)
+        found["torque_reserve"] = Figure(left, "N m", "torque limit of the drive less the steady torque")
     roots = np.linalg.eigvals(torsional_matrix(parameters, k))
     modes = sorted((root for root in roots if root.imag > 0), key=abs)
     for number, root in enumerate(modes, start=1):

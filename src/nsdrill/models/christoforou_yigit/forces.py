@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.drives import Gains, gains
+from nsdrill.models.christoforou_yigit.drives import Gains, gains, motor_torque
 from nsdrill.models.christoforou_yigit.laws import bit_arm, friction
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
@@ -91,15 +91,10 @@ def energy(parameters: Parameters, operation: Operation | History, state: Mappin
     return np.asarray(kinetic + potential)
 
 
-def _power_of_drive(law: Gains, operation: Operation | History, state: Mapping[str, Array]) -> Array:
+def _power_of_drive(law: Gains, limit: Any, operation: Operation | History, state: Mapping[str, Array]) -> Array:
     """What the controller feeds in [W], but for its spring, whose energy is counted; less what its damping takes."""
     top, speed, omega = state["drive_speed"], operation.rotary_speed, state["bit_speed"]
-    torque = -(
-        law.stiffness * state["lag"]
-        + law.damping * (top - speed)
-        + law.twist_gain * (state["twist"] - state["lag"])
-        + law.speed_gain * (omega - speed)
-    )
+    torque = motor_torque(law, limit, state["lag"], top, state["twist"], omega, speed)
     spring = law.stiffness * state["lag"] * (top - speed)
     return np.asarray(torque * top + spring - law.shaft_damping * (top - omega) ** 2)
 
@@ -127,7 +122,7 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
         # part.
         "drive": -k.k_t * state["twist"] * operation.rotary_speed
         if "lag" not in state
-        else (_power_of_drive(gains(parameters, k), operation, state)),
+        else (_power_of_drive(gains(parameters, k), parameters.drive.torque_limit, operation, state)),
         "bit": f["bit_force"] * vz - f["bit_torque"] * omega,
         "drag": -k.c_h * np.hypot(vx, vy) ** 3,
         "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,

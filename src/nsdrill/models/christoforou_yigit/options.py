@@ -12,13 +12,15 @@ class Options(NamedTuple):
     """Whole numbers, as they go into the names of compiled functions. An option that is 0 leaves nothing in the code.
 
     ``hertz``: the law of the wall is Hertz's; ``lobes`` of the rock's surface; ``driven``: the drive is not ideal;
-    ``friction``: the number of the bit's friction law among :data:`.laws.LAWS`.
+    ``friction``: the number of the bit's friction law among :data:`.laws.LAWS`; ``limited``: the
+    torque of the drive has a limit.
     """
 
     hertz: int = 0
     lobes: int = 3
     driven: int = 0
     friction: int = 0
+    limited: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:
@@ -28,4 +30,5 @@ def options_of(parameters: Parameters) -> Options:
         lobes=parameters.bit.lobes,
         driven=int(not parameters.drive.ideal),
         friction=LAWS.index(parameters.bit.friction.law),
+        limited=int(parameters.drive.torque_limit is not None),
     )

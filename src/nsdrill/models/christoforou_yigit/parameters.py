@@ -223,7 +223,9 @@ class Drive(Checked):
 
     Each kind reads its own keys: ``soft_torque`` ``matching``, ``frequency`` (None: that of the string) and
     ``compensated_inertia``; ``z_torque`` ``a`` and ``high_pass``; ``lqr`` the two weights; ``pi`` ``stiffness``,
-    ``damping``, ``twist_gain`` and ``speed_gain``; all but ``ideal`` ``inertia`` and ``shaft_damping``.
+    ``damping``, ``twist_gain`` and ``speed_gain``; all but ``ideal`` ``inertia`` and ``shaft_damping``. A
+    ``torque_limit`` (None: none) is for those whose inertia is that of the machine: not for ``ideal`` and ``z_torque``,
+    and for ``soft_torque`` only without ``compensated_inertia``.
     """
 
     kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi"] = choice(
@@ -253,6 +255,9 @@ class Drive(Checked):
         20.0 / (2.0 * math.pi), "s", "Simulator4nDOF", "medium", low=1e-3, high=1e6, usual="1 to 10 s"
     )
     state_weight: float = parameter(1.0, "", high=1e12, low=1e-12, usual="1")
+    torque_limit: float | None = parameter(
+        None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
+    )
     torque_weight: float = parameter(1e-6, "", high=1e12, low=1e-15, usual="1e-8 to 1e-4")
 
     @property
@@ -262,6 +267,12 @@ class Drive(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        own = self.kind not in ("ideal", "z_torque") and not (self.kind == "soft_torque" and self.compensated_inertia)
+        if self.torque_limit is not None and not own:
+            raise ValueError(
+                f"torque_limit: found {self.torque_limit:g} N m with a drive {self.kind}, whose inertia is not that of "
+                "the machine, allowed: none"
+            )
         if self.kind == "soft_torque" and not self.compensated_inertia < self.inertia:
             raise ValueError(
                 f"compensated_inertia: found {self.compensated_inertia:g} kg m^2, allowed: less than the inertia, "

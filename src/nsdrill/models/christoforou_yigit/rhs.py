@@ -56,7 +56,8 @@ def states_of(options: Options) -> tuple[str, ...]:
 
 def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters."""
-    return (*PARAMETERS, *DRIVE_PARAMETERS) if options.driven else PARAMETERS
+    drive = (*DRIVE_PARAMETERS, "torque_limit") if options.limited else DRIVE_PARAMETERS
+    return (*PARAMETERS, *drive) if options.driven else PARAMETERS
 
 
 def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
@@ -100,7 +101,8 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
     eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
     # The rows of the drive, which an ideal one has not.
     lag_, top_, pull_ = W * (rows.stage + 8), W * (rows.stage + 9), W * (rows.acceleration + 4)
-    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
+    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, most_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(7))
+    limited = options.limited
 
     @compiled(types.void(BUFFER), W, *options, tangent)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
@@ -172,6 +174,8 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                     lag,
                     fma(b[K_p_ + i], top - speed, fma(b[G_t_ + i], twist, b[G_w_ + i] * (omega - speed))),
                 )
+                if limited:  # the law is the torque of the motor with the other sign
+                    law = min(max(law, -b[most_ + i]), 0.0)
                 b[pull_ + i] = (fma(b[k_t_ + i], twist, -damped) - law) * b[iJ_d_ + i]
                 torque = torque - damped
             q = b[q_ + i]
@@ -235,6 +239,7 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
     if options.driven:
         inertia, *law = gains(parameters, k)
         values |= dict(zip(DRIVE_PARAMETERS, (1 / inertia, *law), strict=True))
+        values["torque_limit"] = parameters.drive.torque_limit
     names = columns_of(options)
     table = np.zeros((depth.size, len(names)))
     for i, name in enumerate(names):

@@ -43,7 +43,9 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     # The rows of the drive, which an ideal one has not.
     dlag_, dtop_ = (W * (rows.stage + own + i) for i in (8, 9))
     dpull_ = W * (rows.acceleration + own // 2 + 4)
-    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
+    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, most_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(7))
+    twist_, lag_, top_ = (W * (rows.stage + i) for i in (6, 8, 9))
+    limited, set_ = options.limited, W * (rows.parameter + PARAMETERS.index("drive_speed"))
     # Of the right-hand side's notes those that no observer reads are overwritten by their deviations.
     cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
         W * (rows.aux_now + i) for i in range(len(AUX))
@@ -163,6 +165,11 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 dpipe = dphi - dlag
                 damped = b[c_s_ + i] * (dtop - domega)
                 law = fma(b[K_i_ + i], dlag, fma(b[K_p_ + i], dtop, fma(b[G_t_ + i], dpipe, b[G_w_ + i] * domega)))
+                if limited:  # at its limits the torque of the motor does not change
+                    lag, speed = b[lag_ + i], b[set_ + i]
+                    pipe = fma(b[G_t_ + i], b[twist_ + i] - lag, b[G_w_ + i] * (omega - speed))
+                    asked = fma(b[K_i_ + i], lag, fma(b[K_p_ + i], b[top_ + i] - speed, pipe))
+                    law = law if (asked < 0.0) and (asked > -b[most_ + i]) else 0.0
                 b[dpull_ + i] = (fma(b[k_t_ + i], dpipe, -damped) - law) * b[iJ_d_ + i]
                 dtorque = dtorque - damped
             dmoment = fma(b[c_t_ + i], domega, fma(b[k_t_ + i], dpipe, fma(b[friction_ + i], b[R_c_ + i], dtorque)))
