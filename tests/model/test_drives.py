@@ -243,7 +243,7 @@ PLACING = Drive("pi", inertia=500.0, stiffness=300.0, damping=200.0, twist_gain=
     ],
 )
 def test_the_deviation_is_the_derivative_of_the_motion(drive: Drive, case: Case, seconds: float) -> None:
-    """Against two neighbouring runs, over some seconds of bouncing; and of stick-slip with a motor that reaches both its
+    """Against two neighbouring runs, over some seconds of bouncing; and of stick-slip with a motor that reaches both
     limits."""
     simulation = Simulation(transient=0.0, observe=seconds, rtol=1e-8)
     work = work_for(case, simulation)
