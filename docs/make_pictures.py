@@ -24,7 +24,10 @@ STUDIES = {
     "fig2": "fig2_depth_same", "fig3": "fig3_depth_carried", "fig4": "fig4_speed_22kN", "fig5": "fig5_speed_67kN",
     "map": "map_wob_speed",
 }  # fmt: skip
-DRIVES = {"torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning", "friction": "friction_laws"}
+DRIVES = {
+    "torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning",
+    "friction": "friction_laws",
+}  # fmt: skip
 COEXISTENCE = {"ensemble_speed_22kN": ("shares", "attractors"), "basin_slice": ("basin",)}
 WIDTH = 1400  # pixels, for the screen
 BLOCK = re.compile(r"(<!-- result: (\w+) -->\n).*?(<!-- end of result -->)", re.DOTALL)

@@ -17,12 +17,12 @@ from nsdrill.app.run import run_in_memory
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.drives import Gains, gains, impedance
-from nsdrill.models.christoforou_yigit.figures import figures, slope_held
+from nsdrill.models.christoforou_yigit.figures import figures, slope_held, torsional_matrix
 from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
 from nsdrill.models.christoforou_yigit.options import options_of
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
-from nsdrill.models.christoforou_yigit.rhs import DRIVE_STATES, STATES, make_right_hand_side, pack, rows_of
+from nsdrill.models.christoforou_yigit.rhs import drifts, make_right_hand_side, pack, rows_of, states_of
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
@@ -122,15 +122,16 @@ def test_an_lqr_without_gains_is_told() -> None:
 
 def slopes(parameters: Parameters, time: float, state: np.ndarray) -> np.ndarray:
     """d(state)/dt by the compiled equations."""
-    rows = rows_of(options_of(parameters))
+    options = options_of(parameters)
+    rows, table = rows_of(options), pack(parameters, *DEEP)
     buffer = np.zeros((rows.total, 1))
     buffer[rows.stage : rows.stage + rows.states, 0] = state
     buffer[rows.stage_time] = time
-    buffer[rows.parameter : rows.parameter + rows.parameters, 0] = pack(parameters, *DEEP)[0]
+    buffer[rows.parameter : rows.parameter + rows.parameters, 0] = table[0]
     flat = buffer.ravel()
-    make_right_hand_side(1, options_of(parameters))(flat)
-    out = np.empty(10)
-    out[0::2] = state[1::2] - np.array([0, 0, 0, DEEP[2], DEEP[2]])
+    make_right_hand_side(1, options)(flat)
+    out = np.empty(len(state))
+    out[0::2] = state[1::2] + drifts(table, options)[0]
     out[1::2] = flat[rows.acceleration : rows.acceleration + rows.slopes]
     return out
 
@@ -139,6 +140,7 @@ KINDS = [
     {"kind": "stiff"}, {"kind": "z_torque", "shaft_damping": 90.0},
     {"kind": "pi", "inertia": 1500.0, "stiffness": 900.0, "damping": 1500.0, "twist_gain": -300.0, "speed_gain": 70.0,
      "shaft_damping": 40.0}, {"kind": "stiff", "torque_limit": 30e3, "shaft_damping": 20.0},
+    {"kind": "dc_motor", "shaft_damping": 20.0},
 ]  # fmt: skip
 
 
@@ -147,12 +149,14 @@ def test_energy_changes_by_the_powers(keys: dict[str, object]) -> None:
     parameters, rng = driven(**keys), np.random.default_rng(5)
     operation = Operation(*DEEP)
     for _ in range(20):
-        state = rng.normal(size=10) * [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0, 4.0, 3.0]
+        sizes = [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0, 4.0, 3.0, 1e3, 4e3]
+        names = states_of(options_of(parameters))
+        state = rng.normal(size=len(names)) * sizes[: len(names)]
         time = rng.uniform(0, 5)
         rate = slopes(parameters, time, state)
 
-        def named(states: np.ndarray, times: np.ndarray) -> dict[str, np.ndarray]:
-            by_name = dict(zip((*STATES, *DRIVE_STATES), states.T, strict=True))
+        def named(states: np.ndarray, times: np.ndarray, names: tuple[str, ...] = names) -> dict[str, np.ndarray]:
+            by_name = dict(zip(names, states.T, strict=True))
             return {**by_name, "drive_angle": DEEP[2] * times}
 
         h = 1e-6
@@ -394,3 +398,105 @@ def test_a_drive_that_swings_is_no_ramp() -> None:
     assert point_words(trace, "si").endswith("2 rad/s")
     with pytest.raises(nsdrill.StudyError, match=r"initial.lag.*with an ensemble"):
         parse_study(study + "\ninitial: {ensemble: 4, lag: 1 rad}")
+
+
+# The motor of Christoforou and Yigit as reported: 930 kg m^2 at the table and 23 behind a gear of 7.2; 6 V s, 0.01 ohm,
+# 0.005 H.
+MOTOR = {"kind": "dc_motor", "inertia": 930 + 7.2**2 * 23}
+
+
+def test_the_dc_motor_has_the_droop_the_modes_and_the_reflection_of_its_circuit() -> None:
+    """Computed beforehand by other code from the circuit: droop 5.358e-6 rad/s per N m, eigenvalues, reflection of a
+    torsional wave at the frequency of the string."""
+    parameters = driven(**MOTOR)
+    k = derive(parameters, *DEEP)
+    assert 1 / parameters.drive.motor_damping == pytest.approx(0.01 / (7.2 * 6.0) ** 2, rel=1e-12)
+    assert 1 / parameters.drive.motor_damping == pytest.approx(5.358e-6, abs=1e-9)
+    found = np.linalg.eigvals(torsional_matrix(parameters, k))
+    above = sorted((root for root in found if root.imag > 0), key=abs)
+    assert above == pytest.approx([-0.0448 + 0.5888j, -1.000 + 13.227j], abs=6e-4)
+    w = math.sqrt(k.k_t / k.J)
+    drive = parameters.drive
+    met = 1j * w * drive.inertia + drive.motor_damping / (1 + 1j * w * drive.circuit_time)
+    zeta = float(impedance(parameters))
+    assert abs((zeta - met) / (zeta + met)) == pytest.approx(0.9968, abs=1e-4)
+    shown = figures(parameters, Operation(*DEEP))
+    assert shown["droop"].value == pytest.approx(5.358e-6 * shown["mean_torque"].value, rel=1e-4)
+
+
+MOVING = """
+operation: {{wob: 0 kN, rotary_speed: {speed}}}
+drive: {{kind: dc_motor, inertia: 2122.32 kg*m^2}}
+drillstring: {{eccentricity: 0 mm}}
+bit: {{surface_amplitude: 0 mm}}
+initial: {{x: 0 mm, z: 0 mm, twist: 5 rad}}
+simulation: {{rtol: 1.0e-10}}
+"""
+
+
+@pytest.mark.parametrize(("speed", "rate"), [("3 rad/s", 0.0), ("{ramp: [[0 s, 3 rad/s], [20 s, 7 rad/s]]}", 0.2)])
+def test_string_and_motor_move_as_circuit_and_springs_say(speed: str, rate: float) -> None:
+    """Off the rock, at a constant and at a rising voltage, against DOP853 on current, speeds and angles."""
+    found = nsdrill.simulate(parse_study(MOVING.format(speed=speed)), duration=20.0, sample=0.05)
+    k = derive(driven(**MOTOR), 5000.0, 0.0, 3.0)
+    L, R, n_K = 0.005, 0.01, 7.2 * 6.0
+
+    def slope(t: float, y: np.ndarray) -> list[float]:
+        top, top_speed, bit, bit_speed, current = y
+        pipe = k.k_t * (top - bit)
+        voltage = n_K * (3.0 + rate * t)
+        return [
+            top_speed,
+            (n_K * current - pipe) / 2122.32,
+            bit_speed,
+            (pipe - 50.0 * bit_speed) / k.J,
+            (voltage - n_K * top_speed - R * current) / L,
+        ]
+
+    exact = solve_ivp(
+        slope, (0, 20), [0.0, 3.0, 5.0, 3.0, 0.0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=found.time.values
+    ).y
+    turned = 3.0 * found.time.values + 0.5 * rate * found.time.values**2
+    assert found["drive_speed"].values == pytest.approx(exact[1], abs=2e-5)
+    assert found["lag"].values == pytest.approx(exact[0] - turned, abs=2e-5)
+    assert found["twist"].values == pytest.approx(exact[2] - turned, abs=2e-5)
+    assert found["motor_torque"].values == pytest.approx(n_K * exact[4], abs=0.05)
+    assert found["bit_force"].values.max() == 0.0
+
+
+def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent() -> None:
+    """Its states are in the results, lanes change no bit, and a replay has the bits of the sweep."""
+    smooth = Simulation(transient=5.0, observe=10.0)
+    work = replace(work_for(Case(), smooth, rotary_speed=np.linspace(1.0, 8.0, 5)), parameters=driven(**MOTOR))
+    kept = run_work(work, lanes=8)
+    for other in (run_work(work, lanes=1), run_work(replace(work, record=Record(exponent=True)), lanes=4)):
+        assert all(kept[name].tobytes() == other[name].tobytes() for name in kept)
+    assert kept["final_state"].shape == (5, 13)
+    assert np.all(kept["final_state"][:, -2] > 100.0)  # the torque of the motor
+    study = "drive: {kind: dc_motor}\ninitial: {ensemble: 3}\nsimulation: {transient: 1 s, observe: 2 s}"
+    swept = nsdrill.run(study, workers=1)
+    assert list(swept["state"].values[-3:]) == ["motor_impulse", "motor_torque", "drive_angle"]
+    with pytest.raises(nsdrill.StudyError, match="falls behind its set point"):
+        parse_study("drive: {kind: dc_motor}\nrecord: {poincare: 20}")
+
+
+def test_the_deviation_follows_the_motor() -> None:
+    simulation = Simulation(transient=0.0, observe=5.0, rtol=1e-8)
+    work = work_for(Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0), simulation)
+    weak = Drive("dc_motor", inertia=500.0, motor_damping=800.0, circuit_time=0.3)
+    work = replace(work, parameters=replace(work.parameters, drive=weak), record=Record(exponent=True))
+
+    def end(shift: float, rtol: float) -> np.ndarray:
+        one = replace(work, simulation=replace(simulation, rtol=rtol))
+        runs, gang = one.prepare(np.array([0])), one.new_gang(1, 1)
+        runs.initial[0, 22] = 0.0  # of the impulse, which has no natural size
+        runs.initial[0, :12] += shift * runs.initial[0, 12:24]
+        gang._store[GROWTH_HEADER] = np.inf
+        gang.add(np.array([0]), runs)
+        return finish(one, gang)[-1].final[0]
+
+    size = work.prepare(np.array([0])).sizes[0, :12]
+    quotient = (end(1e-5, 1e-12) - end(-1e-5, 1e-12))[:12] / 2e-5 / size
+    followed = end(0.0, 1e-8)[12:24] / size
+    assert np.all(np.abs(quotient[[8, 9, 11]]) > 1e-3)
+    assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)

@@ -75,6 +75,8 @@ MEANINGS: dict[str, str] = {
     "drive.compensated_inertia": "Inertia that the controller takes off; kind soft_torque",
     "drive.a": "How much softer than a stiff drive; kind z_torque",
     "drive.high_pass": "Time constant of the filter on the torque; kind z_torque",
+    "drive.motor_damping": "Fall of the motor's torque with speed, (n K)^2/R; kind dc_motor",
+    "drive.circuit_time": "Time constant of the armature, L/R; kind dc_motor",
     "drive.torque_limit": "Greatest torque of the motor, whose least is 0 then; null: no limits",
     "drive.state_weight": "Weight of the squared states; kind lqr",
     "drive.torque_weight": "Weight of the squared torque; kind lqr",

@@ -170,6 +170,8 @@ def digest(resolved: dict[str, Any]) -> str:
         parts = _without(_without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
     if parts.get("drive", {"torque_limit": 0.0}).get("torque_limit") is None:
         parts = _without(parts, ["drive"], "torque_limit")
+    if parts.get("drive", {}).get("kind") != "dc_motor":
+        parts = _without(_without(parts, ["drive"], "motor_damping"), ["drive"], "circuit_time")
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)
         parts = _without(parts, sections, name)

@@ -11,6 +11,16 @@ With a ``torque_limit`` the torque of the motor, all of the second line but -T_p
 motor does not brake. (The controller of **O** has 60 kN m.) That is the torque of the machine only where J is the
 machine's own inertia. The integral winds up meanwhile, as in **O**: it is the angle that the top lags behind.
 
+A **DC motor** has a torque of its own, T_m = n K i, with the current i of its armature, the gear ratio n and the
+constant K of the motor, at the constant voltage at which it idles with the set speed, n K Omega:
+
+    L i' + R i = n K (Omega - omega_d)       that is       (L/R) T_m' = (n K)^2/R (Omega - omega_d) - T_m
+    J omega_d' = T_m - T_p
+
+So ``motor_damping``, (n K)^2/R, and ``circuit_time``, L/R, say all that the circuit does (Sarker, Rideout & Butt 2012
+have such a motor; its numbers are those of Christoforou & Yigit as reported). Its states are motor_torque and, as
+states come in pairs, motor_impulse, the integral of that torque (n K times the charge), on which nothing depends.
+
 The integral of a PI controller's speed error is -lag, so K_i is its integral gain. An ideal drive has no states: lag is
 zero and omega_d is Omega.
 
@@ -140,6 +150,10 @@ def _regulator(
     return [float(f"{value:.{DIGITS}g}") for value in (force.T @ cost / torque_weight)[0]]
 
 
+def _dc_motor(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
+    return Gains(drive.inertia, 0.0, 0.0)  # no controller; the torque is a state
+
+
 _LAWS: dict[str, Any] = {
     "stiff": _stiff,
     "soft_torque": _soft_torque,
@@ -147,4 +161,5 @@ _LAWS: dict[str, Any] = {
     "z_torque": _z_torque,
     "lqr": _lqr,
     "pi": _pi,
+    "dc_motor": _dc_motor,
 }

@@ -105,6 +105,8 @@ def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array
     drawn = np.stack([by_name[name] for name in STATE_NAMES], axis=1)
     if not parameters.drive.ideal:  # it begins at the set point
         drawn = np.concatenate([drawn[:, :-1], np.zeros((len(drawn), 1)), speed[:, None], drawn[:, -1:]], axis=1)
+    if parameters.drive.kind == "dc_motor":
+        drawn = np.concatenate([drawn[:, :-1], np.zeros((len(drawn), 2)), drawn[:, -1:]], axis=1)
     return frozen(parameters, drawn, wob, speed)
 
 

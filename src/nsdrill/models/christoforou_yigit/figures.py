@@ -68,11 +68,17 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> d
     if parameters.drive.ideal:
         return found
     law_of_drive = gains(parameters, k)
-    found |= {
-        "pipe_impedance": Figure(float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe"),
-        "drive_stiffness": Figure(float(law_of_drive.stiffness), "N m/rad", "integral gain of the drive, K_i"),
-        "drive_damping": Figure(float(law_of_drive.damping), "N m s/rad", "proportional gain of the drive, K_p"),
-    }
+    found |= {"pipe_impedance": Figure(float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe")}
+    if parameters.drive.kind == "dc_motor":
+        per = 1.0 / float(parameters.drive.motor_damping)
+        found["droop"] = Figure(
+            mean_torque(parameters, operation, k) * per, "rad/s", "fall of the motor's speed under the steady torque"
+        )
+    else:
+        found |= {
+            "drive_stiffness": Figure(float(law_of_drive.stiffness), "N m/rad", "integral gain of the drive, K_i"),
+            "drive_damping": Figure(float(law_of_drive.damping), "N m s/rad", "proportional gain of the drive, K_p"),
+        }
     if parameters.drive.torque_limit is not None:
         left = float(parameters.drive.torque_limit) - mean_torque(parameters, operation, k)
         found["torque_reserve"] = Figure(left, "N m", "torque limit of the drive less the steady torque")
@@ -93,6 +99,8 @@ def torsional_matrix(parameters: Parameters, k: Coefficients, fall: float = 0.0)
     J, k_t = float(k.J), float(k.k_t)
     if parameters.drive.ideal:
         return np.array([[0.0, 1.0], [-k_t / J, -c_t / J]])
+    if parameters.drive.kind == "dc_motor":
+        return _with_motor(parameters, k, c_t)
     inertia, stiffness, damping, twist, speed, c_s = (float(value) for value in gains(parameters, k))
     return np.array(
         [
@@ -105,6 +113,21 @@ def torsional_matrix(parameters: Parameters, k: Coefficients, fall: float = 0.0)
             ],
             [0.0, 0.0, 0.0, 1.0],
             [k_t / J, c_s / J, -k_t / J, -(c_t + c_s) / J],
+        ]
+    )
+
+
+def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarray:
+    """The matrix of string and DC motor [4, 4]: (drive speed, torque of the pipe's spring, bit speed, motor torque).
+    The angle of the top, which nothing holds at constant voltage, is left out: its eigenvalue is 0."""
+    drive, J, k_t = parameters.drive, float(k.J), float(k.k_t)
+    inertia, c_s, per_time = float(drive.inertia), float(drive.shaft_damping), 1.0 / float(drive.circuit_time)
+    return np.array(
+        [
+            [-c_s / inertia, -1.0 / inertia, c_s / inertia, 1.0 / inertia],
+            [k_t, 0.0, -k_t, 0.0],
+            [c_s / J, 1.0 / J, -(c_t + c_s) / J, 0.0],
+            [-float(drive.motor_damping) * per_time, 0.0, 0.0, -per_time],
         ]
     )
 

@@ -88,13 +88,22 @@ def energy(parameters: Parameters, operation: Operation | History, state: Mappin
         law = gains(parameters, k)
         kinetic = kinetic + 0.5 * law.inertia * state["drive_speed"] ** 2
         potential = potential + 0.5 * law.stiffness * state["lag"] ** 2
+        if "motor_torque" in state:  # L i^2 / 2
+            drive = parameters.drive
+            potential = potential + 0.5 * drive.circuit_time / drive.motor_damping * state["motor_torque"] ** 2
     return np.asarray(kinetic + potential)
 
 
-def _power_of_drive(law: Gains, limit: Any, operation: Operation | History, state: Mapping[str, Array]) -> Array:
+def _power_of_drive(
+    law: Gains, parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
+) -> Array:
     """What the controller feeds in [W], but for its spring, whose energy is counted; less what its damping takes."""
     top, speed, omega = state["drive_speed"], operation.rotary_speed, state["bit_speed"]
-    torque = motor_torque(law, limit, state["lag"], top, state["twist"], omega, speed)
+    if "motor_torque" in state:  # V i - R i^2
+        torque = state["motor_torque"]
+        fed = torque * (speed - torque / parameters.drive.motor_damping)
+        return np.asarray(fed - law.shaft_damping * (top - omega) ** 2)
+    torque = motor_torque(law, parameters.drive.torque_limit, state["lag"], top, state["twist"], omega, speed)
     spring = law.stiffness * state["lag"] * (top - speed)
     return np.asarray(torque * top + spring - law.shaft_damping * (top - omega) ** 2)
 
@@ -122,7 +131,7 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
         # part.
         "drive": -k.k_t * state["twist"] * operation.rotary_speed
         if "lag" not in state
-        else (_power_of_drive(gains(parameters, k), parameters.drive.torque_limit, operation, state)),
+        else (_power_of_drive(gains(parameters, k), parameters, operation, state)),
         "bit": f["bit_force"] * vz - f["bit_torque"] * omega,
         "drag": -k.c_h * np.hypot(vx, vy) ** 3,
         "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,

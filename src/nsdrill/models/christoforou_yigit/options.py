@@ -13,7 +13,8 @@ class Options(NamedTuple):
 
     ``hertz``: the law of the wall is Hertz's; ``lobes`` of the rock's surface; ``driven``: the drive is not ideal;
     ``friction``: the number of the bit's friction law among :data:`.laws.LAWS`; ``limited``: the
-    torque of the drive has a limit.
+    torque of the drive has a limit;
+    ``motor``: the drive is a DC motor, whose torque is a state.
     """
 
     hertz: int = 0
@@ -21,6 +22,7 @@ class Options(NamedTuple):
     driven: int = 0
     friction: int = 0
     limited: int = 0
+    motor: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:
@@ -31,4 +33,5 @@ def options_of(parameters: Parameters) -> Options:
         driven=int(not parameters.drive.ideal),
         friction=LAWS.index(parameters.bit.friction.law),
         limited=int(parameters.drive.torque_limit is not None),
+        motor=int(parameters.drive.kind == "dc_motor"),
     )

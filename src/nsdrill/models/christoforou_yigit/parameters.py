@@ -224,12 +224,13 @@ class Drive(Checked):
 
     Each kind reads its own keys: ``soft_torque`` ``matching``, ``frequency`` (None: that of the string) and
     ``compensated_inertia``; ``z_torque`` ``a`` and ``high_pass``; ``lqr`` the two weights; ``pi`` ``stiffness``,
-    ``damping``, ``twist_gain`` and ``speed_gain``; all but ``ideal`` ``inertia`` and ``shaft_damping``. A
-    ``torque_limit`` (None: none) is for those whose inertia is that of the machine: not for ``ideal`` and ``z_torque``,
-    and for ``soft_torque`` only without ``compensated_inertia``.
+    ``damping``, ``twist_gain`` and ``speed_gain``; ``dc_motor`` ``motor_damping`` and ``circuit_time``; all but
+    ``ideal`` ``inertia`` and ``shaft_damping``. A ``torque_limit`` (None: none) is for controllers that leave the
+    machine its inertia: not for ``ideal``, ``z_torque`` and ``dc_motor``, and for ``soft_torque`` only without
+    ``compensated_inertia``.
     """
 
-    kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi"] = choice(
+    kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi", "dc_motor"] = choice(
         "ideal", "P; the others as Simulator4nDOF has them"
     )
     inertia: float = parameter(
@@ -256,6 +257,13 @@ class Drive(Checked):
         20.0 / (2.0 * math.pi), "s", "Simulator4nDOF", "medium", low=1e-3, high=1e6, usual="1 to 10 s"
     )
     state_weight: float = parameter(1.0, "", high=1e12, low=1e-12, usual="1")
+    motor_damping: float = parameter(
+        186624.0, "N m s/rad", "(n K)^2/R with K 6 V s, n 7.2, R 0.01 ohm: CY as reported", "low", low=1e-3, high=1e12,
+        usual="1000 to 1 000 000 N m s/rad",
+    )  # fmt: skip
+    circuit_time: float = parameter(
+        0.5, "s", "L/R with L 0.005 H, R 0.01 ohm: CY as reported", "low", low=1e-6, high=1e4, usual="0.01 to 1 s"
+    )
     torque_limit: float | None = parameter(
         None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
     )
@@ -268,12 +276,11 @@ class Drive(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        own = self.kind not in ("ideal", "z_torque") and not (self.kind == "soft_torque" and self.compensated_inertia)
+        own = self.kind not in ("ideal", "z_torque", "dc_motor") and not (
+            self.kind == "soft_torque" and self.compensated_inertia
+        )
         if self.torque_limit is not None and not own:
-            raise ValueError(
-                f"torque_limit: found {self.torque_limit:g} N m with a drive {self.kind}, whose inertia is not that of "
-                "the machine, allowed: none"
-            )
+            raise ValueError(f"torque_limit: found {self.torque_limit:g} N m with a drive {self.kind}, allowed: none")
         if self.kind == "soft_torque" and not self.compensated_inertia < self.inertia:
             raise ValueError(
                 f"compensated_inertia: found {self.compensated_inertia:g} kg m^2, allowed: less than the inertia, "

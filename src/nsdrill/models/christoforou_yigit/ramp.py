@@ -27,6 +27,7 @@ from nsdrill.elementary import fma
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.rhs import (
+    DRIVE_PARAMETERS,
     INDEX,
     MAIN,
     PARAMETERS,
@@ -70,6 +71,8 @@ def make_ramped(lanes: int, options: Options = MAIN) -> Any:
     )
     iJ_d_, K_i_, K_p_, G_t_, G_w_, _, most_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(7))
     twist_, speed_, lag_, top_ = (W * (rows.stage + i) for i in (6, 7, 8, 9))
+    surge_, motor = W * (rows.acceleration + 5), options.motor
+    steep_, per_time_ = (W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2))
     limited, set_ = options.limited, W * rows.parameter
     motion = make_right_hand_side(lanes, options)
 
@@ -91,6 +94,8 @@ def make_ramped(lanes: int, options: Options = MAIN) -> Any:
                     most = b[most_ + i]
                     more = min(max(law, -most), 0.0) - min(max(law - more, -most), 0.0)
                 b[pull_ + i] += more * b[iJ_d_ + i]
+                if motor:  # the voltage follows the set point
+                    b[surge_ + i] += b[steep_ + i] * faster * b[per_time_ + i]
             else:
                 more = b[k_t_ + i] * ahead * b[iJ_ + i]
                 b[alpha_ + i] += more

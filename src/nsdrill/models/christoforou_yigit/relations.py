@@ -32,6 +32,7 @@ READ_BY: dict[str, tuple[str, ...]] = {
     "equal_damping": _OWN,
     "z_torque": (*_ALWAYS, "a", "high_pass"),
     "lqr": (*_OWN, "state_weight", "torque_weight"),
+    "dc_motor": (*_ALWAYS, "motor_damping", "circuit_time"),
     "pi": (*_OWN, "stiffness", "damping", "twist_gain", "speed_gain"),
 }
 
@@ -174,6 +175,9 @@ def _drive(check: Any) -> Iterator[Fault]:
             )
         elif check.value(key) != leaf.default:
             yield check.fault(key, f"{check.text(key)}, which the drive {kind} does not read", allowed)
+    if kind == "dc_motor" and check.sound("record") and check.value("record.poincare") > 0:
+        found = f"{check.text('record.poincare')} with a DC motor, which falls behind its set point: no return repeats"
+        yield check.fault("record.poincare", found, "0")
     taken, inertia, limit = "drive.compensated_inertia", "drive.inertia", "drive.torque_limit"
     if check.axis(limit) and check.value(limit) is None:
         found = "an axis over the limit without a limit beside it"

@@ -21,7 +21,15 @@ from nsdrill.elementary import fma
 from nsdrill.models.christoforou_yigit.friction import bit_slope, coefficient, slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import AUX, PARAMETERS, STATES, make_right_hand_side, rows_of, states_of
+from nsdrill.models.christoforou_yigit.rhs import (
+    AUX,
+    DRIVE_PARAMETERS,
+    PARAMETERS,
+    STATES,
+    make_right_hand_side,
+    rows_of,
+    states_of,
+)
 
 CONTACTS = ("rock", "wall")  # each has a function that is positive where it touches
 
@@ -45,6 +53,9 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     dpull_ = W * (rows.acceleration + own // 2 + 4)
     iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, most_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(7))
     twist_, lag_, top_ = (W * (rows.stage + i) for i in (6, 8, 9))
+    dT_m_, dsurge_ = W * (rows.stage + own + 11), W * (rows.acceleration + own // 2 + 5)
+    slope_, per_time_ = (W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2))
+    motor = options.motor
     limited, set_ = options.limited, W * (rows.parameter + PARAMETERS.index("drive_speed"))
     # Of the right-hand side's notes those that no observer reads are overwritten by their deviations.
     cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
@@ -165,6 +176,9 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 dpipe = dphi - dlag
                 damped = b[c_s_ + i] * (dtop - domega)
                 law = fma(b[K_i_ + i], dlag, fma(b[K_p_ + i], dtop, fma(b[G_t_ + i], dpipe, b[G_w_ + i] * domega)))
+                if motor:
+                    law = -b[dT_m_ + i]
+                    b[dsurge_ + i] = fma(b[slope_ + i], -dtop, law) * b[per_time_ + i]
                 if limited:  # at its limits the torque of the motor does not change
                     lag, speed = b[lag_ + i], b[set_ + i]
                     pipe = fma(b[G_t_ + i], b[twist_ + i] - lag, b[G_w_ + i] * (omega - speed))
