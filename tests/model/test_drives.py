@@ -500,3 +500,56 @@ def test_the_deviation_follows_the_motor() -> None:
     followed = end(0.0, 1e-8)[12:24] / size
     assert np.all(np.abs(quotient[[8, 9, 11]]) > 1e-3)
     assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
+
+
+def test_a_drive_is_switched_on() -> None:
+    """Until then the run is that with an ideal drive, after it one with the drive that begins in that state."""
+    text = "operation: {wob: 66.72 kN, rotary_speed: 2 rad/s}\nsimulation: {rtol: 1.0e-9}\ndrive: {kind: soft_torque"
+    both = nsdrill.simulate(text + ", on_at: 7 s}", duration=12.0, sample=0.03)
+    ideal = nsdrill.simulate(text.split("drive:")[0], duration=12.0, sample=0.03)
+    before = both.time.values <= 7.0
+    assert both["bit_speed"].values[before] == pytest.approx(ideal["bit_speed"].values[before], abs=1e-6)
+    assert np.all(both["lag"].values[before] == 0.0)
+    assert np.all(both["drive_speed"].values[before] == 2.0)
+    assert np.ptp(both["drive_speed"].values[~before]) > 0.1
+    assert len(both.time) == 401
+    assert np.max(np.abs(np.diff(both["bit_speed"].values))) < 2.0  # no jump where it is switched on
+    at = nsdrill.simulate(text + ", on_at: 7 s}", duration=7.0, sample=1.0).attrs["final_state"]
+    names = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
+    units = ("m", "m/s", "m", "m/s", "m", "m/s", "rad", "rad/s")
+    start = {f"initial.{n}": f"{float(v)!r} {u}" for n, v, u in zip(names, at, units, strict=False)}
+    later = nsdrill.simulate(
+        text + "}", duration=5.0, sample=0.02, set={**start, "initial.drive_angle": f"{float(at[-1])!r} rad"}
+    )
+    assert later.attrs["final_state"] == pytest.approx(both.attrs["final_state"], abs=1e-9)
+
+
+def test_stick_slip_ends_where_soft_torque_is_switched_on() -> None:
+    """The torsional string at 5 rad/s, between the ends of stick-slip with soft torque and with the ideal drive."""
+    study = (
+        "modes: {axial: frozen, lateral: frozen}\noperation: {wob: 66.72 kN, rotary_speed: 5 rad/s}\n"
+        "initial: {bit_speed: 0 rad/s}\ndrive: {kind: soft_torque, on_at: 40 s}"
+    )
+    found = nsdrill.simulate(study, duration=200.0, sample=0.05)
+    speed, time = found["bit_speed"].values, found.time.values
+    assert speed[(time > 20) & (time < 40)].min() < 0.01
+    assert speed[time > 150] == pytest.approx(5.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("sweep: {rotary_speed: [2 rad/s, 3 rad/s]}\ndrive: {kind: stiff, on_at: 5 s}", "with a sweep"),
+        ("operation: {wob: {ramp: [[0 s, 1 kN], [9 s, 2 kN]]}}\ndrive: {kind: stiff, on_at: 5 s}", "with a ramp"),
+        ("drive: {on_at: 5 s}", "the drive ideal does not read"),
+        ("drive: {kind: stiff, on_at: 5 s}\ninitial: {lag: 1 rad}", "until when"),
+    ],
+)
+def test_switching_on_is_refused_where_it_means_nothing(text: str, said: str) -> None:
+    with pytest.raises(nsdrill.StudyError, match=said):
+        parse_study(text)
+
+
+def test_a_run_refuses_what_is_switched_on() -> None:
+    with pytest.raises(nsdrill.InputError, match=r"drive\.on_at.*Use nsdrill.simulate"):
+        nsdrill.run("drive: {kind: stiff, on_at: 5 s}", workers=1)

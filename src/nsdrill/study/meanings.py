@@ -77,6 +77,7 @@ MEANINGS: dict[str, str] = {
     "drive.high_pass": "Time constant of the filter on the torque; kind z_torque",
     "drive.motor_damping": "Fall of the motor's torque with speed, (n K)^2/R; kind dc_motor",
     "drive.circuit_time": "Time constant of the armature, L/R; kind dc_motor",
+    "drive.on_at": "Time at which nsdrill simulate switches the drive on, ideal until then; null: the start",
     "drive.torque_limit": "Greatest torque of the motor, whose least is 0 then; null: no limits",
     "drive.state_weight": "Weight of the squared states; kind lqr",
     "drive.torque_weight": "Weight of the squared torque; kind lqr",

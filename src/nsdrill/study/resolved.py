@@ -170,6 +170,8 @@ def digest(resolved: dict[str, Any]) -> str:
         parts = _without(_without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
     if parts.get("drive", {"torque_limit": 0.0}).get("torque_limit") is None:
         parts = _without(parts, ["drive"], "torque_limit")
+    if parts.get("drive", {"on_at": 0.0}).get("on_at") is None:
+        parts = _without(parts, ["drive"], "on_at")
     if parts.get("drive", {}).get("kind") != "dc_motor":
         parts = _without(_without(parts, ["drive"], "motor_damping"), ["drive"], "circuit_time")
     for key in parts["sweep"]:

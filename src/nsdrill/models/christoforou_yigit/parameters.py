@@ -227,7 +227,7 @@ class Drive(Checked):
     ``damping``, ``twist_gain`` and ``speed_gain``; ``dc_motor`` ``motor_damping`` and ``circuit_time``; all but
     ``ideal`` ``inertia`` and ``shaft_damping``. A ``torque_limit`` (None: none) is for controllers that leave the
     machine its inertia: not for ``ideal``, ``z_torque`` and ``dc_motor``, and for ``soft_torque`` only without
-    ``compensated_inertia``.
+    ``compensated_inertia``. Until ``on_at`` (None: the start) the drive turns with the set speed whatever the torque.
     """
 
     kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi", "dc_motor"] = choice(
@@ -264,6 +264,7 @@ class Drive(Checked):
     circuit_time: float = parameter(
         0.5, "s", "L/R with L 0.005 H, R 0.01 ohm: CY as reported", "low", low=1e-6, high=1e4, usual="0.01 to 1 s"
     )
+    on_at: float | None = parameter(None, "s", high=1e7, usual="10 to 100 s into a simulation")
     torque_limit: float | None = parameter(
         None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
     )

@@ -22,7 +22,7 @@ ORDERS = (
     Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
 )
 
-_ALWAYS = ("inertia", "shaft_damping")
+_ALWAYS = ("inertia", "shaft_damping", "on_at")
 _OWN = (*_ALWAYS, "torque_limit")  # where the inertia is that of the machine
 # The keys of the drive that each kind reads.
 READ_BY: dict[str, tuple[str, ...]] = {
@@ -178,6 +178,17 @@ def _drive(check: Any) -> Iterator[Fault]:
     if kind == "dc_motor" and check.sound("record") and check.value("record.poincare") > 0:
         found = f"{check.text('record.poincare')} with a DC motor, which falls behind its set point: no return repeats"
         yield check.fault("record.poincare", found, "0")
+    if check.value("drive.on_at") is not None:
+        sweep = check.resolved["sweep"]
+        swept = [axis for axis in sweep if axis not in ("procedure", "along", "refine")]
+        ramps = [f"operation.{name}" for name in check.resolved.get("ramps", {})]
+        if swept or ramps:
+            found = f"{check.text('drive.on_at')} with {'a sweep' if swept else f'a ramp of {ramps[0]}'}"
+            yield check.fault("drive.on_at", found, "it for the simulation of one operating point")
+        for key in ("initial.lag", "initial.drive_speed"):
+            if check.value(key) != check.leaves[key].default:
+                found = f"{check.text(key)} with drive.on_at, until when the top keeps the set speed"
+                yield check.fault(key, found, "left out")
     taken, inertia, limit = "drive.compensated_inertia", "drive.inertia", "drive.torque_limit"
     if check.axis(limit) and check.value(limit) is None:
         found = "an axis over the limit without a limit beside it"
