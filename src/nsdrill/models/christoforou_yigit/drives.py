@@ -49,6 +49,16 @@ def impedance(parameters: Parameters) -> Any:
     return polar * np.sqrt(steel.density * steel.shear_modulus)
 
 
+def reflection(law: Gains, pipe: float, frequency: Any) -> Any:
+    """What share of the velocity of a torsional wave from below comes back from the drive, complex, at a ``frequency``
+    [rad/s], a number or an array: (z - Z) / (z + Z) with the impedance z of the ``pipe`` and Z = K_p + i (w J - K_i / w)
+    of the drive. None where the drive listens to the bit as well: it is no impedance at the top then."""
+    if law.twist_gain or law.speed_gain:
+        return None
+    drive = law.damping + 1j * (frequency * law.inertia - law.stiffness / frequency)
+    return (pipe - drive) / (pipe + drive)
+
+
 def gains(parameters: Parameters, k: Coefficients) -> Gains:
     """The law of the drive at operating points with the coefficients ``k``; not of an ideal one. InputError where an
     LQR has no gains."""
