@@ -11,7 +11,8 @@ from typing import Any
 from nsdrill.app.planned import kept_of, plan_of
 from nsdrill.app.size import disk, memory
 from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, derive
-from nsdrill.models.christoforou_yigit.figures import Figure, figures, lateral_stiffness
+from nsdrill.models.christoforou_yigit.figures import Figure, figures, growth_at_rest, lateral_stiffness
+from nsdrill.models.christoforou_yigit.further import further_figures
 from nsdrill.models.leaves import Values, values_at
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
@@ -95,9 +96,7 @@ def check(study: Study, units: str = "si") -> Report:
     whole sweep and its ramps, whose sentences are in the ``units`` "si" or "field". ``points`` and ``chains`` are 0
     where a ramp stands in place of a sweep."""
     plan = plan_of(study)
-    operation = study.operation
-    if "depth" in study.swept and not operation.depth > study.parameters.drillstring.collar.length:
-        operation = replace(operation, depth=float(study.axes["depth"][0]))
+    operation = operation_of(study)
     k = derive(study.parameters, operation.depth, operation.wob, operation.rotary_speed)
     points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.chains)
     coarse = points
@@ -106,7 +105,7 @@ def check(study: Study, units: str = "si") -> Report:
     return Report(
         operation,
         k,
-        figures(study.parameters, operation),
+        {**figures(study.parameters, operation), **further_figures(study.parameters, operation)},
         _warnings(study, units),
         points,
         chains,
@@ -117,6 +116,14 @@ def check(study: Study, units: str = "si") -> Report:
     )
 
 
+def operation_of(study: Study) -> Operation:
+    """The operating point of a study; at the least depth of a sweep where its own does not reach below the collars."""
+    operation = study.operation
+    if "depth" in study.swept and not operation.depth > study.parameters.drillstring.collar.length:
+        operation = replace(operation, depth=float(study.axes["depth"][0]))
+    return operation
+
+
 def coarse_length(study: Study, axis: str) -> int:
     """How many values of an axis are run before it is refined."""
     values = len(study.axes[axis])
@@ -124,7 +131,7 @@ def coarse_length(study: Study, axis: str) -> int:
 
 
 def _warnings(study: Study, units: str) -> list[str]:
-    found = [_buckled(study, units), _slow(study), _eccentric(study, units)]
+    found = [_buckled(study, units), _slow(study), _eccentric(study, units), _unstable(study, units)]
     if study.swept or not study.ramped:  # else there is no observed window
         found += [_few_turns(study, units), _few_periods(study), _verified(study), _large(study)]
     return [warning for warning in found if warning is not None]
@@ -226,6 +233,28 @@ def _eccentric(study: Study, units: str) -> str | None:
     return (
         f"Eccentric: the eccentricity ({_told(offset, 'm', 'mm', units)}) exceeds the clearance "
         f"({_told(gap, 'm', 'mm', units)}): the collar is on the wall at almost any speed."
+    )
+
+
+def _unstable(study: Study, units: str) -> str | None:
+    """A drive that swings the string by itself, as gains of the wrong sign make it."""
+    if study.parameters.drive.ideal or study.parameters.modes.torsional == "frozen":
+        return None
+    found = [
+        (root, at)
+        for at in _corners(study)
+        if (root := growth_at_rest(at.parameters, derive(at.parameters, *at.operation))) is not None
+    ]
+    if not found:
+        return None
+    root, at = max(found, key=lambda pair: pair[0].real)
+    swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
+    depth = f" at {_told(at.operation[0], 'm', 'm', units)}" if "depth" in study.swept else ""
+    return (
+        f"Unstable: without any friction at the bit the string and its drive{depth} do not come to rest: an eigenvalue "
+        f"is {root.real:.4g}{f' +- {abs(root.imag):.4g}i' if swing else ''} 1/s, so a deviation grows e-fold in "
+        f"{1 / root.real:.3g} s{swing}. Look at the signs and sizes of the gains of drive: "
+        f"{study.parameters.drive.kind}."
     )
 
 

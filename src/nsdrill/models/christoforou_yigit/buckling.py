@@ -1,11 +1,12 @@
 """The axial loads at which a tube buckles: between supports, on the low side of an inclined hole, under its own weight.
 
 Sources: Euler for the span. On the low side of a hole of inclination alpha the sinusoid begins at
-``F_s = 2 sqrt(E I w sin(alpha) / c)`` (Dawson & Paslay 1984) with the half wave ``pi (E I c / (w sin(alpha)))^(1/4)``,
-the helix at ``sqrt(2) F_s`` (Chen, Lin & Cheatham 1990); some authors have ``(2 sqrt(2) - 1) F_s`` for a helix that is
-complete. ``w`` is the weight in mud by length and ``c`` the radial clearance. A column that hangs vertical buckles under
-its own weight at ``n (E I w^2)^(1/3)`` (Lubinski 1950), where ``n`` depends on its length in units of
-``(E I / w)^(1/3)``: 1.94 is the value for eight units, not a number for every string.
+``F_s = 2 sqrt(E I w sin(alpha) / c)`` (Dawson & Paslay 1984) with the half wave
+``pi (E I c / (w sin(alpha)))^(1/4)``, the helix at ``sqrt(2) F_s`` (Chen, Lin & Cheatham 1990), and some authors have
+``(2 sqrt(2) - 1) F_s`` for a helix that is complete (Wu & Juvkam-Wold 1993); all as commonly cited. ``w`` is the weight
+in mud by length and ``c`` the radial clearance. A column that hangs vertical buckles under its own weight at
+``n (E I w^2)^(1/3)`` (Lubinski 1950), where ``n`` depends on its length in units of ``(E I / w)^(1/3)``: 1.94 is the
+value for eight units, not a number for every string.
 """
 
 from __future__ import annotations

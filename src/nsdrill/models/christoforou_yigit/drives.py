@@ -51,8 +51,10 @@ def impedance(parameters: Parameters) -> Any:
 
 def reflection(law: Gains, pipe: float, frequency: Any) -> Any:
     """What share of the velocity of a torsional wave from below comes back from the drive, complex, at a ``frequency``
-    [rad/s], a number or an array: (z - Z) / (z + Z) with the impedance z of the ``pipe`` and Z = K_p + i (w J - K_i / w)
-    of the drive. None where the drive listens to the bit as well: it is no impedance at the top then."""
+    w [rad/s], a number or an array: (z - Z) / (z + Z) with the impedance z of the ``pipe`` [N m s/rad] and
+    Z = K_p + i (w J - K_i / w) of the drive. None where the law has gains on the motion of the bit: the drive is no
+    impedance then. Source: continuity of speed and torque of the wave at the top, where the drive's torque is Z times
+    its speed."""
     if law.twist_gain or law.speed_gain:
         return None
     drive = law.damping + 1j * (frequency * law.inertia - law.stiffness / frequency)

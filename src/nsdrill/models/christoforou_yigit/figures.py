@@ -43,10 +43,7 @@ def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
         "axial_contact": Figure(contact, "rad/s", "axial frequency, bit on the rock", "axial"),
         "torsional": Figure(math.sqrt(k.k_t / k.J), "rad/s", "torsional frequency"),
         "lateral": Figure(
-            math.sqrt(stiffness / k.m_l) if stiffness > 0 else None,
-            "rad/s",
-            "lateral frequency at this WOB",
-            "lateral",
+            math.sqrt(stiffness / k.m_l) if stiffness > 0 else None, "rad/s", "lateral frequency at this WOB", "lateral"
         ),
         "lateral_stiffness": Figure(stiffness, "N/m", "lateral stiffness at this WOB", "lateral"),
         "buckling_margin": Figure(

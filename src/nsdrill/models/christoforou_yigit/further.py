@@ -18,7 +18,11 @@ from nsdrill.models.operation import Operation
 WAVES = 4  # standing waves that are listed
 HALF_WAVES = 3  # lateral modes
 HORIZONTAL = math.pi / 2
-ENDS = {"fixed_free": "fixed below, free above", "fixed_pinned": "fixed and pinned", "fixed_fixed": "fixed at both ends"}
+ENDS = {
+    "fixed_free": "one end fixed, one free",
+    "fixed_pinned": "fixed and pinned",
+    "fixed_fixed": "fixed at both ends",
+}
 
 
 def further_figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
@@ -35,11 +39,16 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
     collar, pipe = tubes.collars(parameters), tubes.pipe(parameters, operation.depth)
     span = parameters.drillstring.collar.span
     found: dict[str, Row] = {
-        f"euler_{ends}": (buckling.euler(collar.bending, span, ends), "N", f"Euler load of the span, {words}", "buckling")
+        f"euler_{ends}": (
+            buckling.euler(collar.bending, span, ends),
+            "N",
+            f"Euler load of the span, {words}",
+            "buckling",
+        )
         for ends, words in ENDS.items()
     }
     found["collar_vertical"] = (
-        buckling.vertical(collar), "N", "WOB at which hinged collars in a vertical hole buckle under their own weight",
+        buckling.vertical(collar), "N", "WOB at which the collars, hinged, buckle in a vertical hole",
         "buckling",
     )  # fmt: skip
     for name, tube in (("collar", collar), ("pipe", pipe)):

@@ -1,10 +1,10 @@
 """Standing waves of pipe and collars, along the axis and in torsion: all the modes of which the lumped string has one.
 
-The drive holds the top; the bit is free, or pressed against a spring, the rock. Both parts carry waves of the same speed
-c, with impedances z_p and z_c. From the top, u = sin(w x / c) in the pipe; in the collars u is proportional to sin(theta)
-and the force to z_c w cos(theta), with tan(theta) = (z_c / z_p) tan(w L_p / c) at the joint and theta growing by w L_c / c
-to the bit. With a free bit cos(theta) = 0 there, which is z_p cos cos = z_c sin sin; on a spring K tan(theta) = -z_c w / K.
-Every mode has a theta of its own, so none is missed.
+The drive holds the top; the bit is free, or pressed against a spring, the rock. Both parts carry waves of the same
+speed c, with impedances z_p and z_c. From the top, u = sin(w x / c) in the pipe; in the collars u is proportional to
+sin(theta) and the force to z_c w cos(theta), with tan(theta) = (z_c / z_p) tan(w L_p / c) at the joint and theta
+growing by w L_c / c to the bit. With a free bit cos(theta) = 0 there, which is the known z_p cos cos = z_c sin sin; on a
+spring of stiffness K tan(theta) = -z_c w / K. Theta grows with w, so no mode is missed.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def torsional_waves(parameters: Parameters, depth: float, count: int) -> np.ndar
 
 
 def axial_waves(parameters: Parameters, depth: float, count: int, *, on_rock: bool = False) -> np.ndarray:
-    """The first ``count`` axial frequencies [rad/s] of a string to ``depth`` [m]: top fixed, bit off the rock or on it."""
+    """The first ``count`` axial frequencies [rad/s] of a string to ``depth`` [m]: top fixed, bit off or on the rock."""
     collar, pipe = tubes.collars(parameters), tubes.pipe(parameters, depth)
     steel = parameters.drillstring.material
     speed = math.sqrt(steel.young_modulus / steel.density)
