@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -48,8 +48,8 @@ class CriticalSpeeds:
 
 @dataclass(frozen=True)
 class BucklingLoads:
-    """Axial loads [N] along ``x``, the values of ``axis`` [SI]: arrays [values]. ``collar`` and ``pipe``: the sinusoid on
-    the low side, at ``inclination`` [rad] where that is not the axis; the helix begins at ``HELIX`` times that.
+    """Axial loads [N] along ``x``, the values of ``axis`` [SI]: arrays [values]. ``collar`` and ``pipe``: the sinusoid
+    on the low side, at ``inclination`` [rad] where that is not the axis; the helix begins at ``HELIX`` times that.
     ``euler`` is the load of the pinned span, ``vertical`` that of hinged collars under their own weight, NaN where
     there is none, and ``wob`` the weight on bit."""
 

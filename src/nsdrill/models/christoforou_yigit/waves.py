@@ -3,8 +3,8 @@
 The drive holds the top; the bit is free, or pressed against a spring, the rock. Both parts carry waves of the same
 speed c, with impedances z_p and z_c. From the top, u = sin(w x / c) in the pipe; in the collars u is proportional to
 sin(theta) and the force to z_c w cos(theta), with tan(theta) = (z_c / z_p) tan(w L_p / c) at the joint and theta
-growing by w L_c / c to the bit. With a free bit cos(theta) = 0 there, which is the known z_p cos cos = z_c sin sin; on a
-spring of stiffness K tan(theta) = -z_c w / K. Theta grows with w, so no mode is missed.
+growing by w L_c / c to the bit. With a free bit cos(theta) = 0 there, which is the known z_p cos cos = z_c sin sin; on
+a spring of stiffness K tan(theta) = -z_c w / K. Theta grows with w, so no mode is missed.
 """
 
 from __future__ import annotations
