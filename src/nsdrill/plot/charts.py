@@ -30,6 +30,7 @@ from nsdrill.plot.style import (
     house_style,
     new_figure,
     settle,
+    target,
 )
 from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
 
@@ -37,6 +38,7 @@ Chart = CriticalSpeeds | BucklingLoads | DriveCard | DriveTuning
 
 SLOPE = "N m s/rad"
 TO_HERTZ = 1.0 / (2.0 * math.pi)
+LONG = 10.0  # m
 OPERATING = "#E4E4E4"  # the rotary speeds of the study
 # Each drive by its colour and its dashes, so that a grey printer keeps them apart.
 DRIVES: dict[str, tuple[str, Any]] = {
@@ -84,12 +86,26 @@ def _logarithmic(axis: Any, subs: tuple[float, ...] = (1.0, 2.0, 5.0)) -> None:
     axis.set_minor_formatter(NullFormatter())
 
 
+def _along(axis: str, x: np.ndarray, system: str) -> Shown:
+    """How the axis of a chart is shown: long spans in m or ft, rather than mm or in."""
+    if axis == "inclination":
+        return Shown("Inclination of the hole", "°", math.pi / 180)
+    found = quantity(axis, system)
+    if found.unit not in SHOWN["m"] or np.max(x) < LONG:
+        return found
+    unit = "m" if system == "si" else "ft"
+    return Shown(found.words, unit, shown_scale(unit, "m"))
+
+
 def _remark(axes: Axes, text: str) -> None:
+    """A line above the panel; axes of somebody else have a title of their own there."""
+    if target.get() is not None:
+        return
     axes.set_title(text, fontsize=7, loc="left", color=REFERENCE)
 
 
 def _critical_speeds(axes: Axes, chart: CriticalSpeeds, units: str, speeds: tuple[float, float]) -> list[Artist]:
-    across, up = quantity(chart.axis, units), quantity("rotary_speed", units)
+    across, up = _along(chart.axis, chart.x, units), quantity("rotary_speed", units)
     x = chart.x / across.scale
     over = f"axial waves, {chart.lobes} lobe{'s' * (chart.lobes > 1)} a turn, bit"
     families: tuple[tuple[str, np.ndarray, str, Any, float], ...] = (
@@ -109,10 +125,11 @@ def _critical_speeds(axes: Axes, chart: CriticalSpeeds, units: str, speeds: tupl
     for words, modes, colour, dashes, place in families:
         if not len(modes):
             continue
-        at = round(place * (len(x) - 1))  # of each kind at another place, as modes of two kinds run close together
         for number, values in enumerate(modes / up.scale, start=1):
             axes.plot(x, values, color=colour, linestyle=dashes, linewidth=1.1, gid=words)
-            if np.isfinite(values[at]):
+            there = np.flatnonzero(np.isfinite(values))
+            if there.size:
+                at = there[round(place * (there.size - 1))]  # each kind at another place, as its modes cross others
                 axes.annotate(
                     str(number), (x[at], values[at]), color=colour, fontsize=6.5, ha="center", va="center",
                     bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"}, zorder=4,
@@ -120,6 +137,9 @@ def _critical_speeds(axes: Axes, chart: CriticalSpeeds, units: str, speeds: tupl
         handles.append(Line2D([], [], color=colour, linestyle=dashes, linewidth=1.1, label=words))
     axes.set_yscale("log")
     _logarithmic(axes.yaxis)
+    waves = [modes for modes in (chart.torsional, chart.axial) if len(modes)]
+    if waves:  # a span that is about to buckle has a speed of zero
+        axes.set_ylim(bottom=0.6 * min(float(modes.min()) for modes in waves) / up.scale)
     axes.set_xlim(x[0], x[-1])
     axes.grid(True, axis="y", color=OPERATING, linewidth=0.4, zorder=0)
     axes.set_xlabel(across.label)
@@ -133,11 +153,7 @@ def _critical_speeds(axes: Axes, chart: CriticalSpeeds, units: str, speeds: tupl
 
 def _buckling(axes: Axes, chart: BucklingLoads, units: str) -> list[Artist]:
     force = _shown("Axial load", "N", units)
-    across = (
-        Shown("Inclination of the hole", "°", math.pi / 180)
-        if chart.axis == "inclination"
-        else quantity(chart.axis, units)
-    )
+    across = _along(chart.axis, chart.x, units)
     x = chart.x / across.scale
     handles: list[Artist] = []
     tubes: tuple[tuple[str, np.ndarray, str, Any], ...] = (
