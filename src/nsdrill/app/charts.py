@@ -17,9 +17,8 @@ from nsdrill.models.christoforou_yigit import charts
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import OPERATION, with_values
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import DEFAULT
 from nsdrill.plot.kinds import CHART_KINDS
-from nsdrill.variables import dimension_of
+from nsdrill.variables import MODEL, dimension_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,8 +60,8 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Chart:
         listing = "\n".join(f"  {name:<24} {words}" for name, words in CHART_KINDS.items())
         found = "a study without a kind" if kind is None else f"{kind!r} with a study"
         raise InputError(f"plot kind: found {found}.{hint} Allowed of a study, which is not run:\n{listing}")
-    if study.model != DEFAULT:
-        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed: {DEFAULT}.")
+    if study.model != MODEL:
+        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed: {MODEL}.")
     if name in ("drive-card", "drive-tuning"):
         if along is not None:
             raise InputError(

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
+from nsdrill.models.kept import Kept
+from nsdrill.models.registry import described
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
-from nsdrill.variables import DRIVEN_STATE_NAMES, STATE_NAMES, Kept
 
 
 def plan_of(study: Study) -> Plan:
@@ -16,7 +15,14 @@ def plan_of(study: Study) -> Plan:
 
 def kept_of(study: Study) -> Kept:
     """What is kept of each point of a study."""
-    states = STATE_NAMES if study.parameters.drive.ideal else DRIVEN_STATE_NAMES
-    return replace(
-        study.record.kept(study.initial.starts), verify=study.simulation.verify, axes=study.more, states=states
+    record, model = study.record, described(study.model)
+    return Kept(
+        record.peaks,
+        record.poincare,
+        record.exponent,
+        study.initial.starts,
+        study.simulation.verify,
+        study.more,
+        model.states(study.parameters),
+        study.model,
     )

@@ -15,14 +15,15 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Parameters, Well
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
-from nsdrill.study.keys import MODEL, STIFFNESS, axis_leaves
+from nsdrill.study.keys import MODEL_LEAF, keys_of
 from nsdrill.study.study import Procedure, Study
 from nsdrill.variables import AXES, Axis
+
+LATER = ("drive", "modes")  # sections that the first studies did not have
 
 
 def study_from_resolved(
@@ -31,9 +32,10 @@ def study_from_resolved(
     """The study that ``resolved`` describes, with at most ``most`` values of an axis. :class:`FileError` where it is
     not a resolved study of this version."""
     try:
+        keys = keys_of(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
         operation = build(Operation, resolved["operation"])
         sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
-        leaves = axis_leaves()
+        leaves = keys.axes
         if unknown := set(sweep) - {"procedure", "along", "refine", *leaves}:
             raise ValueError(f"sweep: found {', '.join(sorted(unknown))}, which are no axes")
         # The order in which a file names its axes is no part of a study: points are numbered alike in every order.
@@ -55,22 +57,21 @@ def study_from_resolved(
             if not leaves[axis].low <= values[0] <= values[-1] <= leaves[axis].high:
                 raise ValueError(f"{axis}: found {values[0]} to {values[-1]}, allowed: {leaves[axis].range()}")
         more = [leaves[axis] for axis in swept if axis not in AXES]
-        stiffness = STIFFNESS[resolved["well"]["law"]]
         if sweep["procedure"] not in get_args(Procedure) or sweep["along"] not in (None, *swept):
             raise ValueError(f"sweep: found {sweep['procedure']} along {sweep['along']}")
-        initial = build(Initial, resolved["initial"], lenient=True)
+        initial = build(keys.model.initial, resolved["initial"], lenient=True)
         if initial.starts and sweep["procedure"] != "same":
             raise ValueError(f"sweep: found {sweep['procedure']} with {initial.starts} starts")
         return Study(
             title=str(resolved.get("title", "")),
-            model=MODEL.read(resolved.get("model", MODEL.default)),
-            parameters=Parameters(
-                build(Drillstring, resolved["drillstring"]),
-                build(Mud, resolved["mud"]),
-                build(Well, resolved["well"]),
-                build(Bit, resolved["bit"]),
-                build(Drive, resolved.get("drive", {}), lenient=True),
-                build(Modes, resolved.get("modes", {}), lenient=True),
+            model=keys.model.name,
+            parameters=keys.model.parameters(
+                **{
+                    name: build(cls, resolved.get(name, {}), lenient=True)
+                    if name in LATER
+                    else build(cls, resolved[name])
+                    for name, cls in keys.model.sections.items()
+                }
             ),
             operation=operation,
             initial=initial,
@@ -90,10 +91,7 @@ def study_from_resolved(
             refine=sweep["refine"],
             refined=refined,
             more=tuple(
-                Axis(
-                    leaf.key, stiffness if leaf.key == "well.stiffness" else leaf.units, f"{leaf.meaning} ({leaf.key})"
-                )
-                for leaf in more
+                Axis(leaf.key, keys.leaf(leaf.key, resolved).units, f"{leaf.meaning} ({leaf.key})") for leaf in more
             ),
         )
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError) as error:
@@ -151,7 +149,7 @@ def digest(resolved: dict[str, Any]) -> str:
     replace."""
     parts = {name: value for name, value in resolved.items() if name != "title"}
     # What earlier versions did not know is left out where it is as it was then, so that a study keeps its digest.
-    if parts.get("model") == MODEL.default:
+    if parts.get("model") == MODEL_LEAF.default:
         del parts["model"]
     if "frozen" not in parts.get("modes", {}).values():
         parts.pop("modes", None)
