@@ -25,6 +25,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described
 from nsdrill.plot.kinds import (
     ALIASES,
+    CHART_KINDS,
     MAP_KINDS,
     POINT_KINDS,
     RAMP_KINDS,
@@ -245,7 +246,7 @@ def kinds() -> str:
     rows = (("a sweep over one axis", SWEEP_KINDS), ("a sweep with `record.poincare`", SECTION_KINDS),
             ("one point of such a sweep", POINT_KINDS), ("several starts", START_KINDS),
             ("a sweep over two or three axes", {k: v for k, v in MAP_KINDS.items() if k not in SECTION_KINDS}),
-            ("a trace", TRACE_KINDS), ("a trace of a ramp", RAMP_KINDS))  # fmt: skip
+            ("a trace", TRACE_KINDS), ("a trace of a ramp", RAMP_KINDS), ("a study (.yaml)", CHART_KINDS))  # fmt: skip
     listed = [[code(name), of, words] for of, named in rows for name, words in named.items()]
     short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())
     values = ["any feature by its name", "a sweep", f"one value along the axis, or as a map; short names: {short}"]

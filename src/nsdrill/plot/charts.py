@@ -146,7 +146,7 @@ def _critical_speeds(axes: Axes, chart: CriticalSpeeds, units: str, speeds: tupl
     axes.set_ylabel(up.label)
     _remark(
         axes,
-        "The equations of motion have one mode of each kind, near the first of each; the others do not occur in a run.",
+        "The equations of motion have one mode of each kind, near the first (axial: off the rock); a run has no others.",
     )
     return handles
 
