@@ -20,6 +20,7 @@ from nsdrill.app.check import MEANINGS as COEFFICIENTS
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.models.christoforou_yigit.coefficients import UNITS
 from nsdrill.models.christoforou_yigit.figures import figures
+from nsdrill.models.christoforou_yigit.further import further_figures
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described
@@ -242,6 +243,11 @@ def check_figures() -> str:
     return table(["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items()))
 
 
+def further() -> str:
+    found = further_figures(Parameters(), Operation())
+    return table(["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items()))
+
+
 def kinds() -> str:
     rows = (("a sweep over one axis", SWEEP_KINDS), ("a sweep with `record.poincare`", SECTION_KINDS),
             ("one point of such a sweep", POINT_KINDS), ("several starts", START_KINDS),
@@ -358,6 +364,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "coordinates": coordinates,
     "coefficients": coefficients,
     "check figures": check_figures,
+    "further figures": further,
     "plot kinds": kinds,
     "command line": command_line,
     "python functions": python_functions,
