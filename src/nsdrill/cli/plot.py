@@ -24,7 +24,7 @@ if TYPE_CHECKING:
         "plot trace.h5 --kind ramp --over out.h5 -o ramp.png",
         "plot ensemble.h5 --kind basin --rotary-speed 3rad/s --states z,vz -o basin.png",
         "plot study.yaml --kind critical-speeds -o speeds.png",
-        "plot study.yaml --kind drive-tuning --set 'drive={kind: soft_torque}' -o tuning.png",
+        "plot study.yaml --kind drive-tuning --set drive.kind=soft_torque -o tuning.png",
     ),
 )
 @options.file_argument("file")
