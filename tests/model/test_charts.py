@@ -71,6 +71,9 @@ def test_buckling_on_the_low_side() -> None:
     assert buckling.half_wave(collar, math.pi / 2) == pytest.approx(17.36, abs=6e-3)
     assert buckling.half_wave(pipe, math.pi / 2) == pytest.approx(16.43, abs=6e-3)
     assert buckling.half_wave(pipe, 0.0) is None
+    wide = replace(pipe, clearance=-0.1)
+    assert math.isnan(buckling.sinusoidal(wide, 1.0))
+    assert buckling.half_wave(wide, 1.0) is None
     floating = replace(pipe, weight=-1.0)
     assert buckling.sinusoidal(floating, 1.0) == 0.0
     assert buckling.half_wave(floating, 1.0) is None

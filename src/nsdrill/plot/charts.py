@@ -145,8 +145,7 @@ def _critical_speeds(axes: Axes, chart: CriticalSpeeds, units: str, speeds: tupl
     axes.set_xlabel(across.label)
     axes.set_ylabel(up.label)
     _remark(
-        axes,
-        "The equations of motion have one mode of each kind, near the first (axial: off the rock), and none of the others.",
+        axes, "The equations of motion have one mode of each kind, near the first (axial: off the rock), and no others."
     )
     return handles
 

@@ -32,12 +32,16 @@ def euler(bending: float, span: float, ends: str | None = None) -> float:
 
 def sinusoidal(tube: Tube, inclination: Any) -> Any:
     """Axial load [N] at which a tube on the low side buckles into a sinusoid, at an ``inclination`` [rad] of the hole
-    from the vertical, a number or an array."""
+    from the vertical, a number or an array; NaN for a tube that is wider than the hole."""
+    if not tube.clearance > 0.0:
+        return math.nan * np.sin(inclination)
     return 2.0 * np.sqrt(tube.bending * max(tube.weight, 0.0) * np.sin(inclination) / tube.clearance)
 
 
 def half_wave(tube: Tube, inclination: float) -> float | None:
     """Half a wave [m] of that sinusoid; None where the tube does not lie on the low side."""
+    if not tube.clearance > 0.0:
+        return None
     pressing = tube.weight * math.sin(inclination)
     return math.pi * (tube.bending * tube.clearance / pressing) ** 0.25 if pressing > 0.0 else None
 
@@ -54,8 +58,6 @@ def vertical(tube: Tube) -> float | None:
     length = tube.length / unit
     if length > LONGEST:
         return None
-    from scipy.linalg import eigh
-
     number = np.arange(1, int(40 + 3 * length))
     wave = number * math.pi / length
 
@@ -69,5 +71,6 @@ def vertical(tube: Tube) -> float | None:
     together = number[:, None] + number[None, :]
     hung = np.outer(wave, wave) * 0.5 * (part(apart) + part(together))
     bent = np.diag(wave**4 * length / 2) + hung
-    least = eigh(bent, np.diag(wave**2 * length / 2), eigvals_only=True, subset_by_index=(0, 0))[0]
+    shortened = wave * math.sqrt(length / 2)  # the roots of what the force does, which is diagonal
+    least = np.linalg.eigvalsh(bent / np.outer(shortened, shortened))[0]
     return float(least) * (tube.bending * tube.weight**2) ** (1 / 3)

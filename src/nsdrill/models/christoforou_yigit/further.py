@@ -12,7 +12,7 @@ from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.figures import Figure, lateral_stiffness
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.tubes import Tube
-from nsdrill.models.christoforou_yigit.waves import axial_waves, torsional_waves
+from nsdrill.models.christoforou_yigit.waves import axial_waves, rising_root, torsional_waves
 from nsdrill.models.operation import Operation
 
 WAVES = 4  # standing waves that are listed
@@ -54,8 +54,13 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
     for name, tube in (("collar", collar), ("pipe", pipe)):
         load = float(buckling.sinusoidal(tube, HORIZONTAL))
         found |= {
-            f"{name}_sinusoidal": (load, "N", f"load at which the {name} buckles in a horizontal hole", "buckling"),
-            f"{name}_helical": (buckling.HELIX * load, "N", "load at which that becomes a helix", "buckling"),
+            f"{name}_sinusoidal": (
+                _number(load),
+                "N",
+                f"load at which the {name} buckles in a horizontal hole",
+                "buckling",
+            ),
+            f"{name}_helical": (_number(buckling.HELIX * load), "N", "load at which that becomes a helix", "buckling"),
             f"{name}_half_wave": (buckling.half_wave(tube, HORIZONTAL), "m", "half wave of the sinusoid", "buckling"),
         }
     return found
@@ -143,8 +148,6 @@ def wall_inclination(parameters: Parameters, operation: Operation, k: Coefficien
 def low_side_swing(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
     """Frequency [rad/s] of small swings along the wall about the low side of a horizontal hole, sqrt(F_g / (m_l r)) at
     the radius r of rest, k_r r + k_w (r - c0)^p = F_g; None where the collar does not rest on the wall."""
-    from scipy.optimize import brentq
-
     if wall_inclination(parameters, operation, k) is None:
         return None
     stiffness, force, gap = lateral_stiffness(parameters, operation, k), hung(parameters), float(k.gap)
@@ -159,4 +162,4 @@ def low_side_swing(parameters: Parameters, operation: Operation, k: Coefficients
         deep *= 2.0
         if deep > 10.0 * gap:
             return None  # a wall softer than the span is bent by the weight on bit
-    return math.sqrt(force / (float(k.m_l) * (gap + float(brentq(excess, 0.0, deep)))))
+    return math.sqrt(force / (float(k.m_l) * (gap + rising_root(excess, 0.0, deep))))

@@ -10,6 +10,7 @@ a spring of stiffness K tan(theta) = -z_c w / K. Theta grows with w, so no mode 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -38,8 +39,6 @@ def _standing(
     speed: float, pipe: tuple[float, float], collar: tuple[float, float], spring: float, count: int
 ) -> np.ndarray:
     """Frequencies of two parts, each (length, impedance), in which waves have this ``speed``."""
-    from scipy.optimize import brentq
-
     (long, z_p), (short, z_c) = pipe, collar
 
     def turned(angle: float, ratio: float) -> float:
@@ -57,6 +56,13 @@ def _standing(
         high = low + math.pi * speed / (long + short)
         while phase(high) < number * math.pi:
             high *= 1.5
-        low = float(brentq(lambda w, turn=number * math.pi: phase(w) - turn, low, high, xtol=1e-12 * high, rtol=1e-13))
+        low = rising_root(lambda w, turn=number * math.pi: phase(w) - turn, low, high)  # type: ignore[misc]
         found.append(low)
     return np.array(found)
+
+
+def rising_root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Where a ``function`` that grows from ``low`` to ``high`` is zero, to the last bit."""
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if function(middle) < 0.0 else (low, middle)
+    return high
