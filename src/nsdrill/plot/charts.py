@@ -161,6 +161,8 @@ def _buckling(axes: Axes, chart: BucklingLoads, units: str) -> list[Artist]:
     )
     for name, load, colour, dashes in tubes:
         shown = load / force.scale
+        if not (shown > 0.0).any():
+            continue  # it floats in the mud, or does not fit the hole
         axes.plot(x, shown, color=colour, linestyle=dashes, linewidth=1.3, gid=name)
         axes.fill_between(
             x, HELIX * shown, FULL_HELIX * shown, color=colour, alpha=0.25, linewidth=0, gid=f"{name} helix"
