@@ -38,10 +38,19 @@ def test_critical_speeds_by_depth() -> None:
     lateral = lines(figure, "lateral, of 1, 2, 3 half waves of the span")
     assert [float(one[0, 1]) for one in lateral] == pytest.approx([6.323, 26.27, 59.51], rel=1e-3)
     assert "one mode of each kind" in axes.get_title(loc="left")
-    (band,) = (patch for patch in axes.patches if patch.get_gid() == "operating")
-    assert band.get_extents().height > 0.0
     assert "A string" in figure.get_suptitle()
     assert "66.72 kN" in figure.get_suptitle()
+
+
+def test_the_band_is_that_of_the_sweep_or_the_ramp() -> None:
+    ramp = {"title": "t", "operation": {"rotary_speed": {"ramp": [["0 s", "4 rad/s"], ["60 s", "7 rad/s"]]}}}
+    for study, low, high in ((STUDY, 2.0, 8.0), (ramp, 4.0, 7.0)):
+        axes = nsdrill.chart(study, "critical-speeds").axes[0]
+        (band,) = (patch for patch in axes.patches if patch.get_gid() == "operating")
+        assert (band.get_y(), band.get_y() + band.get_height()) == pytest.approx((low, high))
+    one = nsdrill.chart({"title": "t"}, "critical-speeds").axes[0]
+    (line,) = (line for line in one.lines if line.get_gid() == "operating")
+    assert line.get_ydata() == pytest.approx([3.0, 3.0])
 
 
 def test_field_units() -> None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from nsdrill.app.check import operation_of
+from nsdrill.app.check import ends_of, operation_of
 from nsdrill.data import OVERRIDES, json_text
 from nsdrill.errors import InputError
 from nsdrill.models.christoforou_yigit import charts
@@ -45,8 +45,7 @@ def draw_chart(study: Study, kind: str | None, along: str | None = None, *, unit
     operation = operation_of(study)
     axis = getattr(chart, "axis", None)
     point = {name: getattr(operation, name) for name in OPERATION if name != axis}
-    speeds = study.axes["rotary_speed"] if "rotary_speed" in study.swept else [operation.rotary_speed]
-    return draw(chart, attrs, point, units, (float(speeds[0]), float(speeds[-1])))
+    return draw(chart, attrs, point, units, ends_of(study, "rotary_speed"))
 
 
 def chart_of(study: Study, kind: str | None, along: str | None = None) -> Chart:

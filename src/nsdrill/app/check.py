@@ -165,7 +165,8 @@ def _large(study: Study) -> str | None:
     )
 
 
-def _ends(study: Study, axis: str) -> tuple[float, float]:
+def ends_of(study: Study, axis: str) -> tuple[float, float]:
+    """The least and the greatest value that an axis, or the ramp in its place, takes."""
     if axis in study.ramped:
         return min(study.ramps[axis].values), max(study.ramps[axis].values)
     return float(study.axes[axis][0]), float(study.axes[axis][-1])
@@ -173,7 +174,7 @@ def _ends(study: Study, axis: str) -> tuple[float, float]:
 
 def _corners(study: Study) -> list[Values]:
     """What the points have at the ends of all axes and ramps, each with each."""
-    ends = [sorted(set(_ends(study, axis))) for axis in study.axes]
+    ends = [sorted(set(ends_of(study, axis))) for axis in study.axes]
     return [
         values_at(study.parameters, study.initial, dict(zip(study.axes, values, strict=True)))
         for values in product(*ends)
@@ -259,7 +260,7 @@ def _unstable(study: Study, units: str) -> str | None:
 
 
 def _few_turns(study: Study, units: str) -> str | None:
-    slowest = _ends(study, "rotary_speed")[0]
+    slowest = ends_of(study, "rotary_speed")[0]
     turns = slowest * study.simulation.observe / (2 * math.pi)
     if turns >= LEAST_TURNS:
         return None
