@@ -450,8 +450,8 @@ def attractors(results: ResultsLike) -> list[dict[str, Any]]:
 def check(study: StudyLike, set: Settings = None) -> Report:
     """Check a study without running it.
 
-    The report has the ``coefficients`` at the study's ``operation`` in SI units (``report.coefficients.k_t``),
-    ``figures`` that follow from them, ``warnings`` in plain sentences, the numbers of ``points`` and ``chains``, and
+    The report has the ``coefficients`` at the study's ``operation`` in SI units (``report.coefficients.k_t``; None of a
+    model without them), ``figures`` that follow from them, ``warnings`` in plain sentences, the numbers of ``points`` and ``chains``, and
     the bytes of ``disk`` and ``memory`` that a run takes; ``report.as_json()`` is all of it as plain data. ``set``
     changes keys of the study, as in :func:`load_study`.
     """

@@ -110,6 +110,21 @@ def test_swept_depth_replaces_a_default_inside_the_collars(call: Call, small: Pa
     assert json.loads(answer.out)["operation"]["depth"]["value"] == 7000.0
 
 
+def test_a_model_without_figures_of_its_own(call: Call) -> None:
+    """The coefficients and figures are those of the main model; what is known of every study is said."""
+    Path("twist.yaml").write_text("model: torsion\nsimulation: {transient: 10 s, observe: 5 s}\n")
+    answer = call("check", "twist.yaml")
+    assert answer.code == 0
+    assert answer.out.startswith("twist.yaml: valid.")
+    assert answer.out.rstrip().endswith("3 rad/s (28.65 rpm).")
+    assert "Short: at 3 rad/s" in answer.err
+    report = json.loads(call("check", "twist.yaml", "--json").out)
+    assert report["coefficients"] == report["figures"] == {}
+    answer = call("plot", "twist.yaml", "--kind", "drive-card", "-o", "a.png")
+    assert answer.code == 2
+    assert "found a study of the model torsion; allowed: christoforou_yigit" in answer.err
+
+
 def test_wrong_study(call: Call, small: Path) -> None:
     small.write_text(small.read_text().replace("22.24 kN", "22.24").replace("title", "titel"))
     answer = call("check", small)

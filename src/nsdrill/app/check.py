@@ -18,6 +18,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.study.study import Study
+from nsdrill.variables import MODEL
 
 MEANINGS = {
     "m_c": "modal steel mass of the span",
@@ -43,12 +44,13 @@ LARGE = 2e9  # bytes of results
 
 @dataclass(frozen=True)
 class Report:
-    """What ``check`` finds at the study's ``operation``: coefficients, figures, and warnings in plain sentences. Of a
+    """What ``check`` finds at the study's ``operation``: coefficients (None of a model that has others), figures, and
+    warnings in plain sentences. Of a
     refined sweep ``points`` are those of the finest grid, ``coarse_points`` those that are run in any case. A run takes
     ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0 where a ramp stands in place of a sweep."""
 
     operation: Operation
-    coefficients: Coefficients
+    coefficients: Coefficients | None
     figures: dict[str, Figure]
     warnings: list[str]
     points: int
@@ -67,7 +69,8 @@ class Report:
                 "rotary_speed": {"value": self.operation.rotary_speed, "units": "rad/s"},
             },
             "coefficients": {
-                name: {"value": float(getattr(self.coefficients, name)), "units": UNITS[name]} for name in MEANINGS
+                name: {"value": float(getattr(self.coefficients, name)), "units": UNITS[name]}
+                for name in (MEANINGS if self.coefficients else ())
             },
             "figures": {
                 name: {"value": figure.value, "units": figure.units, "meaning": figure.meaning}
@@ -97,7 +100,10 @@ def check(study: Study, units: str = "si") -> Report:
     where a ramp stands in place of a sweep."""
     plan = plan_of(study)
     operation = operation_of(study)
-    k = derive(study.parameters, operation.depth, operation.wob, operation.rotary_speed)
+    k, shown = None, {}
+    if study.model == MODEL:
+        k = derive(study.parameters, operation.depth, operation.wob, operation.rotary_speed)
+        shown = {**figures(study.parameters, operation), **further_figures(study.parameters, operation)}
     points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.chains)
     coarse = points
     for axis in study.refined:
@@ -105,7 +111,7 @@ def check(study: Study, units: str = "si") -> Report:
     return Report(
         operation,
         k,
-        {**figures(study.parameters, operation), **further_figures(study.parameters, operation)},
+        shown,
         _warnings(study, units),
         points,
         chains,
@@ -119,7 +125,11 @@ def check(study: Study, units: str = "si") -> Report:
 def operation_of(study: Study) -> Operation:
     """The operating point of a study; at the least depth of a sweep where its own does not reach below the collars."""
     operation = study.operation
-    if "depth" in study.swept and not operation.depth > study.parameters.drillstring.collar.length:
+    if (
+        study.model == MODEL
+        and "depth" in study.swept
+        and not operation.depth > study.parameters.drillstring.collar.length
+    ):
         operation = replace(operation, depth=float(study.axes["depth"][0]))
     return operation
 
@@ -131,9 +141,10 @@ def coarse_length(study: Study, axis: str) -> int:
 
 
 def _warnings(study: Study, units: str) -> list[str]:
-    found = [_buckled(study, units), _slow(study), _eccentric(study, units), _unstable(study, units)]
+    own = study.model == MODEL
+    found = [_buckled(study, units), _slow(study), _eccentric(study, units), _unstable(study, units)] if own else []
     if study.swept or not study.ramped:  # else there is no observed window
-        found += [_few_turns(study, units), _few_periods(study), _verified(study), _large(study)]
+        found += [_few_turns(study, units), _few_periods(study) if own else None, _verified(study), _large(study)]
     return [warning for warning in found if warning is not None]
 
 

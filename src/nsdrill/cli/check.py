@@ -70,16 +70,17 @@ def command(study: str, as_json: bool, everything: bool, units: str, overrides: 
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
         knots = knots_text(name, ramp.times, ramp.values, units)
         click.echo(f"Ramp, for nsdrill simulate: {label_of(name)} {knots}{replaced}.")
+    shown = {name: figure for name, figure in report.figures.items() if everything or not figure.further}
     start = "At the start of the ramp: " if loaded.ramped else "At "
     depth = value_text("depth", operation.depth, units)
     others = [value_text(name, getattr(operation, name), units, both=True) for name in ("wob", "rotary_speed")]
-    click.echo(f"\n{start}{', '.join((depth, *others))}:")
-    shown = {name: figure for name, figure in report.figures.items() if everything or not figure.further}
-    rows = [(name, float(getattr(report.coefficients, name)), UNITS[name], MEANINGS[name]) for name in MEANINGS]
-    _table("Coefficients", rows, units, shown)
+    click.echo(f"\n{start}{', '.join((depth, *others))}{':' if shown else '.'}")
+    if report.coefficients is not None:
+        rows = [(name, float(getattr(report.coefficients, name)), UNITS[name], MEANINGS[name]) for name in MEANINGS]
+        _table("Coefficients", rows, units, shown)
     for group, title in GROUPS.items():
-        found = [(name, f.value, f.units, f.meaning) for name, f in shown.items() if f.group == group]
-        _table(title, found, units, shown)
+        if found := [(name, f.value, f.units, f.meaning) for name, f in shown.items() if f.group == group]:
+            _table(title, found, units, shown)
     if more := len(report.figures) - len(shown):
         click.echo(
             f"\n{more} further figures with --all: buckling, higher lateral modes, standing waves, damping by the mud."
