@@ -452,8 +452,8 @@ def check(study: StudyLike, set: Settings = None) -> Report:
 
     The report has the ``coefficients`` at the study's ``operation`` in SI units (``report.coefficients.k_t``; None of a
     model without them), ``figures`` that follow from them, ``warnings`` in plain sentences, the numbers of ``points``
-    and ``chains``, and the bytes of ``disk`` and ``memory`` that a run takes; ``report.as_json()`` is all of it as plain
-    data. ``set`` changes keys of the study, as in :func:`load_study`.
+    and ``chains``, and the bytes of ``disk`` and ``memory`` that a run takes; ``report.as_json()`` is all of it as
+    plain data. ``set`` changes keys of the study, as in :func:`load_study`.
     """
     from nsdrill.app import check as app
 
