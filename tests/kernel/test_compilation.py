@@ -24,10 +24,11 @@ import sys
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.christoforou_yigit.rhs import make_right_hand_side
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.registry import DEFAULT, model_named
+from nsdrill.models.registry import model_named
+from nsdrill.variables import MODEL
 from nsdrill.models.christoforou_yigit.events import make_events
 from nsdrill.models.christoforou_yigit.layout import OBSERVED
-rows = model_named(DEFAULT).rows(Options(), len(OBSERVED))
+rows = model_named(MODEL).rows(Options(), len(OBSERVED))
 function = {
     "rhs": lambda: make_right_hand_side(8),
     **{f"law {n}": lambda n=n: make_right_hand_side(8, Options(friction=n)) for n in (1, 2, 3)},
