@@ -86,9 +86,10 @@ class Description:
 
     ``orders`` and ``relations`` say what values must satisfy together: ``relations(check)`` yields the faults of a
     study, ``check`` is a :class:`nsdrill.study.relations.Checker`. ``units_by`` has the keys whose units depend on a
-    choice: (key of the choice, its words with their units). The template of a study shows ``example_axis``, a key with
-    a least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from
-    parameters, initial state and axes.
+    choice: (key of the choice, its words with their units). ``compiled`` are keys of whole numbers that are fixed when
+    the model is compiled, and may be an axis all the same. The template of a study shows ``example_axis``, a key with a
+    least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from parameters,
+    initial state and axes.
     """
 
     name: str
@@ -112,6 +113,7 @@ class Description:
     orders: tuple[Order, ...] = ()
     relations: Callable[[Any], Iterator[Any]] | None = None
     units_by: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
+    compiled: tuple[str, ...] = ()
     example_axis: tuple[str, str, str] = ("", "", "")
     example_slice: str = ""
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numba import types
@@ -18,8 +18,8 @@ from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model
 from nsdrill.models.base import Variant as Fixed
 from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
-from nsdrill.models.leaves import Values, values_at
-from nsdrill.models.registry import NAMES, model_named
+from nsdrill.models.leaves import Values, values_at, with_values
+from nsdrill.models.registry import NAMES, described, model_named
 from nsdrill.models.starts import Starts
 from nsdrill.observe.exponent import GROWTH, exponent_of, growth_header, make_growth, seed_deviation
 from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
@@ -80,8 +80,26 @@ class Work:
         return Variant(self.model, self.kind.variant(self.parameters), self.record.exponent, self.simulation.pair)
 
     def at(self, values: Mapping[str, Any]) -> Values:
-        """What the points have at these values of the axes, scalars or arrays [points]."""
-        return values_at(self.parameters, self.initial, values)
+        """What the points have at these values of the axes, scalars or arrays [points]; of what is compiled in all have
+        what the parameters say (:meth:`parts`)."""
+        free = {key: value for key, value in values.items() if key not in self.compiled}
+        return values_at(self.parameters, self.initial, free)
+
+    @property
+    def compiled(self) -> tuple[str, ...]:
+        """The axes over what is fixed when the model is compiled."""
+        return tuple(key for key in described(self.model).compiled if key in self.plan.axes)
+
+    def parts(self, points: Array) -> Iterator[tuple[Self, Array]]:
+        """These points by what is compiled in: the work of each part, with parameters of its own, and its points."""
+        if not self.compiled:
+            yield self, points
+            return
+        values = self.plan.values(points)
+        every, which = np.unique([values[key] for key in self.compiled], axis=1, return_inverse=True)
+        for number, row in enumerate(every.T):
+            whole = {key: int(value) for key, value in zip(self.compiled, row, strict=True)}
+            yield replace(self, parameters=with_values(self.parameters, whole)), points[which.ravel() == number]
 
     def new_gang(self, lanes: int, slots: int) -> Gang:
         model, record, rows = self.kind, self.record, self.variant.rows

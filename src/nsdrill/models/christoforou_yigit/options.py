@@ -29,7 +29,7 @@ def options_of(parameters: Parameters) -> Options:
     """The options of a string."""
     return Options(
         hertz=int(parameters.well.law == "hertz"),
-        lobes=parameters.bit.lobes,
+        lobes=int(parameters.bit.lobes),
         driven=int(not parameters.drive.ideal),
         friction=LAWS.index(parameters.bit.friction.law),
         limited=int(parameters.drive.torque_limit is not None),
