@@ -39,7 +39,7 @@ def has_failed(status: Any) -> Any:
 
 
 BIT_BOUNCE, STICK_SLIP, WHIRL = 1, 2, 4
-NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR = range(5)
+NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR, LOW_SIDE = range(6)
 UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(6)
 
 
@@ -87,8 +87,8 @@ class Variable:
 class Kept:
     """What is kept of each point beside features and labels: how many peaks and returns to the Poincare section, and
     whether the Lyapunov exponent; from how many states each operating point is started, 0 where from one only,
-    without a dimension for it; whether there are checks of each point; the axes beside those of the operation; and the
-    names of the states."""
+    without a dimension for it; whether there are checks of each point; the axes beside those of the operation; the names
+    of the states; whether the stabilisers have room or friction; and whether the hole is inclined somewhere."""
 
     peaks: int = 0
     returns: int = 0
@@ -97,6 +97,8 @@ class Kept:
     verify: bool = False
     axes: tuple[Axis, ...] = ()
     states: tuple[str, ...] = STATE_NAMES
+    stabilized: bool = False
+    inclined: bool = False
 
     def __post_init__(self) -> None:
         # As plain data has them.
@@ -224,8 +226,8 @@ VARIABLES: tuple[Variable, ...] = (
         "1",
         "kind of whirl",
         "label",
-        flag_values=(0, 1, 2, 3, 4),
-        flag_meanings="none forward backward backward_rolling irregular",
+        flag_values=(0, 1, 2, 3, 4, 5),
+        flag_meanings="none forward backward backward_rolling irregular low_side",
     ),
     Variable(
         "stick_slip_severity",
@@ -298,6 +300,11 @@ VARIABLES: tuple[Variable, ...] = (
     _feature("radius_mean", "m", "mean radial displacement of the collar"),
     _feature("wall_contact_fraction", "1", "fraction of time with the collar on the wall"),
     _feature("wall_force_max", "N", "greatest normal force on the wall"),
+    _feature(
+        "stabilizer_contact_fraction", "1", "fraction of time with the stabilisers on the wall", "stabilized"
+    ),
+    _feature("x_mean", "m", "mean displacement of the collar across an inclined hole, x", "inclined"),
+    _feature("y_mean", "m", "mean displacement of the collar in an inclined hole, y, the low side at -y", "inclined"),
     _feature("whirl_speed_mean", "rad s-1", "mean whirl speed"),
     _feature("whirl_ratio", "1", "mean whirl speed over mean bit speed"),
     _feature("rolling_ratio", "1", "rolling ratio while on the wall: 1 rolls backward without slip, 0 does not roll"),

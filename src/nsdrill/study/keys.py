@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 from nsdrill import units as si
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Well
+from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Stabilizer, Well
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import DEFAULT, NAMES
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -27,6 +27,7 @@ SECTIONS: dict[str, type] = {
     "drillstring": Drillstring,
     "mud": Mud,
     "well": Well,
+    "stabilizer": Stabilizer,
     "bit": Bit,
     "modes": Modes,
     "drive": Drive,
@@ -43,7 +44,7 @@ STIFFNESS = {"linear": "N/m", "hertz": "N/m^1.5"}
 
 MANY = 12  # choices that no message lists
 
-PHYSICAL = ("drillstring", "mud", "well", "bit", "drive", "operation", "initial")
+PHYSICAL = ("drillstring", "mud", "well", "stabilizer", "bit", "drive", "operation", "initial")
 """The sections whose numbers a sweep may vary."""
 
 SLICE = "initial.slice"  # its values are ranges of states, as the axes of the sweep are: no leaf

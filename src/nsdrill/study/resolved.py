@@ -15,7 +15,17 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Parameters, Well
+from nsdrill.models.christoforou_yigit.parameters import (
+    Bit,
+    Drillstring,
+    Drive,
+    Initial,
+    Modes,
+    Mud,
+    Parameters,
+    Stabilizer,
+    Well,
+)
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -23,6 +33,15 @@ from nsdrill.ranges import check_fields
 from nsdrill.study.keys import MODEL, STIFFNESS, axis_leaves
 from nsdrill.study.study import Procedure, Study
 from nsdrill.variables import AXES, Axis
+
+
+# What the physics of earlier versions did not have, and its value where nothing has changed.
+LATER: dict[tuple[str, str], Any] = {
+    ("drillstring", "eccentric_weight"): True,
+    ("mud", "swirl"): 0.0,
+    ("well", "inclination"): 0.0,
+    ("well", "axial_friction"): False,
+}
 
 
 def study_from_resolved(
@@ -65,12 +84,13 @@ def study_from_resolved(
             title=str(resolved.get("title", "")),
             model=MODEL.read(resolved.get("model", MODEL.default)),
             parameters=Parameters(
-                build(Drillstring, resolved["drillstring"]),
-                build(Mud, resolved["mud"]),
-                build(Well, resolved["well"]),
+                build(Drillstring, _known(resolved, "drillstring")),
+                build(Mud, _known(resolved, "mud")),
+                build(Well, _known(resolved, "well")),
                 build(Bit, resolved["bit"]),
                 build(Drive, resolved.get("drive", {}), lenient=True),
                 build(Modes, resolved.get("modes", {}), lenient=True),
+                build(Stabilizer, resolved.get("stabilizer", {}), lenient=True),
             ),
             operation=operation,
             initial=initial,
@@ -120,6 +140,11 @@ def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
     return made
 
 
+def _known(resolved: dict[str, Any], section: str) -> dict[str, Any]:
+    """A section with what an earlier version did not know as it was then."""
+    return {name: off for (of, name), off in LATER.items() if of == section} | resolved[section]
+
+
 def refined_axes(sweep: dict[str, Any]) -> tuple[str, ...]:
     """The axes of a resolved sweep that are refined: those given as {from, to, points}, but for the one along which
     the state is carried."""
@@ -158,6 +183,11 @@ def digest(resolved: dict[str, Any]) -> str:
     if parts.get("drive", {}).get("kind") == "ideal":
         del parts["drive"]
         parts = _without(_without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
+    if parts.get("stabilizer", {}).get("clearance") is None and "stabilizer.clearance" not in parts["sweep"]:
+        parts.pop("stabilizer", None)
+    for (section, name), off in LATER.items():
+        if parts[section].get(name) == off:
+            parts = _without(parts, [section], name)
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)
         parts = _without(parts, sections, name)

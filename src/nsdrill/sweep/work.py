@@ -77,7 +77,9 @@ class Work:
     @property
     def variant(self) -> Variant:
         """What is fixed when it is compiled."""
-        return Variant(self.model, self.kind.variant(self.parameters), self.record.exponent, self.simulation.pair)
+        # An option is compiled in where an axis needs it at some point.
+        fixed = self.kind.variant(self.at(self.plan.axes).parameters)
+        return Variant(self.model, fixed, self.record.exponent, self.simulation.pair)
 
     def at(self, values: Mapping[str, Any]) -> Values:
         """What the points have at these values of the axes, scalars or arrays [points]."""
