@@ -16,6 +16,7 @@ from nsdrill.variables import (
     BIT_BOUNCE,
     FORWARD,
     IRREGULAR,
+    LOW_SIDE,
     NO_WHIRL,
     OK,
     PERIODIC,
@@ -54,9 +55,11 @@ def classify(
     rolling = (np.abs(features["rolling_ratio"] - 1.0) <= t.whirl.rolling_tolerance) & (
         features["wall_contact_fraction"] >= t.whirl.rolling_contact
     )
+    still_around = np.abs(ratio) < t.whirl.direction
+    low_side = still_around & (features["wall_contact_fraction"] >= t.whirl.rolling_contact) & _low(features, whirl)
     kind = np.select(
-        [~whirl, rolling, np.abs(ratio) < t.whirl.direction, ratio > 0.0],
-        [NO_WHIRL, BACKWARD_ROLLING, IRREGULAR, FORWARD],
+        [~whirl, rolling, low_side, still_around, ratio > 0.0],
+        [NO_WHIRL, BACKWARD_ROLLING, LOW_SIDE, IRREGULAR, FORWARD],
         default=BACKWARD,
     )
     bands = (
@@ -98,6 +101,12 @@ def classify(
         )
         labels["period"] = np.where(labels["motion"] == PERIODIC, found, 0).astype(np.int16)
     return labels
+
+
+def _low(features: Mapping[str, Array], like: Array) -> Array:
+    """Whether the collar is on average in the lower half of an inclined hole; nowhere in a vertical one."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(features["y_mean"] < 0.0) if "y_mean" in features else np.zeros(like.shape, bool)
 
 
 def still(features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:

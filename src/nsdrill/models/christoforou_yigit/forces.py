@@ -77,7 +77,7 @@ def _contacts(
         around = tangential * clearance / np.where(radius > 0, radius, 1.0)
         slip = omega * stabilizer_radius(parameters) + around
         rub, rub_along = _shared(parameters, parameters.stabilizer.friction, np.abs(held), slip, along)
-        found |= {"stabilizer_force": held, "stabilizer_friction": rub}
+        found["stabilizer_friction"] = rub
         found["axial_friction"] = found["axial_friction"] + rub_along
     return found
 
@@ -88,15 +88,13 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
     ``state`` holds x, vx, y, vy [m, m/s], z, vz, twist [rad], bit_speed [rad/s] and drive_angle [rad], arrays of one
     shape; and, of a drive that is not ideal, lag [rad] and drive_speed [rad/s]. Gives radius, radial_velocity,
     whirl_angle (unwrapped along the array), whirl_speed, bit_force, bit_torque, wall_force, wall_friction,
-    surface_torque, all SI; with stabilisers stabilizer_force and stabilizer_friction, and with friction along the axis
-    axial_friction on the collar, upwards where it slides down. ``operation`` may change along the array.
+    surface_torque, all SI. ``operation`` may change along the array.
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     x, vx, y, vy = (state[name] for name in ("x", "vx", "y", "vy"))
     found = _contacts(parameters, operation, k, state)
     radius = found["radius"]
     safe = np.where(radius > 0, radius, 1.0)
-    optional = [name for name in ("stabilizer_force", "stabilizer_friction") if name in found]
     return {
         "radius": radius,
         "radial_velocity": (x * vx + y * vy) / safe,
@@ -107,8 +105,6 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
         "wall_force": found["wall_force"],
         "wall_friction": found["wall_friction"],
         "surface_torque": -k.k_t * (state["twist"] - state.get("lag", 0.0)),
-        **{name: found[name] for name in optional},
-        **({"axial_friction": -found["axial_friction"]} if parameters.well.axial_friction else {}),
     }
 
 
