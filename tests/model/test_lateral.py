@@ -7,15 +7,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reference import Case
+from sweep.runs import finish, run_work, same_bits, work_for
 
+import nsdrill
 from model.cases import operation_of, random_case, random_state
-from model.lateral import Lateral, derivative, parameters
+from model.lateral import Lateral, derivative, parameters, solve
 from nsdrill.abi import Rows
+from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.forces import energy, powers
+from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
 from nsdrill.models.christoforou_yigit.options import Options, options_of
-from nsdrill.models.christoforou_yigit.parameters import Parameters  # noqa: F401
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.rhs import STATES, drifts, make_right_hand_side, pack, rows_of
+from nsdrill.models.christoforou_yigit.tangent import make_tangent
 from nsdrill.models.leaves import with_values
+from nsdrill.observe.thresholds import Record
+from nsdrill.study import parse_study
 
 FORMS = {
     "swirl": {"swirl": 0.5},
@@ -136,3 +143,145 @@ def test_an_option_that_is_zero_somewhere_changes_no_bit_there(key: str) -> None
     on = options_of(zero[0])
     assert on != Options() and swept.shape[1] == without.shape[1] + 2
     assert slopes(on, swept, times, states).tobytes() == slopes(Options(), without, times, states).tobytes()
+
+
+KEYS = {
+    "swirl": "mud: {swirl: 0.5}",
+    "stabilizer": "stabilizer: {clearance: 12.7 mm}",
+    "weight": "well: {inclination: 40 deg}",
+    "axial": "well: {axial_friction: true, inclination: 40 deg}",
+    "all": "mud: {swirl: 0.5}\nstabilizer: {clearance: 5 mm}\nwell: {inclination: 20 deg, axial_friction: true}",
+}
+OF_KEYS = {
+    "swirl": Lateral(swirl=0.5),
+    "stabilizer": Lateral(clearance=0.0127),
+    "weight": Lateral(inclination=np.radians(40)),
+    "axial": Lateral(inclination=np.radians(40), axial_friction=True),
+    "all": Lateral(swirl=0.5, clearance=0.005, inclination=np.radians(20), axial_friction=True),
+}
+
+
+@pytest.mark.parametrize("form", KEYS)
+def test_traces_follow_dop853(form: str) -> None:
+    """Half a second to a second of hits and slides, before chaos takes over."""
+    text = (
+        f"{KEYS[form]}\ninitial: {{x: 70 mm, vy: -0.6 m/s}}\noperation: {{rotary_speed: 5 rad/s}}\n"
+        "simulation: {rtol: 1.0e-11}"
+    )
+    trace = nsdrill.simulate(parse_study(text), duration=0.8, sample=0.05)
+    c = Case(speed=5.0)
+    start = [trace[name].values[0] for name in STATES]
+    exact = solve(c, OF_KEYS[form], np.array(start), trace.time.values)
+    assert trace["radius"].values.max() > c.gap, "the collar is to touch the wall"
+    size = np.array([0.05, 0.5, 0.05, 0.5, 1e-3, 0.01, 1.0, 1.0])
+    for i, name in enumerate(STATES):
+        assert np.max(np.abs(trace[name].values - exact[i])) < 2e-7 * size[i], name
+
+
+def state_of(trace: object) -> dict[str, np.ndarray]:
+    return {name: values.values for name, values in trace.data_vars.items()}  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("form", KEYS)
+def test_energy_balances_along_a_trajectory(form: str) -> None:
+    """To 1e-6 of the work that goes through, in 5 s of hits."""
+    text = f"{KEYS[form]}\ninitial: {{x: 70 mm, vy: -0.6 m/s}}\nsimulation: {{rtol: 1.0e-9}}"
+    study = parse_study(text)
+    trace = nsdrill.simulate(study, duration=5.0, sample=1.25e-4)
+    state, operation = state_of(trace), study.operation
+    held = energy(study.parameters, operation, state)
+    total = sum(powers(study.parameters, operation, state).values())
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (total[1:] + total[:-1]) * 1.25e-4)])
+    through = float(np.sum(np.abs(total)) * 1.25e-4)
+    assert np.max(np.abs(held - held[0] - work)) < 1e-6 * through
+    assert np.any(trace["wall_force"].values > 0.0)
+
+
+def test_energy_is_kept_with_gravity_and_wall_impacts() -> None:
+    """All losses and drives off, 80 hits in 20 s: to 3e-5 J, of which each hit has its random part."""
+    text = """
+mud: {drag: 0}
+well: {inclination: 60 deg, friction: {static: 0, dynamic: 0}}
+drillstring: {lateral_softening: none, axial_damping: 0 N*s/m, torsional_damping: 0 N*m*s/rad}
+bit: {surface_amplitude: 0 mm, rock_stiffness: 1 N/m, friction: {static: 0, dynamic: 0}, cutting: {zeta: 0}}
+modes: {axial: frozen}
+operation: {wob: 0 N, rotary_speed: 1.0e-9 rad/s}
+initial: {x: 30 mm, y: 20 mm, vx: 0.3 m/s, bit_speed: 1 rad/s}
+simulation: {rtol: 1.0e-13}
+"""
+    study = parse_study(text)
+    trace = nsdrill.simulate(study, duration=20.0, sample=0.01)
+    held = energy(study.parameters, study.operation, state_of(trace))
+    assert np.any(trace["wall_force"].values > 0.0)
+    assert np.ptp(trace["bit_speed"].values) > 0.1  # the eccentric weight swings the string
+    assert np.max(np.abs(held - held[0])) < 3e-5
+
+
+@pytest.mark.parametrize("form", ["swirl", "weight", "both"])
+def test_the_deviation_is_the_derivative_of_the_motion(form: str) -> None:
+    """Against two neighbouring runs, with hits on the wall."""
+    keys = {"swirl": {"mud.swirl": 0.5}, "weight": {"well.inclination": 0.7}}
+    keys["both"] = keys["swirl"] | keys["weight"]
+    simulation = Simulation(transient=0.0, observe=3.0, rtol=1e-8)
+    work = work_for(Case(wob=10e3, speed=4.0), simulation, initial=Initial(x=0.07, vy=-0.6))
+    work = replace(work, parameters=with_values(work.parameters, keys[form]), record=Record(exponent=True))
+
+    def end(shift: float, rtol: float) -> np.ndarray:
+        one = replace(work, simulation=replace(simulation, rtol=rtol))
+        runs, gang = one.prepare(np.array([0])), one.new_gang(1, 1)
+        runs.initial[0, :8] += shift * runs.initial[0, 8:16]
+        gang._store[GROWTH_HEADER] = np.inf  # the deviation keeps its length
+        gang.add(np.array([0]), runs)
+        return finish(one, gang)[-1].final[0]
+
+    size = work.prepare(np.array([0])).sizes[0, :8]
+    quotient = (end(1e-5, 1e-12) - end(-1e-5, 1e-12))[:8] / 2e-5 / size
+    followed = end(0.0, 1e-8)[8:16] / size
+    assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
+
+
+@pytest.mark.parametrize("keys", [{"stabilizer.clearance": 0.01}, {"well.axial_friction": True}])
+def test_no_tangent_dynamics_where_there_are_none(keys: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match="no tangent dynamics"):
+        make_tangent(1, options_of(with_values(Parameters(), keys)), 0)
+
+
+WIDE = "stabilizer: {clearance: 25.4 mm}"
+
+
+@pytest.mark.parametrize("keys", [WIDE, KEYS["weight"], f"{WIDE}\nwell: {{inclination: 10 deg}}"])
+def test_features_are_those_of_the_trace(keys: str) -> None:
+    """Contact with the stabilisers, grazes included, and the mean position, from a dense trace of the same run; with
+    the same bits on every number of lanes."""
+    text = f"{keys}\nsimulation: {{transient: 5 s, observe: 20 s, rtol: 1.0e-8}}\noperation: {{rotary_speed: 2 rad/s}}"
+    study = parse_study(text)
+    work = replace(work_for(Case(speed=2.0), study.simulation), parameters=study.parameters)
+    found = run_work(work)
+    trace = nsdrill.simulate(study, sample=0.0005)
+    late = trace.time.values >= 5.0
+    radius = trace["radius"].values[late]
+    if study.parameters.stabilizer.clearance is not None:
+        share = np.mean(radius > study.parameters.stabilizer.clearance)
+        assert found["stabilizer_contact_fraction"][0] == pytest.approx(share, abs=2e-3)
+        assert 0.05 < share < 1.0
+    if study.parameters.well.inclination:
+        for name in ("x", "y"):
+            mean = np.trapezoid(trace[name].values[late], dx=0.0005) / 20.0
+            assert found[f"{name}_mean"][0] == pytest.approx(mean, abs=1e-6)
+        assert found["y_mean"][0] < 0.0
+    assert found["wall_contact_fraction"][0] == pytest.approx(np.mean(radius > 0.0762), abs=2e-3)
+    assert same_bits(found, run_work(work, lanes=1))
+
+
+def test_points_of_a_sweep_have_the_bits_of_runs_of_their_own() -> None:
+    """Also those at which the option is off."""
+    short = Simulation(transient=2.0, observe=5.0)
+    work = work_for(Case(speed=5.0), short, **{"well.inclination": [0.0, 0.4, 1.2], "mud.swirl": [0.0, 0.5]})
+    swept = run_work(work)
+    assert np.isnan(swept["y_mean"][:2]).all() and not np.isnan(swept["y_mean"][2:]).any()
+    for i, (inclination, swirl) in enumerate([(a, b) for a in (0.0, 0.4, 1.2) for b in (0.0, 0.5)]):
+        own = work_for(Case(speed=5.0), short)
+        values = {"well.inclination": inclination, "mud.swirl": swirl}
+        alone = run_work(replace(own, parameters=with_values(own.parameters, values)))
+        for name, column in alone.items():
+            assert column[0].tobytes() == swept[name][i].tobytes(), name

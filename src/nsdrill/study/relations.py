@@ -27,6 +27,7 @@ _ORDER: tuple[tuple[str, str, bool, str], ...] = (
     ("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower"),
     ("drillstring.collar.outer_diameter", "well.diameter", False, "upper"),
     ("well.friction.dynamic", "well.friction.static", True, "lower"),
+    ("stabilizer.friction.dynamic", "stabilizer.friction.static", True, "lower"),
     ("bit.friction.dynamic", "bit.friction.static", True, "lower"),
     ("classify.stick_slip.oscillation_index", "classify.stick_slip.medium_index", False, "upper"),
     ("classify.stick_slip.medium_index", "classify.stick_slip.stall_index", False, "upper"),
@@ -73,7 +74,21 @@ FROZEN: dict[str, tuple[str, ...]] = {
         "mud.density",
         "mud.added_mass",
         "mud.drag",
+        "mud.swirl",
+        "well.inclination",
+        "stabilizer.clearance",
     ),
+}
+# Switches and numbers that are nothing but forces on a collar that moves: with a frozen mode they have no meaning.
+OFF: dict[str, dict[str, Any]] = {
+    "axial": {"well.axial_friction": False},
+    "torsional": {},
+    "lateral": {
+        "mud.swirl": 0.0,
+        "well.inclination": 0.0,
+        "well.axial_friction": False,
+        "stabilizer.clearance": None,
+    },
 }
 
 
@@ -95,6 +110,8 @@ class Checker:
         yield from self._starts()
         yield from self._modes()
         yield from self._drive()
+        yield from self._stabilizer()
+        yield from self._exponent()
         yield from self._sweep()
 
     def order(self, section: str = "") -> Iterator[Fault]:
@@ -273,6 +290,53 @@ class Checker:
                     )
                 elif key.startswith("initial.") and self._given(key) and self._value(key) != self.leaves[key].default:
                     yield self.fault(key, f"{self._text(key)}, {what}", "left out")
+
+            for key, off in OFF[mode].items():
+                if self._sound(key) and self._value(key) != off and not self._axis(key):
+                    found = "true" if self._value(key) is True else self._text(key)
+                    yield self.fault(key, f"{found}, which modes.{mode}: frozen does without", "left out")
+
+    def _stabilizer(self) -> Iterator[Fault]:
+        """Stabilisers that touch before the collar does, and no friction of stabilisers without a clearance."""
+        clearance = "stabilizer.clearance"
+        if not self._sound("stabilizer"):
+            return
+        if self._value(clearance) is None and not self._axis(clearance):
+            allowed = "left out, or with a stabilizer.clearance: 0 mm stands for stabilisers without room"
+            for key, leaf in self.leaves.items():
+                if not key.startswith("stabilizer.friction."):
+                    continue
+                if axis := self._axis(key):
+                    found = "an axis over friction of stabilisers that stabilizer.clearance: null does without"
+                    yield self.fault(f"sweep.{axis}", found, allowed, ("sweep", axis))
+                elif self._value(key) != leaf.default:
+                    found = f"{self._text(key)}, which stabilizer.clearance: null does without"
+                    yield self.fault(key, found, allowed)
+            return
+        keys = ("well.diameter", "drillstring.collar.outer_diameter")
+        if not self._sound(*keys) or (axis := self._axis(clearance)) and not self._sound(f"sweep.{axis}"):
+            return
+        gap = (self._ends(keys[0])[0] - self._ends(keys[1])[1]) / 2
+        if 0.0 < gap <= self._ends(clearance)[1]:
+            axis = self._axis(clearance)
+            allowed = f"below the gap between collar and wall, {format_quantity(gap, 'mm')}: stabilisers touch first"
+            found = self._text(clearance, 1)
+            key = f"sweep.{axis}" if axis else clearance
+            yield self.fault(key, found, allowed, ("sweep", axis) if axis else None)
+
+    def _exponent(self) -> Iterator[Fault]:
+        """No Lyapunov exponent of equations that have no linearised ones here."""
+        if not self._sound("record", "stabilizer", "well") or not self._value("record.exponent"):
+            return
+        without = {
+            "stabilizer.clearance": self._value("stabilizer.clearance") is not None
+            or self._axis("stabilizer.clearance"),
+            "well.axial_friction": self._value("well.axial_friction"),
+        }
+        for key, there in without.items():
+            if there:
+                found = f"true with {key}, whose equations are not linearised"
+                yield self.fault("record.exponent", found, f"false; or without {key}")
 
     def _drive(self) -> Iterator[Fault]:
         """No value and no axis that the kind of drive does not read."""
