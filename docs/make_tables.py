@@ -22,7 +22,7 @@ from nsdrill.models.christoforou_yigit.coefficients import UNITS
 from nsdrill.models.christoforou_yigit.figures import figures
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
-from nsdrill.observe.thresholds import Thresholds
+from nsdrill.models.registry import described
 from nsdrill.plot.kinds import (
     ALIASES,
     MAP_KINDS,
@@ -33,12 +33,12 @@ from nsdrill.plot.kinds import (
     SWEEP_KINDS,
     TRACE_KINDS,
 )  # fmt: skip
-from nsdrill.study.keys import MANY, MODEL, PHYSICAL, SECTIONS, SLICE, Leaf, all_leaves, leaves
+from nsdrill.study.keys import MANY, MODEL_LEAF, SLICE, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
-from nsdrill.study.schema import ALONG, LONGEST_TITLE, POINTS, PROCEDURE, REFINE
+from nsdrill.study.schema import LONGEST_TITLE, POINTS, PROCEDURE, REFINE, along
 from nsdrill.units import USUAL
-from nsdrill.variables import COORDINATES, TRACE_VARIABLES, VARIABLES, Variable
+from nsdrill.variables import COORDINATES, MODEL, Variable
 
 HERE = Path(__file__).parent
 BLOCK = re.compile(r"(<!-- table: ([\w ]+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
@@ -109,7 +109,7 @@ def unit(leaf: Leaf) -> str:
 
 def parameters() -> str:
     sections = ("drillstring", "mud", "well", "bit", "operation")
-    found = [leaf for section in sections for leaf in leaves(SECTIONS[section], section)]
+    found = [leaf for section in sections for leaf in keys_of().of(section)]
     rows = (
         [code(leaf.key), code(SYMBOLS.get(leaf.key, "")), leaf.default_text, leaf.source, leaf.confidence]
         for leaf in found
@@ -121,12 +121,12 @@ def study_keys() -> str:
     """All sections in file order; the sweep, which is no dataclass, by hand from its own leaves."""
     text = "| key | unit | default | allowed | in the field | meaning |\n| --- | --- | --- | --- | --- | --- |\n"
     text += f"| `title` | text | empty | at most {LONGEST_TITLE} characters | | {MEANINGS['title']} |\n"
-    text += f"| `model` | | {code(MODEL.default_text)} | {allowed(MODEL)} | | {MEANINGS['model']} |\n"
+    text += f"| `model` | | {code(MODEL_LEAF.default_text)} | {allowed(MODEL_LEAF)} | | {MEANINGS['model']} |\n"
     told: set[str] = set()
-    for section, cls in SECTIONS.items():
+    for section in keys_of().sections:
         if section == "simulation":
             text += sweep_keys()
-        for leaf in leaves(cls, section):
+        for leaf in keys_of().of(section):
             groups = leaf.key.split(".")[:-1]
             for i in range(1, len(groups) + 1):
                 name = ".".join(groups[:i])
@@ -145,16 +145,16 @@ def study_keys() -> str:
 
 def sweep_keys() -> str:
     text = f"| **`sweep`** | | | | | *{MEANINGS['sweep']}* |\n"
-    every = all_leaves()
+    every = keys_of().leaves
     for axis in ("depth", "wob", "rotary_speed"):
         of = every[f"operation.{axis}"]
         span = f"`{{from, to, points}}` (points {allowed(POINTS)}; `spacing: log` for equal ratios)"
         form = f"{span}, a list, or one value; each {allowed(of)}"
         text += f"| `sweep.{axis}` | {of.units} | from `operation` | {form} | | {MEANINGS[f'sweep.{axis}']} |\n"
     form = "as those above, in the unit and the range of the key"
-    sections = "`, `".join(PHYSICAL)
+    sections = "`, `".join(keys_of().physical)
     text += f"| `sweep.KEY` | | from the key | {form} | | Any other number of `{sections}` by its dotted key |\n"
-    for leaf in (PROCEDURE, ALONG, REFINE):
+    for leaf in (PROCEDURE, along(keys_of()), REFINE):
         default = "null" if leaf.default is None else leaf.default
         text += f"| `{leaf.key}` | {unit(leaf)} | {default} | {allowed(leaf)} | | {leaf.meaning} |\n"
     return text
@@ -163,7 +163,7 @@ def sweep_keys() -> str:
 def thresholds() -> str:
     rows = (
         [code(leaf.key), leaf.default_text + (" %" if leaf.units == "percent" else ""), leaf.meaning, leaf.source]
-        for leaf in leaves(Thresholds, "classify")
+        for leaf in keys_of().of("classify")
     )
     return table(["key", "default", "meaning", "source"], rows)
 
@@ -198,13 +198,13 @@ ONLY = {
     "exponent": "record.exponent",
     "starts": "initial.ensemble",
     "verify": "simulation.verify",
-    "driven": "drive.kind",
+    "drive_speed": "drive.kind",
 }
 
 
 def results_variables() -> str:
     def rows() -> Iterable[list[str]]:
-        for v in VARIABLES:
+        for v in described(MODEL).variables:
             extra = ", ".join(code(name) for name in v.dims[4:])
             yield [
                 code(v.name),
@@ -222,7 +222,7 @@ def results_variables() -> str:
 def trace_variables() -> str:
     return table(
         ["variable", "type", "units", "meaning"],
-        ([code(v.name), v.dtype, v.units, v.long_name] for v in TRACE_VARIABLES),
+        ([code(v.name), v.dtype, v.units, v.long_name] for v in described(MODEL).trace),
     )
 
 

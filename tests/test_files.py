@@ -17,8 +17,8 @@ from store.samples import POINTS, header
 from nsdrill import files
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.files import Temporary, replacing, sweep_away, write_text
+from nsdrill.models.kept import Kept
 from nsdrill.store import RunLog, claim, part_path
-from nsdrill.variables import Kept
 
 KILLED = """
 import os, sys

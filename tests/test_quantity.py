@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import pytest
+from model_tables import TRACE_VARIABLES, VARIABLES
 
 from nsdrill.models.leaves import further_axes
 from nsdrill.quantity import SHOWN, SYSTEMS, amount, find, in_system, quantity
 from nsdrill.units import plain_units, to_si
-from nsdrill.variables import COORDINATES, TRACE_VARIABLES, VARIABLES
+from nsdrill.variables import COORDINATES, MODEL
 
 HELD = {v.name: v.units for v in (*VARIABLES, *TRACE_VARIABLES) if v.units} | {k: v[0] for k, v in COORDINATES.items()}
 
@@ -24,7 +25,7 @@ def test_every_variable_of_a_file_is_there_with_its_units(name: str) -> None:
 
 
 def test_every_number_of_a_study_has_field_units() -> None:
-    for name, (key, units) in further_axes().items():
+    for name, (key, units) in further_axes(MODEL).items():
         assert find(key) is find(name)
         assert quantity(key).units == units
         # Seconds, plain numbers and s/rad are the same on both sides of the ocean.

@@ -185,18 +185,14 @@ def simulate(
     ``status`` says why. InputError for values outside the model.
     """
     from nsdrill.app import trajectory
-    from nsdrill.study.keys import STIFFNESS, axis_leaves
-    from nsdrill.units import exact_text
+    from nsdrill.study.keys import keys_of
 
     loaded = study_in(study, set)
-    law = loaded.parameters.well.law
-    given = values_in(at, law, depth=depth, wob=wob, rotary_speed=rotary_speed)
-    leaves = axis_leaves()
+    given = values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
     further = []
     for key, value in given.items():
         if key not in _OPERATION:  # one of the numbers of the study, checked as if it stood there
-            text = exact_text(value, STIFFNESS[law]) if key == "well.stiffness" else leaves[key].text(value)
-            further.append(f"{key}={text}")
+            further.append(f"{key}={keys_of(loaded.model).leaf(key, loaded.resolved).text(value)}")
     result = trajectory.simulate(
         study_in(loaded, further),
         depth=given.get("depth"),
@@ -239,7 +235,7 @@ def replay(
     if is_dataset(results):
         names = ("status", "initial_state", "final_state")
         source = with_variables(data_in(results, names), "replay", names)
-    asked = values_in(at, "linear", depth=depth, wob=wob, rotary_speed=rotary_speed)
+    asked = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if procedure is not None and procedure not in _PROCEDURES:
         raise InputError(f"procedure: found {procedure!r}; allowed: {', '.join(_PROCEDURES)}.")
     result = trajectory.replay(
@@ -270,9 +266,9 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
     labels comes back, and the Dataset stays as it was. What was done is added to the attribute ``history``.
     """
     from nsdrill.app.report import MEASURED, reclassify, relabelled
+    from nsdrill.models.vocabulary import BY_NAME
     from nsdrill.store import open_results
     from nsdrill.store.dataset import to_dataset
-    from nsdrill.variables import BY_NAME
 
     texts = texts_in(changes, "changes")
     measured = [name for name, v in BY_NAME.items() if v.room in MEASURED and v.only is None and v.room != "label"]
@@ -292,12 +288,12 @@ def show(data: ResultsLike, *, units: str = "si") -> str:
     it, in ``units`` si or field."""
     if units not in ("si", "field"):
         raise InputError(f"units: found {units!r}; allowed: si or field.")
-    from nsdrill.app.report import NEEDED, summarize
+    from nsdrill.app.report import needed, summarize
     from nsdrill.cli.show import lines
 
     name = "Dataset" if is_dataset(data) else os.fspath(name_in(data))
     with of_whole("show"):
-        return "\n".join(lines(name, summarize(data_in(data, NEEDED)), units))
+        return "\n".join(lines(name, summarize(data_in(data, needed())), units))
 
 
 @_in_words_of_python
@@ -329,10 +325,10 @@ def plot(
     ``window``. InputError where the kind, or an argument, does not fit.
     """
     from nsdrill.data import Trace
+    from nsdrill.models.registry import model_in
     from nsdrill.plot import cut, draw, draw_window, needed
-    from nsdrill.variables import PEAKS
 
-    chosen = values_in(at, "linear", depth=depth, wob=wob, rotary_speed=rotary_speed)
+    chosen = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     start = number_in("start", start)
     outline = outline_in(data)
     if isinstance(outline, Trace):
@@ -348,7 +344,7 @@ def plot(
         drawn = read_for_window(data_in(data, None) if is_dataset(data) else name_in(data), severity)  # type: ignore[arg-type]
     else:
         drawn = data_in(data, needed(outline, kind, chosen, start))
-    behind = None if over is None else results_in(over, "over", ("status", *PEAKS))
+    behind = None if over is None else results_in(over, "over", ("status", *model_in(outline.attrs).drawn.peaks))
 
     def picture() -> Figure:
         if severity is not None:
@@ -456,11 +452,11 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
     lacks variables or has others than nsdrill's, which no file of nsdrill holds.
     """
     from nsdrill.app import saving
+    from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
     from nsdrill.plot import check_suffix
     from nsdrill.plot import save as save_figure
     from nsdrill.store import claim_file
     from nsdrill.store.dataset import from_dataset
-    from nsdrill.variables import BY_NAME, TRACE_VARIABLES
 
     path = name_in(path, "path")
     if is_figure(data):
@@ -470,7 +466,7 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
         return
     if not is_dataset(data):
         raise InputError(f"save: found a value of the type {type(data).__name__}; allowed: a Dataset, or a figure.")
-    known = {*BY_NAME, *(v.name for v in TRACE_VARIABLES)}
+    known = {*BY_NAME, *IN_TRACE}
     dataset: Any = data
     if extra := [str(name) for name in dataset.data_vars if name not in known]:
         raise InputError(

@@ -9,9 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from nsdrill.models.leaves import further_axes, words_of
+from nsdrill.models.leaves import further_axes
+from nsdrill.models.registry import NAMES, described
 from nsdrill.units import from_si, plain_units, readable, to_si
-from nsdrill.variables import AXES, COORDINATES, TRACE_VARIABLES, VARIABLES, dimension_of
+from nsdrill.variables import AXES, COORDINATES, dimension_of
 
 SYSTEMS = ("si", "field")
 
@@ -161,18 +162,19 @@ def shown_scale(unit: str, units: str) -> float:
     return to_si(f"1 {unit}", units) if unit and unit != units else 1.0
 
 
-@lru_cache(maxsize=1)
-def _known() -> dict[str, Quantity]:
-    found = {}
-    rows = [(v.name, v.units, v.long_name) for v in (*VARIABLES, *TRACE_VARIABLES)]
+@lru_cache
+def _known(model: str) -> dict[str, Quantity]:
+    """The quantities of a model by name."""
+    told, found = described(model), {}
+    rows = [(v.name, v.units, v.long_name) for v in (*told.variables, *told.trace)]
     rows += [(name, units, long_name) for name, (units, long_name) in COORDINATES.items()]
     for name, cf, long_name in rows:
         units = "" if cf == "1" else plain_units(cf)
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         label = _LABELS.get(name, long_name[:1].upper() + long_name[1:])
         found[name] = Quantity(name, long_name, _WORDS.get(name, long_name), label, units, shown)
-    for name, (_, units) in further_axes().items():
-        words = words_of(name)
+    for name, (key, units) in further_axes(model).items():
+        words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         found[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown)
     return found
@@ -180,8 +182,9 @@ def _known() -> dict[str, Quantity]:
 
 def find(name: str) -> Quantity | None:
     """The quantity of this name, of a variable or coordinate of a file, or of a number of a study by its dotted key;
-    None for none."""
-    return _known().get(dimension_of(name.removeprefix("operation.")))
+    None for none. A name means the same in every model."""
+    wanted = dimension_of(name.removeprefix("operation."))
+    return next((known[wanted] for known in map(_known, NAMES) if wanted in known), None)
 
 
 def quantity(name: str) -> Quantity:

@@ -23,12 +23,21 @@ def parameter(
     low: float = 0.0,
     high: float,
     usual: str = "",
+    meaning: str = "",
 ) -> Any:
     """A field with its units, source and confidence, its range from ``low`` to ``high``, both allowed, in SI, and in
-    words what is ``usual`` in the field."""
+    words what is ``usual`` in the field; ``meaning`` says what it is, where no table of meanings does."""
     return field(
         default=default,
-        metadata={"units": units, "source": source, "confidence": confidence, "low": low, "high": high, "usual": usual},
+        metadata={
+            "units": units,
+            "source": source,
+            "confidence": confidence,
+            "low": low,
+            "high": high,
+            "usual": usual,
+            **({"meaning": meaning} if meaning else {}),
+        },
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from model_tables import VARIABLES
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
@@ -22,7 +23,6 @@ from nsdrill.variables import (
     STICK_SLIP,
     UNDETERMINED,
     UNSETTLED,
-    VARIABLES,
     WHIRL,
 )
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from model_tables import TRACE_VARIABLES
 
 from nsdrill.analysis.comparison import ROUNDING, common, compare_results, compare_traces
 from nsdrill.data import Results, Trace
-from nsdrill.variables import STATE_NAMES, TRACE_VARIABLES
+from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 
 from .grids import grid
 
@@ -18,6 +19,7 @@ def made() -> Results:
     data = grid({"up": [UP], "down": [DOWN]}, [1, 2, 3, 4], [10e3, 20e3])
     data.variables["radius_max"] = np.arange(16.0).reshape(2, 1, 2, 4)
     data.variables["steps"] = np.full((2, 1, 2, 4), 100)
+    data.coords["state"] = np.array(STATE_NAMES)
     data.variables["final_state"] = np.ones((2, 1, 2, 4, len(STATE_NAMES)))
     data.variables["axial_peaks"] = np.ones((2, 1, 2, 4, 3))
     return data

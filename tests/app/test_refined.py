@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from interrupts import Interrupt, look_often
+from model_tables import FEATURES
 
 from nsdrill.app.check import check
 from nsdrill.app.report import reclassify, summarize
@@ -15,7 +16,7 @@ from nsdrill.app.trajectory import replay
 from nsdrill.errors import InputError, StudyError
 from nsdrill.store import part_path, read_attributes, read_partial, read_results
 from nsdrill.study import Study, parse_study
-from nsdrill.variables import FEATURES, INFERRED, OK, PENDING, STEP_LIMIT
+from nsdrill.variables import INFERRED, OK, PENDING, STEP_LIMIT
 
 GRID = """
 operation: {depth: 3000 m}

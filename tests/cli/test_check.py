@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from nsdrill.models.kept import Kept
 from nsdrill.store import record_dtype
-from nsdrill.variables import Kept
 
 from .helpers import Call
 

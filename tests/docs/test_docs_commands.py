@@ -14,12 +14,11 @@ import pytest
 from nsdrill.app.run import _header, check_sweep, kept_of, plan_of
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.data import Results
-from nsdrill.observe.thresholds import Thresholds
 from nsdrill.plot import needed
 from nsdrill.store import MemoryLog, recorded
 from nsdrill.store.results import coordinates
 from nsdrill.study import Study, change_thresholds, parse_study, template_text
-from nsdrill.study.keys import all_leaves, leaves
+from nsdrill.study.keys import keys_of
 from nsdrill.variables import AXES
 
 SHOWN = re.compile(r"^(?:.*&& )?(?:\.venv/bin/)?nsdrill (.+)$")
@@ -84,9 +83,9 @@ def test_examples_use_commands_and_options_that_exist(page: Path) -> None:
         for before, word in pairwise(words):
             if before == "--set":
                 key = word.split("=")[0]
-                assert key in all_leaves() or key.startswith("sweep."), words
+                assert key in keys_of().leaves or key.startswith("sweep."), words
                 if words[0] == "classify":
-                    assert key in {leaf.key for leaf in leaves(Thresholds, "classify")}
+                    assert key in {leaf.key for leaf in keys_of().of("classify")}
 
 
 def outline(study: Study) -> Results:

@@ -7,13 +7,14 @@ import struct
 from pathlib import Path
 from types import ModuleType
 
+from model_tables import FEATURES, TRACE_VARIABLES
+
 from nsdrill.app.provenance import provenance
-from nsdrill.observe.thresholds import Thresholds
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
 from nsdrill.store.layout import root_attributes
 from nsdrill.study import parse_study
-from nsdrill.study.keys import all_leaves, leaves
-from nsdrill.variables import BY_NAME, FEATURES, TRACE_VARIABLES
+from nsdrill.study.keys import keys_of
 
 
 def test_tables_are_up_to_date(page: Path, tables: ModuleType) -> None:
@@ -30,7 +31,8 @@ def test_every_table_is_in_a_page(docs: Path, tables: ModuleType) -> None:
 
 def test_every_key_of_the_study_is_documented(docs: Path) -> None:
     text = (docs / "study.md").read_text(encoding="utf-8")
-    for key in (*all_leaves(), *(f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along"))):
+    sweep = ("depth", "wob", "rotary_speed", "procedure", "along")
+    for key in (*keys_of().leaves, *(f"sweep.{name}" for name in sweep)):
         assert f"`{key}`" in text, key
 
 
@@ -43,7 +45,7 @@ def test_every_feature_and_threshold_is_defined(docs: Path) -> None:
     )
     for name in FEATURES:
         assert f"`{name}`" in short, name
-    for leaf in leaves(Thresholds, "classify"):
+    for leaf in keys_of().of("classify"):
         assert f"`{leaf.key}`" in text, leaf.key
     for name in ("response", "whirl_kind", "stick_slip_severity"):
         for word in (BY_NAME[name].flag_meanings or "").split():

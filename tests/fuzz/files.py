@@ -25,16 +25,18 @@ from typing import Any
 
 import h5py
 import numpy as np
+from model_tables import TRACE_VARIABLES
 
 import nsdrill
 from nsdrill.app.provenance import provenance
 from nsdrill.app.run import kept_of, plan_of
 from nsdrill.data import Trace
 from nsdrill.errors import NsdrillError
+from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import MemoryLog, from_dataset, pending_records, write_results, write_trace
 from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.study import parse_study
-from nsdrill.variables import BY_NAME, STATE_NAMES, TRACE_VARIABLES
 
 from .common import Broken, arguments, check_json, command, time_limit
 

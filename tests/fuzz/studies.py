@@ -21,7 +21,7 @@ from nsdrill.models.leaves import values_at
 from nsdrill.models.registry import model_named
 from nsdrill.study import load_study, template_text
 from nsdrill.study.document import parse
-from nsdrill.study.keys import all_leaves
+from nsdrill.study.keys import keys_of
 from nsdrill.units import USUAL
 
 from .common import Broken, arguments, check_json, command, time_limit
@@ -106,7 +106,7 @@ def bases() -> list[dict[str, Any]]:
     return [parse(text, "base").data for text in (*texts, template_text())]
 
 
-LEAVES = all_leaves()
+LEAVES = keys_of().leaves
 UNITS = [unit for units in USUAL.values() for unit in units]
 
 

@@ -11,7 +11,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.ensemble import hypercube, starting_states
 from nsdrill.models.christoforou_yigit.parameters import Bit, Initial, Parameters
 from nsdrill.models.christoforou_yigit.rhs import initial_states
-from nsdrill.variables import STATE_NAMES
+from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 
 POINTS = {"depth": np.array([500.0, 5000.0, 9000.0]), "wob": np.array([0.0, 22.24e3, 100e3]),
           "rotary_speed": np.array([0.5, 3.0, 20.0])}  # fmt: skip

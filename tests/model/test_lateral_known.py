@@ -176,7 +176,8 @@ def test_stabilisers_roll_at_low_speed() -> None:
 
 def test_contained_whirl_on_stabilisers_needs_little_friction() -> None:
     """Above mu = c_h c0/m_l, 0.02787, it ends on the wall."""
-    assert C_H * GAP / M_L == pytest.approx(0.02787, abs=1e-5)
+    sharp = C_H * GAP / M_L
+    assert sharp == pytest.approx(0.02787, abs=1e-5)
     start = RUBBING.format(mu=0.03, r=60.0, v=-0.3)
     assert features(whirl(start, offset=0, speed=6.0))["wall_contact_fraction"] > 0.05
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from model_tables import FEATURES, LABELS
 
 from nsdrill.models.christoforou_yigit.classify import classify
 from nsdrill.observe.thresholds import BitBounce, StickSlip, Thresholds, Whirl
@@ -16,10 +17,8 @@ from nsdrill.variables import (
     BACKWARD_ROLLING,
     BIT_BOUNCE,
     DIVERGED,
-    FEATURES,
     FORWARD,
     IRREGULAR,
-    LABELS,
     NO_WHIRL,
     OK,
     STICK_SLIP,

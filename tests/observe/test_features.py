@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, start_of
+from model_tables import FEATURES
 from reference import Case
 from sweep.runs import collect, finish, run_from, run_work, work_for
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.variables import FEATURES, OK, STEP_LIMIT
+from nsdrill.variables import OK, STEP_LIMIT
 from observe.sampled import Sampled, sample
 
 STUCK_BELOW = 0.5

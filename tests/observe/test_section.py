@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, start_of
+from model_tables import SECTION
 from reference import Case, solve
 from scipy.optimize import brentq
 from sweep.runs import finish, run_work, same_bits, work_for
@@ -15,7 +16,6 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.section import ENTRY, coordinates, returns_of
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.work import Work
-from nsdrill.variables import SECTION
 
 TIGHT = Simulation(transient=3.0, observe=12.0, rtol=1e-10, max_steps=10**7)
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from model_tables import TRACE_VARIABLES
 from reference import Case, contacts, solve
 
 import nsdrill
@@ -13,7 +14,7 @@ from nsdrill.app.run import run_in_memory
 from nsdrill.app.trajectory import replay, simulate
 from nsdrill.models.christoforou_yigit.rhs import STATES
 from nsdrill.study import parse_study
-from nsdrill.variables import OK, STEP_LIMIT, TRACE_VARIABLES
+from nsdrill.variables import OK, STEP_LIMIT
 
 TEXT = """
 operation: {depth: 2000 m, wob: 6 kN, rotary_speed: 3 rad/s}

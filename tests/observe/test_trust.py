@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from model_tables import FEATURES
 
 from nsdrill.models.christoforou_yigit.classify import responses
 from nsdrill.models.christoforou_yigit.compare import COMPARED, difference, scales
@@ -21,7 +22,7 @@ from nsdrill.observe.trust import (
     trust_labels,
     verdict,
 )
-from nsdrill.variables import BIT_BOUNCE, FEATURES, OK, PENDING, STEP_LIMIT, STICK_SLIP, WHIRL
+from nsdrill.variables import BIT_BOUNCE, OK, PENDING, STEP_LIMIT, STICK_SLIP, WHIRL
 
 
 def test_differences_are_measured_in_natural_sizes() -> None:

@@ -5,20 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
+from model_tables import TRACE_VARIABLES, VARIABLES
 
 from nsdrill.data import Results, Trace
-from nsdrill.variables import (
-    BIT_BOUNCE,
-    DIVERGED,
-    OK,
-    PENDING,
-    STATE_NAMES,
-    STEP_LIMIT,
-    STICK_SLIP,
-    TRACE_VARIABLES,
-    VARIABLES,
-    WHIRL,
-)
+from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.variables import BIT_BOUNCE, DIVERGED, OK, PENDING, STEP_LIMIT, STICK_SLIP, WHIRL
 
 GAP = 0.0762  # (15 in - 9 in) / 2, the default well and collar
 PEAKS = 32

@@ -102,7 +102,8 @@ def test_same_bytes_every_time(speeds: Results, plane: Results, tmp_path: Path, 
 
 def test_same_bytes_in_another_process(tmp_path: Path) -> None:
     script = (
-        "import sys; sys.path.insert(0, sys.argv[1]); from made_up import make_trace; from nsdrill import plot;"
+        "import sys; sys.path[:0] = [sys.argv[1], sys.argv[1] + '/..']\n"
+        "from made_up import make_trace; from nsdrill import plot;"
         "plot.save(plot.draw(make_trace(5.0), 'phase'), sys.argv[2]); print('matplotlib.pyplot' in sys.modules)"
     )
     for number in range(2):

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from made_up import make_results
 from matplotlib.colors import to_hex
+from model_tables import SECTION, VARIABLES
 
 from nsdrill import plot
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.plot.poincare import section_of
 from nsdrill.plot.style import MOTIONS
-from nsdrill.variables import CHAOTIC, PERIODIC, SECTION, VARIABLES
+from nsdrill.variables import CHAOTIC, PERIODIC
 
 RETURNS = 12
 SPEEDS = np.linspace(2.0, 8.0, 7)

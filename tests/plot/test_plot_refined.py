@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
+from model_tables import VARIABLES
 
 from nsdrill.data import Results
 from nsdrill.plot import draw
-from nsdrill.variables import INFERRED, OK, POINT, VARIABLES
+from nsdrill.variables import INFERRED, OK, POINT
 
 SPEEDS, WEIGHTS = np.linspace(1.0, 8.0, 9), np.linspace(1e4, 1e5, 5)
 

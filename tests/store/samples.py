@@ -7,8 +7,9 @@ import math
 
 import numpy as np
 
+from nsdrill.models.kept import Kept
 from nsdrill.store import MemoryLog, pending_records, write_results
-from nsdrill.variables import PROCEDURES, Axis, Kept
+from nsdrill.variables import PROCEDURES, Axis
 
 SHAPE = (2, 5, 3, 4)
 POINTS = math.prod(SHAPE)

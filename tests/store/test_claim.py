@@ -7,8 +7,8 @@ import os
 import pytest
 
 from nsdrill.errors import FileError, InputError
+from nsdrill.models.kept import Kept
 from nsdrill.store import RunLog, claim, claim_file, part_path
-from nsdrill.variables import Kept
 
 from .samples import POINTS, header, made
 

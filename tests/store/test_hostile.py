@@ -11,6 +11,7 @@ import pytest
 
 import nsdrill.store.hdf5 as hdf5
 from nsdrill.errors import FileError
+from nsdrill.models.kept import Kept
 from nsdrill.store import (
     RunLog,
     kind_of,
@@ -24,7 +25,6 @@ from nsdrill.store import (
     rewrite_labels,
     to_netcdf,
 )
-from nsdrill.variables import Kept
 
 from .samples import POINTS, header, make_results
 

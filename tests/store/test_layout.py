@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 from nsdrill.errors import FileError
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import (
     HeldResults,
     collect,
@@ -23,7 +24,6 @@ from nsdrill.store import (
     write_results,
 )
 from nsdrill.store.layout import Layout, layout_of
-from nsdrill.variables import BY_NAME
 
 from .samples import make_log
 

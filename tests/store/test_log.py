@@ -19,9 +19,10 @@ import numpy as np
 import pytest
 
 from nsdrill.errors import FileError, NsdrillError
+from nsdrill.models.kept import Kept
+from nsdrill.models.registry import described
 from nsdrill.store import RunLog, log_header, pending_records, read_partial
 from nsdrill.store.records import seal, slot_dtype
-from nsdrill.variables import Kept
 
 from .samples import POINTS, header, made
 
@@ -82,7 +83,7 @@ import numpy as np
 sys.path.insert(0, sys.argv[2])
 from store.samples import POINTS, header, made
 from nsdrill.store import RunLog
-from nsdrill.variables import Kept
+from nsdrill.models.kept import Kept
 records = made(POINTS, 3)
 log = RunLog.create(sys.argv[1], header(), POINTS, Kept(3))
 order = np.random.default_rng(5).permutation(POINTS)
@@ -288,10 +289,8 @@ def test_missing_and_odd_files_are_refused_in_words(part, tmp_path):
 
 def test_a_log_with_other_variables_is_refused(part, monkeypatch):
     filled(part)
-    import nsdrill.store.records as records
-    from nsdrill.variables import VARIABLES
-
-    monkeypatch.setattr(records, "VARIABLES", VARIABLES[:-1])
+    fewer = property(lambda kept: described(kept.model).variables[:-1])
+    monkeypatch.setattr(Kept, "variables", fewer)
     with pytest.raises(FileError, match="other variables than this nsdrill writes"):
         RunLog.open(part)
 

@@ -14,6 +14,8 @@ import pytest
 import xarray as xr
 
 from nsdrill.errors import FileError, NsdrillError
+from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.kept import Kept
 from nsdrill.store import (
     MemoryLog,
     RunLog,
@@ -29,7 +31,7 @@ from nsdrill.store import (
     write_results,
 )
 from nsdrill.store.results import block_shape, blocks
-from nsdrill.variables import COORDINATES, POINT, STATE_NAMES, Kept
+from nsdrill.variables import COORDINATES, POINT
 
 from .samples import POINTS, SHAPE, header, made, make_results
 
@@ -262,7 +264,7 @@ import h5py, numpy as np
 sys.path.insert(0, sys.argv[2])
 from store.samples import header, made
 from nsdrill.store import RunLog, write_results
-from nsdrill.variables import Kept
+from nsdrill.models.kept import Kept
 def peak():
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # KiB on Linux
 records = made(10_000, 0)

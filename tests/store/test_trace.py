@@ -8,11 +8,11 @@ import h5py
 import numpy as np
 import pytest
 import xarray as xr
+from model_tables import TRACE_VARIABLES
 
 from nsdrill.data import Trace
 from nsdrill.errors import FileError
 from nsdrill.store import kind_of, read_results, read_trace, to_csv, to_netcdf, write_trace
-from nsdrill.variables import TRACE_VARIABLES
 
 from .samples import POINTS, SHAPE, make_results
 
@@ -61,7 +61,7 @@ def test_a_trace_of_an_earlier_version_has_its_operating_point(path, monkeypatch
     wanted = trace(20)
     wanted.attrs |= {"depth": 5000.0, "wob": 22240.0, "rotary_speed": 3.0}
     before = tuple(v for v in TRACE_VARIABLES if v.name not in ("depth", "wob", "drive_speed"))
-    monkeypatch.setattr("nsdrill.store.trace.TRACE_VARIABLES", before)
+    monkeypatch.setattr("nsdrill.store.trace.held_in", lambda trace: before)
     write_trace(path, wanted)
     monkeypatch.undo()
     found = read_trace(path)

@@ -14,9 +14,10 @@ from nsdrill.models.leaves import further_axes
 from nsdrill.plot.labels import quantity
 from nsdrill.store import open_results, read_results
 from nsdrill.study import parse_study, study_from_resolved
-from nsdrill.study.keys import axis_leaves
+from nsdrill.study.keys import keys_of
 from nsdrill.study.written import study_text
 from nsdrill.units import CF, readable
+from nsdrill.variables import MODEL
 
 ROCK = """\
 sweep:
@@ -29,9 +30,9 @@ record: {peaks: 0}
 
 def test_every_number_of_the_string_is_an_axis() -> None:
     """By the same keys in the study and in the model, but for those of the operation."""
-    further = {key for key, _ in further_axes().values()}
-    assert further | {"depth", "wob", "rotary_speed"} == set(axis_leaves())
-    assert all(axis_leaves()[key].units == units for key, units in further_axes().values())
+    further = {key for key, _ in further_axes(MODEL).values()}
+    assert further | {"depth", "wob", "rotary_speed"} == set(keys_of().axes)
+    assert all(keys_of().axes[key].units == units for key, units in further_axes(MODEL).values())
 
 
 def test_spacing_is_linear_or_logarithmic() -> None:
@@ -115,7 +116,7 @@ def test_a_study_without_a_sweep_is_one_operating_point() -> None:
 
 
 def test_every_further_axis_has_units_for_files_texts_and_pictures() -> None:
-    for name, (_, units) in further_axes().items():
+    for name, (_, units) in further_axes(MODEL).items():
         assert units in CF
         assert readable(2.0, units).startswith("2")
         for system in ("si", "field"):

@@ -11,7 +11,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.study import json_schema, parse_study, template_text
 from nsdrill.study.document import parse
-from nsdrill.study.keys import SECTIONS, SLICE, all_leaves
+from nsdrill.study.keys import SLICE, keys_of
 from nsdrill.study.meanings import MEANINGS
 
 SWEEP_KEYS = {f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along", "refine")}
@@ -31,8 +31,8 @@ def test_the_template_is_the_defaults() -> None:
 def test_the_template_has_every_key_with_its_meaning() -> None:
     text = template_text()
     lines = {".".join(map(str, path)): place.line for path, place in parse(text, "t").keys.items()}
-    assert set(all_leaves()) <= set(lines)
-    for key, leaf in all_leaves().items():
+    assert set(keys_of().leaves) <= set(lines)
+    for key, leaf in keys_of().leaves.items():
         line = text.splitlines()[(lines[key] or 0) - 1]
         assert leaf.meaning in line
         assert not leaf.units or f"[{leaf.units}]" in line
@@ -40,13 +40,14 @@ def test_the_template_has_every_key_with_its_meaning() -> None:
 
 
 def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
-    groups = {key.rpartition(".")[0] for key in all_leaves()}
+    groups = {key.rpartition(".")[0] for key in keys_of().leaves}
     groups = (groups | {group.rpartition(".")[0] for group in groups}) - {""}
-    assert set(MEANINGS) == set(all_leaves()) | groups | set(SECTIONS) | SWEEP_KEYS | {"title", "sweep", SLICE}
+    sections = set(keys_of().sections)
+    assert set(MEANINGS) == set(keys_of().leaves) | groups | sections | SWEEP_KEYS | {"title", "sweep", SLICE}
 
 
 def test_defaults_as_text_read_back_exactly() -> None:
-    for leaf in all_leaves().values():
+    for leaf in keys_of().leaves.values():
         raw = parse(leaf.default_text, "t").data
         assert leaf.read(raw) == leaf.default, leaf.key
 
@@ -59,7 +60,7 @@ def test_the_json_schema() -> None:
     schema = json.loads(json.dumps(json_schema(), allow_nan=False))
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert "required" not in schema  # without a sweep a study is one operating point
-    assert set(schema["properties"]) == {"title", "model", "sweep", *SECTIONS}
+    assert set(schema["properties"]) == {"title", "model", "sweep", *keys_of().sections}
     for part in objects(schema):
         assert part["additionalProperties"] is False
         assert all("description" in value for value in part["properties"].values())

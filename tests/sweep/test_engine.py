@@ -7,14 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from model_tables import FEATURES, PEAKS, VARIABLES
 from reference import Case
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.parameters import Initial
+from nsdrill.models.kept import Kept
 from nsdrill.observe.thresholds import Record
 from nsdrill.sweep.engine import Engine, Progress, Starts
 from nsdrill.sweep.work import Work
-from nsdrill.variables import DIVERGED, FEATURES, OK, PEAKS, STEP_LIMIT, STEP_UNDERFLOW, VARIABLES, Kept
+from nsdrill.variables import DIVERGED, OK, STEP_LIMIT, STEP_UNDERFLOW
 from sweep.runs import SHORT, collect, finish, run_from, run_work, same_bits, work_for
 
 SPEEDS = np.linspace(1.0, 9.0, 11)  # from stick-slip to rolling on the wall: run lengths differ tenfold

@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from model_tables import VARIABLES
 from reference import Case
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.parameters import Initial
+from nsdrill.models.kept import Kept
 from nsdrill.sweep.plan import Plan
-from nsdrill.variables import OK, VARIABLES, Kept
+from nsdrill.variables import OK
 from sweep.runs import run_work, same_bits, work_for
 
 AXES = {"depth": np.array([1.0, 2.0]), "wob": np.array([5.0]), "rotary_speed": np.array([7.0, 8.0, 9.0])}

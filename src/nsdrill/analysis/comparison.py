@@ -13,7 +13,7 @@ import numpy as np
 from nsdrill.analysis.hysteresis import words
 from nsdrill.analysis.outcome import known, text
 from nsdrill.data import Array, Results, Trace
-from nsdrill.variables import BY_NAME, DRIVEN_STATE_NAMES, STATE_NAMES, STATE_UNITS, TRACE_VARIABLES
+from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 
 ROUNDING = 1e-12  # axes whose values differ by less, relatively, differ by rounding only
 MOST_NAMED = 10  # points whose response changed, one by one
@@ -42,7 +42,7 @@ def compare_results(a: Results, b: Results) -> dict[str, Any]:
             continue
         rows += [
             row | {"at": None if place is None else point_of(coords, place)}
-            for row, place in _variable(name, left, right, len(shape))
+            for row, place in _variable(name, a, left, right, len(shape))
         ]
     return {
         "axes": axes,
@@ -59,13 +59,15 @@ def compare_traces(a: Trace, b: Trace) -> dict[str, Any]:
     i, j, same = common(a.time, b.time)
     axis = {"name": "time", "a": len(a.time), "b": len(b.time), "common": len(i), "same": same}
     rows = []
-    for variable in TRACE_VARIABLES if len(i) else ():
-        left, right = a[variable.name][i], b[variable.name][j]
-        row, place = _row(variable.name, variable.units, left, right, 1)
+    for name in a.variables if len(i) else ():
+        if name not in b.variables:
+            continue
+        left, right = a[name][i], b[name][j]
+        row, place = _row(name, IN_TRACE[name].units, left, right, 1)
         differs = np.flatnonzero(~same_bits(left, right))
         times = {"first": float(a.time[i[differs[0]]]), "at": float(a.time[i[place[0]]])} if place else {}
         rows.append({**row, **{"first": None, "at": None}, **times})
-    return {"axes": [axis], "points": len(i), "responses": None, "variables": rows, "only_a": [], "only_b": []}
+    return {"axes": [axis], "points": len(i), "responses": None, "variables": rows, **_alone(a, b)}
 
 
 def common(a: Array, b: Array) -> tuple[Array, Array, bool]:
@@ -94,7 +96,7 @@ def _axes(a: Results, b: Results, grid: Sequence[str]) -> tuple[list[dict[str, A
     return axes, places
 
 
-def _alone(a: Results, b: Results) -> dict[str, list[str]]:
+def _alone(a: Results | Trace, b: Results | Trace) -> dict[str, list[str]]:
     """The variables that only one of the two has."""
     return {
         "only_a": [name for name in a.variables if name not in b.variables],
@@ -118,14 +120,16 @@ def same_bits(a: Array, b: Array) -> Array:
     return np.asarray(bits | (np.isnan(a) & np.isnan(b)))
 
 
-def _variable(name: str, a: Array, b: Array, dims: int) -> Iterator[tuple[dict[str, Any], tuple[int, ...] | None]]:
+def _variable(
+    name: str, results: Results, a: Array, b: Array, dims: int
+) -> Iterator[tuple[dict[str, Any], tuple[int, ...] | None]]:
     """The rows of one variable: one, or one for each state, as these have units of their own."""
     variable = BY_NAME[name]
     if variable.dims[-1] != "state":
         yield _row(name, variable.units, a, b, dims, flags=variable.flag_meanings is not None)
         return
-    for number, state in enumerate(DRIVEN_STATE_NAMES if a.shape[-1] == len(DRIVEN_STATE_NAMES) else STATE_NAMES):
-        yield _row(f"{name}[{state}]", STATE_UNITS[state], a[..., number], b[..., number], dims)
+    for number, state in enumerate(results.coords["state"].tolist()):
+        yield _row(f"{name}[{state}]", IN_TRACE[state].units, a[..., number], b[..., number], dims)
 
 
 def _row(

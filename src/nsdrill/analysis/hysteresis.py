@@ -14,7 +14,8 @@ import numpy as np
 
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
-from nsdrill.variables import BY_NAME, dimension_of
+from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.variables import dimension_of
 
 
 @dataclass(frozen=True)

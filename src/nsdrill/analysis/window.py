@@ -18,12 +18,12 @@ from nsdrill.analysis.plane import largest_margin, regions
 from nsdrill.data import Array, Results, overrides
 from nsdrill.errors import InputError
 from nsdrill.observe.trust import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
-from nsdrill.variables import BIT_BOUNCE, INFERRED, LABELS, OK, STICK_SLIP, WHIRL
+from nsdrill.variables import BIT_BOUNCE, INFERRED, OK, STICK_SLIP, WHIRL
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across, the next one up
 SAFE, RIM, CRITICAL, UNKNOWN = 2, 1, 0, -1
 STATES = {SAFE: "safe", RIM: "rim", CRITICAL: "critical", UNKNOWN: "unknown"}
-SEVERITIES = tuple(name for name in LABELS if name.endswith("_severity"))
+SEVERITIES = ("stick_slip_severity", "bounce_severity", "whirl_severity")
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,10 @@ def classes(results: Results, severity: int | None = None) -> Classes:
     if severity is None:
         good, calm = known(results["status"]), results["response"] == 0
     else:
-        good, calm = results["status"] == OK, np.all([results[name] <= severity for name in SEVERITIES], axis=0)
+        good, calm = (
+            results["status"] == OK,
+            np.all([results[name] <= severity for name in SEVERITIES if name in results.variables], axis=0),
+        )
     unchecked = good & calm & (verdicts == CHECK_FAILED)
     failed = ~known(results["status"]) | unchecked
     third = swept[2] if len(swept) == 3 else None

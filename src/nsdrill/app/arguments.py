@@ -81,13 +81,16 @@ def keep_apart(study: Any, path: str) -> None:
         raise InputError(f"{path}: this is the study. Choose another path for the results.")
 
 
-def values_in(at: Any, law: str, **apart: Any) -> dict[str, float]:
-    """The values of axes by their keys, in SI: those of ``at``, and those given apart."""
-    from nsdrill.study.keys import STIFFNESS, axis_leaves, did_you_mean
+def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
+    """The values of axes by their keys, in SI: those of ``at``, and those given apart; the axes are those of the
+    ``study``, else of any model."""
+    from nsdrill.study.keys import axes_of_all, did_you_mean, keys_of
     from nsdrill.variables import dimension_of
 
-    leaves = axis_leaves()
-    leaves["well.stiffness"] = replace(leaves["well.stiffness"], units=STIFFNESS[law])
+    leaves = axes_of_all()
+    if study is not None:
+        keys_there = keys_of(study.model)
+        leaves = {name: keys_there.leaf(leaf.key, study.resolved) for name, leaf in keys_there.axes.items()}
     keys = {dimension_of(key): key for key in leaves}
     found = {key: _quantity(key, value, leaves[key]) for key, value in apart.items() if value is not None}
     if not isinstance(at, Mapping) and at is not None:

@@ -15,11 +15,12 @@ from nsdrill.data import IN_MEMORY, Array, Results
 from nsdrill.errors import FileError
 from nsdrill.models.leaves import values_at
 from nsdrill.models.registry import model_named
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, flag_words, points_in_block, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
-from nsdrill.variables import BY_NAME, OK
+from nsdrill.variables import OK
 
 TOLD = (*dict.fromkeys((*NEEDED, *IF_THERE, *SHOWN, "settled", "attractor")),)
 _BLOCK = 1 << 14  # starts in memory at once

@@ -90,7 +90,7 @@ def of_whole(name: str) -> Iterator[None]:
     try:
         yield
     except KeyError as error:
-        from nsdrill.variables import BY_NAME
+        from nsdrill.models.vocabulary import BY_NAME
 
         if not error.args or error.args[0] not in BY_NAME:
             raise
@@ -100,7 +100,7 @@ def of_whole(name: str) -> Iterator[None]:
 def outline_in(data: Any) -> Results | Trace:
     """As :func:`data_in`, but results have zeros for their variables, which take no memory: to see what there is."""
     from nsdrill.app.reading import outline, outlined
-    from nsdrill.variables import BY_NAME
+    from nsdrill.models.vocabulary import BY_NAME
 
     if not is_dataset(data):
         return outline(name_in(data))

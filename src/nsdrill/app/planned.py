@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
-from nsdrill.models.christoforou_yigit.options import options_of
+from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import values_at
+from nsdrill.models.registry import described
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
-from nsdrill.variables import DRIVEN_STATE_NAMES, STATE_NAMES, Kept
 
 
 def plan_of(study: Study) -> Plan:
@@ -18,12 +16,15 @@ def plan_of(study: Study) -> Plan:
 
 def kept_of(study: Study) -> Kept:
     """What is kept of each point of a study."""
-    options = options_of(values_at(study.parameters, study.initial, study.axes).parameters)
-    return replace(
-        study.record.kept(study.initial.starts),
-        verify=study.simulation.verify,
-        axes=study.more,
-        states=DRIVEN_STATE_NAMES if options.driven else STATE_NAMES,
-        stabilized=bool(options.stabilizer),
-        inclined=bool(options.weight),
+    record, model = study.record, described(study.model)
+    return Kept(
+        record.peaks,
+        record.poincare,
+        record.exponent,
+        study.initial.starts,
+        study.simulation.verify,
+        study.more,
+        model.states(study.parameters),
+        study.model,
+        model.options(values_at(study.parameters, study.initial, study.axes).parameters),
     )

@@ -18,8 +18,7 @@ from nsdrill.data import json_text
 from nsdrill.errors import printable
 from nsdrill.kernel.dormand_prince import DORMAND_PRINCE
 from nsdrill.kernel.tableau import TSITOURAS
-from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.leaves import values_at
+from nsdrill.models.registry import described
 from nsdrill.study.study import Study
 
 # Root attributes of which each can change a bit of a result, and what people call them.
@@ -50,18 +49,13 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
         "h5py_version": version("h5py"),
         "python_version": platform.python_version(),
         "processor": processor(),
-        "gap": _gap(study),
+        **_of_the_model(study),
     }
 
 
-def _gap(study: Study) -> float | None:
-    """The gap between collar and wall, which the pictures draw; None where it is not one number."""
-    values = [study.axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")]
-    if any(len(axis) > 1 for axis in values):
-        return None
-    first = {key: float(axis[0]) for key, axis in study.axes.items()}
-    at = values_at(study.parameters, study.initial, first)
-    return float(derive(at.parameters, *at.operation).gap)
+def _of_the_model(study: Study) -> dict[str, Any]:
+    told = described(study.model).attributes
+    return {} if told is None else told(study.parameters, study.initial, study.axes)
 
 
 def versions() -> dict[str, str]:

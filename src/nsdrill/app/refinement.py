@@ -13,12 +13,13 @@ import numpy as np
 
 from nsdrill.app.passes import Passes, left
 from nsdrill.data import Array
+from nsdrill.models.kept import Kept
 from nsdrill.store import Sink, Source, columns, pending_records
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.refine import Refinement, refine
 from nsdrill.sweep.work import Work
-from nsdrill.variables import INFERRED, OK, PENDING, Kept
+from nsdrill.variables import INFERRED, OK, PENDING
 
 UNKNOWN = -1  # the outcome of a point that has not run
 

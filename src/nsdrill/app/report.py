@@ -19,40 +19,28 @@ from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import values_at
-from nsdrill.store import flag_words, read_results, rewrite_labels
+from nsdrill.models.registry import model_in
+from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
+from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
-from nsdrill.variables import (
-    AXES,
-    BY_NAME,
-    CHECKS,
-    INFERRED,
-    OK,
-    PENDING,
-    POINT,
-    TRACE_VARIABLES,
-    VARIABLES,
-    has_failed,
-)
+from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, has_failed
 
-TRACE_UNITS = {variable.name: variable.units for variable in TRACE_VARIABLES}
-TRACE_MEANINGS = {variable.name: variable.long_name for variable in TRACE_VARIABLES}
-SHOWN = (
-    "stick_slip_index", "stuck_fraction", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio", "bit_force_max",
-    "bit_torque_max", "wall_force_max", "surface_torque_max", "lateral_acceleration_rms",
-)  # fmt: skip
-SEVERITIES = ("bounce_severity", "stick_slip_severity", "whirl_severity")
-NEEDED = tuple(variable.name for variable in VARIABLES if variable.dims == POINT)  # not peaks, returns, states
 MEASURED = ("feature", "label", "section", "trust")  # the rooms of variables from which labels are made
+
+
+def needed() -> tuple[str, ...]:
+    """The variables that :func:`summarize` uses: not peaks, returns and states."""
+    return tuple(name for name, variable in BY_NAME.items() if variable.dims == POINT)
 
 
 def summarize(data: Results | Trace) -> dict[str, Any]:
     """Plain data for ``show``: what the file is, its axes, counts of responses, ranges, failed points. Of a sweep it
-    uses the variables ``NEEDED``."""
+    uses the variables :func:`needed`."""
     return _summarize_trace(data) if isinstance(data, Trace) else _summarize_results(data)
 
 
 def _summarize_results(results: Results) -> dict[str, Any]:
-    status = results["status"]
+    status, model = results["status"], model_in(results.attrs)
     ok, known = status == OK, (status == OK) | (status == INFERRED)
     summary: dict[str, Any] = {
         "kind": "results",
@@ -74,10 +62,11 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     }
     for i, procedure in enumerate(summary["procedures"]):
         summary["responses"][procedure] = _counts("response", results["response"][i][known[i]])
-        kinds = results["whirl_kind"][i][ok[i]]
-        summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
+        if "whirl_kind" in results.variables:
+            kinds = results["whirl_kind"][i][ok[i]]
+            summary["whirl_kinds"][procedure] = _counts("whirl_kind", kinds[kinds > 0])
         summary["severities"][procedure] = {
-            name: _counts(name, results[name][i][ok[i]]) for name in SEVERITIES if name in results.variables
+            name: _counts(name, results[name][i][ok[i]]) for name in model.severities if name in results.variables
         }
     if "motion" in results.variables:
         summary["motions"] = {
@@ -85,7 +74,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
             for i, procedure in enumerate(summary["procedures"])
         }
     summary["settled"] = int(np.count_nonzero(results["settled"][ok]))
-    for name in SHOWN:
+    for name in model.shown:
         values = results[name][ok]
         values = values[np.isfinite(values)]
         if values.size:
@@ -214,8 +203,8 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
             name: {
                 "min": float(np.nanmin(values)),
                 "max": float(np.nanmax(values)),
-                "units": TRACE_UNITS[name],
-                "meaning": TRACE_MEANINGS[name],
+                "units": IN_TRACE[name].units,
+                "meaning": IN_TRACE[name].long_name,
             }
             for name, values in trace.variables.items()
             if len(values)
@@ -241,7 +230,7 @@ def reclassify(path: str | os.PathLike[str], overrides: list[str]) -> dict[str, 
 
     Gives, for each label, how many points changed and how many there are.
     """
-    results = read_results(path, [v.name for v in VARIABLES if v.room in MEASURED] + ["status"])
+    results = read_results(path, [*(v.name for v in variables_in(path) if v.room in MEASURED), "status"])
     labels, line, attrs = new_labels(results, overrides, path)
     changed = {name: (int(np.count_nonzero(labels[name] != results[name])), int(labels[name].size)) for name in labels}
     rewrite_labels(path, labels, line, attrs)

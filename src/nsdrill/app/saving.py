@@ -10,8 +10,9 @@ import numpy as np
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.files import replacing
+from nsdrill.models.registry import model_in
 from nsdrill.store import HeldResults, claim_file, kept_of, recorded, to_csv, write_results, write_trace
-from nsdrill.variables import TRACE_VARIABLES
+from nsdrill.store.trace import held_in
 
 ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
 
@@ -39,7 +40,7 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
 
 def _check_whole(results: Results) -> None:
     """InputError where a results file of these could not be read again."""
-    kept = kept_of(results.coords, results.more, results.variables)
+    kept = kept_of(results.coords, results.more, results.variables, model_in(results.attrs).name)
     if lacking := [v.name for v in recorded(kept) if v.name not in results.variables]:
         few = f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
         raise InputError(f"the Dataset: found results without {few}; allowed: results with all of their variables.")
@@ -57,7 +58,7 @@ def _trace_table(trace: Trace, path: str | os.PathLike[str], overwrite: bool) ->
     bits."""
     from nsdrill.store.dataset import to_dataset
 
-    columns = {v.name: f"{v.name} [{v.units}]" for v in TRACE_VARIABLES}
+    columns = {v.name: f"{v.name} [{v.units}]" for v in held_in(trace)}
     table = to_dataset(trace).to_dataframe()[list(columns)].rename(columns=columns)
     with replacing(path, overwrite=overwrite) as temporary:
         table.to_csv(temporary, index_label="time [s]", na_rep="nan")

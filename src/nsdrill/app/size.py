@@ -7,9 +7,9 @@ from pathlib import Path
 
 from nsdrill.errors import InputError
 from nsdrill.files import amount
+from nsdrill.models.kept import Kept
 from nsdrill.store import record_dtype
 from nsdrill.sweep.plan import Plan
-from nsdrill.variables import Kept
 
 BASE = 3e8  # bytes that a run takes, however small: the interpreter, the libraries, the gangs
 PER_POINT = 40  # bytes for each point: axes, order and status; measured on sweeps of 10^8 points

@@ -21,12 +21,13 @@ from nsdrill.models.leaves import OPERATION, Values, values_at
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import model_named
 from nsdrill.models.schedule import Schedule
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.units import Asked, readable
-from nsdrill.variables import BY_NAME, INFERRED, OK, PENDING, SCHEDULED
+from nsdrill.variables import INFERRED, OK, PENDING, SCHEDULED
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MOST_SAMPLES = 50_000_000

@@ -14,11 +14,12 @@ from nsdrill.app.passes import Passes
 from nsdrill.data import Array
 from nsdrill.kernel.gang import choose_lanes
 from nsdrill.kernel.settings import Simulation
+from nsdrill.models.registry import described
 from nsdrill.observe.trust import trust_labels
 from nsdrill.store import Source, columns
 from nsdrill.sweep.again import Again
 from nsdrill.sweep.work import Work, compiled_parts
-from nsdrill.variables import CHECK_FEATURES, CHECKS, OK, PENDING, VARIABLES, has_failed
+from nsdrill.variables import CHECKS, OK, PENDING, has_failed
 
 TIGHTER = 100.0
 LEAST_RTOL = 1e-13
@@ -66,7 +67,7 @@ def _run(passes: Passes, work: Work, check: Check, points: Array) -> None:
         records = np.concatenate([log.read(point, point + 1) for point in done.tolist()])
         records[f"{check.name}_status"] = found["status"]
         records[f"{check.name}_difference"] = work.kind.difference(_fields(records), found, found)
-        for name in CHECK_FEATURES:
+        for name in described(work.model).check_features:
             records[f"{check.name}_{name}"] = found[name]
         for name, values in trust_labels(
             _fields(records), records["response"], work.thresholds, work.kind.responses
@@ -100,9 +101,9 @@ def forget_failed(records: Array) -> None:
     """Make checks that did not end well pending in these records, to run them once more."""
     for check in CHECKS:
         again = _failed(records, check)
-        for variable in VARIABLES:
-            if variable.only == "verify" and variable.name.startswith(check):
-                records[variable.name][again] = np.nan if variable.dtype == "f8" else 0
+        for name in records.dtype.names or ():
+            if name.startswith(f"{check}_"):
+                records[name][again] = np.nan if records[name].dtype.kind == "f" else 0
         records["trusted"][again] = 0
 
 

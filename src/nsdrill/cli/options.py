@@ -119,10 +119,10 @@ at = click.option(
 
 def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
     """The values of ``--at``, and those of the options for the operation where they were given, in SI by their keys."""
-    from nsdrill.study.keys import axis_leaves, did_you_mean
+    from nsdrill.study.keys import axes_of_all, did_you_mean
     from nsdrill.units import QuantityError, asked
 
-    leaves = axis_leaves()
+    leaves = axes_of_all()
     found: dict[str, float] = {name: value for name, value in apart.items() if value is not None}
     for text in at:
         key, equals, value = (part.strip() for part in text.partition("="))

@@ -10,7 +10,7 @@ from nsdrill.cli import options
 from nsdrill.errors import InputError
 
 if TYPE_CHECKING:
-    from nsdrill.data import Results
+    from nsdrill.data import Results, Trace
 
 
 @click.command(
@@ -72,7 +72,7 @@ def command(
                 raise InputError(f"{option}: found with a trace; allowed: with the results of several starts.")
     else:
         data = read(file, needed(data, kind, chosen, start))
-    behind = None if over is None else _sweep(over, output)
+    behind = None if over is None else _sweep(over, output, data)
     pair = None if states is None else [name.strip() for name in states.split(",")]
     if chosen and not isinstance(data, Trace):
         _say_nearest(data, chosen)
@@ -100,16 +100,17 @@ def _say_nearest(data: Results, chosen: dict[str, float]) -> None:
         click.echo(f"At {point_text(drawn)}, the nearest of the sweep.", err=True)
 
 
-def _sweep(file: str, output: str) -> Results:
+def _sweep(file: str, output: str, trace: Results | Trace) -> Results:
     """The peaks of the sweep to draw a ramp over."""
     from nsdrill.cli.reading import read
     from nsdrill.data import Trace
-    from nsdrill.variables import PEAKS
+    from nsdrill.models.registry import model_in
 
     options.keep_apart(file, output)
-    data = read(file, ("status", *PEAKS))
+    peaks = model_in(trace.attrs).drawn.peaks
+    data = read(file, ("status", *peaks))
     if isinstance(data, Trace):
         raise InputError(f"{file}: this is a trace; --over takes the results of a sweep.")
-    if missing := [name for name in PEAKS if name not in data.variables]:
+    if missing := [name for name in peaks if name not in data.variables]:
         raise InputError(f"{file}: found no {', '.join(missing)}; allowed: a sweep with record.peaks above 0.")
     return data

@@ -40,11 +40,11 @@ def command(file: str, as_json: bool, units: str, study: bool) -> int:
 
         click.echo(study_of(file, read(file, ()).attrs), nl=False)
         return 0
-    from nsdrill.app.report import NEEDED, summarize
+    from nsdrill.app.report import needed, summarize
     from nsdrill.cli.words import in_units
     from nsdrill.data import json_text
 
-    summary = summarize(read(file, NEEDED))
+    summary = summarize(read(file, needed()))
     if as_json:
         click.echo(json_text(in_units(summary, units), indent=2))
     else:

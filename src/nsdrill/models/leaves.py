@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.operation import describe
+from nsdrill.models.registry import NAMES, described
+from nsdrill.models.starts import Starts
 from nsdrill.variables import dimension_of
 
 OPERATION = ("depth", "wob", "rotary_speed")  # axes by their short keys
@@ -20,34 +21,36 @@ class Values:
     """What points have: the parameters and the start, with arrays [points] where an axis changes a number, and the
     operation: depth [m], weight on bit [N] and rotary speed [rad/s]."""
 
-    parameters: Parameters
-    initial: Initial
+    parameters: Any
+    initial: Starts
     operation: tuple[Any, Any, Any]
 
 
-@lru_cache(maxsize=1)
-def further_axes() -> dict[str, tuple[str, str]]:
-    """The numbers beside those of the operation that a sweep may vary: by the name of the dimension the dotted key and
-    the SI units, those of the linear law where they depend on the law of the wall."""
+@lru_cache
+def further_axes(model: str) -> dict[str, tuple[str, str]]:
+    """The numbers beside those of the operation that a sweep of the model of this name may vary: by the name of the
+    dimension the dotted key and the SI units, those of the first choice where they depend on one."""
+    told = described(model)
     found: dict[str, tuple[str, str]] = {}
 
     def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
         if isinstance(value, float) or (value is None and "units" in meta):
-            found[dimension_of(key)] = (key, meta.get("units", "").split(" or ")[0])
+            units = next(iter(told.units_by[key][1].values())) if key in told.units_by else meta.get("units", "")
+            found[dimension_of(key)] = (key, units)
 
-    describe(Parameters(), visit)
-    describe(Initial(), visit, "initial.")
+    describe(told.parameters(), visit)
+    describe(told.initial(), visit, "initial.")
     del found["initial_spread"]
     return found
 
 
-def words_of(name: str) -> str:
-    """What a further axis is, in words made from its key: ``bit rock stiffness``."""
-    key, _ = further_axes()[name]
-    return key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
+def is_further_axis(key: str) -> bool:
+    """Whether a sweep of any model may vary the number at this dotted key."""
+    name = dimension_of(key)
+    return any(further_axes(model).get(name, ("",))[0] == key for model in NAMES)
 
 
-def values_at(parameters: Parameters, initial: Initial, values: Mapping[str, Any]) -> Values:
+def values_at(parameters: Any, initial: Starts, values: Mapping[str, Any]) -> Values:
     """``parameters`` and ``initial`` with the ``values`` of the axes, among which are those of the operation."""
     own = {key: value for key, value in values.items() if key not in OPERATION}
     start = {key.removeprefix("initial."): value for key, value in own.items() if key.startswith("initial.")}

@@ -1,23 +1,46 @@
-"""The models by the names that a study gives them. A new one is a folder beside these and a line here."""
+"""The models by the names that a study gives them. A new one is a folder or a file beside these and a line here."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
 from importlib import import_module
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from nsdrill.variables import MODEL
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
+    from nsdrill.models.description import Description
 
-DEFAULT = "christoforou_yigit"
-# Where each is found: imported when it is asked for.
-_HOME = {DEFAULT: "nsdrill.models.christoforou_yigit:ChristoforouYigit"}
+# Where each has its description and what computes: imported when it is asked for.
+_HOME = {
+    MODEL: ("nsdrill.models.christoforou_yigit.description:DESCRIPTION",
+            "nsdrill.models.christoforou_yigit.model:ChristoforouYigit"),
+}  # fmt: skip
 NAMES = tuple(_HOME)
+
+
+def _at(place: str) -> Any:
+    module, _, name = place.partition(":")
+    return getattr(import_module(module), name)
+
+
+@lru_cache
+def described(name: str) -> Description:
+    """The description of the model of this name. KeyError where there is none."""
+    found: Description = _at(_HOME[name][0])
+    return found
 
 
 @lru_cache
 def model_named(name: str) -> Model:
     """The model of this name. KeyError where there is none."""
-    module, _, made = _HOME[name].partition(":")
-    model: Model = getattr(import_module(module), made)()
-    return model
+    made: Model = _at(_HOME[name][1])()
+    return made
+
+
+def model_in(attrs: Mapping[str, Any]) -> Description:
+    """The description of the model that a file with the root attributes ``attrs`` was made with; of files that name
+    none the default one."""
+    return described(str(attrs.get("model") or MODEL))

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from nsdrill.ranges import Checked, parameter
-from nsdrill.variables import Kept
 
 
 @dataclass(frozen=True)
@@ -136,7 +135,3 @@ class Record:
     poincare: int = parameter(0, high=10_000)
     section: Literal["revolution", "lobe"] = "revolution"
     exponent: bool = False
-
-    def kept(self, starts: int = 0) -> Kept:
-        """What a results file keeps of each point; ``starts`` where each operating point is started from several."""
-        return Kept(self.peaks, self.poincare, self.exponent, starts)

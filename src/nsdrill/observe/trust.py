@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.variables import CHECK_FEATURES, CHECKS, OK, PENDING
+from nsdrill.variables import CHECKS, OK, PENDING
 
 Array = np.ndarray[Any, np.dtype[Any]]
 UNCHECKED, AGREES, FEATURES_DIFFER, RESPONSE_DIFFERS, CHECK_FAILED = range(5)  # verdicts
@@ -29,7 +29,10 @@ def trust_labels(
     trusted = np.ones(np.shape(response), dtype=bool)
     for check in CHECKS:
         ended = found[f"{check}_status"] == OK
-        measured = {name: found[f"{check}_{name}"] for name in CHECK_FEATURES}
+        start, other = f"{check}_", (f"{check}_status", f"{check}_difference", f"{check}_response")
+        measured = {
+            name.removeprefix(start): found[name] for name in found if name.startswith(start) and name not in other
+        }
         labels[f"{check}_response"] = np.where(ended, responses(measured, thresholds), 0).astype(np.int8)
         with np.errstate(invalid="ignore"):
             near = found[f"{check}_difference"] <= thresholds.trust.tolerance

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
+from nsdrill.models.registry import model_in
 from nsdrill.plot.kinds import (
     DESCRIPTIONS,
     START_KINDS,
@@ -75,7 +76,7 @@ def needed(
     outline: Results, kind: str | None = None, at: Mapping[str, float] | None = None, start: int | None = None
 ) -> tuple[str, ...]:
     """The variables that :func:`draw` uses of a sweep with these coordinates; ``outline`` has no numbers in it."""
-    names = variables_for(choose_kind(cut(outline, at, start), kind))
+    names = variables_for(choose_kind(cut(outline, at, start), kind), model_in(outline.attrs))
     return tuple(name for name in names if name in outline.variables)
 
 
@@ -84,11 +85,10 @@ def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None)
     from nsdrill.plot.slices import one_start, ordered
     from nsdrill.variables import dimension_of
 
-    at = {dimension_of(key): value for key, value in (at or {}).items()}
+    given = at or {}
+    at = {dimension_of(key): value for key, value in given.items()}
     if unknown := set(at) - set(data.axes):
-        from nsdrill.models.leaves import further_axes
-
-        keys = {name: key for name, (key, _) in further_axes().items()}
+        keys = {dimension_of(key): key for key in given}
         found, allowed = (", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes))
         raise InputError(f"--at: found {found}; allowed: {allowed}.")
     return ordered(data if start is None else one_start(data, start), at)

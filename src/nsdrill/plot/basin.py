@@ -19,16 +19,16 @@ from matplotlib.patches import Patch
 from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.models.registry import model_in
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges
 from nsdrill.plot.starts import flat, words
 from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, new_figure
-from nsdrill.variables import OK, STATE_NAMES, has_failed
+from nsdrill.variables import OK, has_failed
 
 HEIGHT = 4.4
 NAMED, LEAST = 8, 0.005  # so many attractors have an entry of their own in the legend, with such a share or more
-DEFAULT_STATES = ("z", "vz")
 OTHERS, FAILED, WAITING = "#F2F2F2", "#FFFFFF", "#FFFFFF"
 # Attractors of one response: its own colour, then towards white and towards black by turns.
 TINTS = (0.0, 0.55, -0.45, 0.3, -0.25, 0.75, -0.65, 0.45)
@@ -67,15 +67,17 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
 
 def _states(results: Results, asked: Sequence[str] | None) -> tuple[str, str]:
     """The states across and up."""
-    plane = tuple(name for name in STATE_NAMES if name in results.slice)
+    plane = tuple(name for name in results["state"].tolist() if name in results.slice)
     if plane:
         if asked and set(asked) != set(plane):
             raise InputError(f"--states: found {','.join(asked)}; allowed: those of the slice, {','.join(plane)}.")
         across, up = tuple(asked) if asked else plane
         return across, up
-    chosen = tuple(asked or DEFAULT_STATES)
-    if len(chosen) != 2 or len(set(chosen)) != 2 or not set(chosen) <= set(STATE_NAMES):
-        raise InputError(f"--states: found {','.join(chosen)}; allowed: two of {', '.join(STATE_NAMES)}, as in z,vz.")
+    names, usual = results["state"].tolist(), model_in(results.attrs).drawn.planes[0]
+    chosen = tuple(asked or usual)
+    if len(chosen) != 2 or len(set(chosen)) != 2 or not set(chosen) <= set(names):
+        found, example = ",".join(chosen), ",".join(usual)
+        raise InputError(f"--states: found {found}; allowed: two of {', '.join(names)}, as in {example}.")
     return chosen[0], chosen[1]
 
 
@@ -103,7 +105,9 @@ def _draw_cells(
     units: str,
 ) -> None:
     plane = {
-        name: np.linspace(a["from"], a["to"], a["points"]) for name in STATE_NAMES if (a := results.slice.get(name))
+        name: np.linspace(a["from"], a["to"], a["points"])
+        for name in results["state"].tolist()
+        if (a := results.slice.get(name))
     }
     shape = tuple(len(values) for values in plane.values())
     # 0 others, 1 ... the named ones, then failed and waiting.

@@ -16,39 +16,35 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nsdrill.data import Results, frozen_modes
+from nsdrill.models.registry import model_in
 from nsdrill.plot.columns import WORDS, frame, is_open, legend_below, outcome_handles, shade_hysteresis
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.slices import Line
 from nsdrill.plot.style import FULL_WIDTH, MANY_MARKERS, REFERENCE, RESPONSES, SHADE, SHADE_EDGE
 
-# By the mode whose motion they are: the peaks, and the feature that is the constant value where there are none.
-PANELS = {
-    "axial": ("axial_peaks", "axial_max"),
-    "torsional": ("bit_speed_peaks", "bit_speed_max"),
-    "lateral": ("radius_peaks", "radius_max"),
-}
-HEIGHT = 6.3  # inches, of the three panels and the words
+HEIGHT = 6.3  # inches, of three panels and the words
 WALL_IN_SIGHT = 0.4  # the wall is drawn where the motion comes this near to it, as a part of the gap
 
 
 def draw(results: Results, units: str = "si") -> Figure:
     frozen = frozen_modes(results.attrs)
-    modes = [mode for mode in PANELS if mode not in frozen] or list(PANELS)
-    panels = [PANELS[mode] for mode in modes]
-    figure, lines, columns = frame(results, units, len(panels), WORDS + (HEIGHT - WORDS) * len(panels) / len(PANELS))
+    all_panels = model_in(results.attrs).drawn.panels
+    panels = [panel for panel in all_panels if panel.mode not in frozen] or list(all_panels)
+    figure, lines, columns = frame(results, units, len(panels), WORDS + (HEIGHT - WORDS) * len(panels) / 3)
     handles = outcome_handles(lines, markers=True)
     spans = steady = 0
-    markers = sum(int(np.isfinite(results[peaks]).sum()) for peaks, _ in panels)
+    markers = sum(int(np.isfinite(results[peaks]).sum()) for peaks in (panel.peaks for panel in panels))
     for one, column in zip(lines, columns, strict=True):
         x = quantity(one.axis, units)
-        for axes, (peaks, constant) in zip(column[1:], panels, strict=True):
+        for axes, panel in zip(column[1:], panels, strict=True):
             spans += shade_hysteresis(axes, one, x.scale)
-            steady += draw_peaks(axes, one, peaks, constant, x, quantity(peaks, units), markers > MANY_MARKERS)
-    rows = {mode: [column[1 + row] for column in columns] for row, mode in enumerate(modes)}
+            y = quantity(panel.peaks, units)
+            steady += draw_peaks(axes, one, panel.peaks, panel.greatest, x, y, markers > MANY_MARKERS)
+    rows = {panel.mode: [column[1 + row] for column in columns] for row, panel in enumerate(panels)}
     speed = draw_drive_speed(lines, rows["torsional"], units) if "torsional" in rows else []
     wall = draw_wall(results, rows["lateral"], units) if "lateral" in rows else []
-    for axes, (peaks, _) in zip(columns[0][1:], panels, strict=True):
-        axes.set_ylabel(quantity(peaks, units).label)
+    for axes, panel in zip(columns[0][1:], panels, strict=True):
+        axes.set_ylabel(quantity(panel.peaks, units).label)
     if {"up", "down"} <= set(lines[0].procedures):
         handles += [_marker("up: filled", REFERENCE), _marker("down: open", "none")]
     if spans:

@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 
 from nsdrill.analysis.attractors import Attractor
 from nsdrill.data import Array, Results
+from nsdrill.models.registry import model_in
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges, robust_limits, spaced
@@ -25,7 +26,6 @@ from nsdrill.plot.style import FULL_WIDTH, REFERENCE, RESPONSES, new_figure
 HEIGHT = 6.0
 LARGEST, SMALLEST = 7.0, 1.6  # points of diameter, of the share 1 and of a single start among many
 LEAST = 0.05
-PANELS = (("radius_max", "Greatest radius"), ("axial_max", "Axial range"), ("stick_slip_index", "Stick-slip index"))
 
 
 def draw(results: Results, units: str = "si") -> Figure:
@@ -33,26 +33,27 @@ def draw(results: Results, units: str = "si") -> Figure:
     x = quantity(axis, units)
     centres = np.asarray(results.coords[axis], float) / x.scale
     figure = new_figure(FULL_WIDTH, HEIGHT)
-    grid = figure.add_gridspec(len(PANELS), 1)
+    shown = model_in(results.attrs).drawn.attractors
+    grid = figure.add_gridspec(len(shown), 1)
     panels: list[Axes] = []
     joined = matched(results)
-    for row, (name, word) in enumerate(PANELS):
+    for row, (least, name, word) in enumerate(shown):
         axes = figure.add_subplot(grid[row, 0], sharex=panels[0] if panels else None)
         y = quantity(name, units)
         points = [
-            (centre, value(one, name) / y.scale, one)
+            (centre, value(one, least, name) / y.scale, one)
             for (some, _), centre in zip(found, centres, strict=True)
             for one in some
         ]
         for centre, height, one in sorted(points, key=lambda p: -p[2].share):
             axes.plot([centre], [height], linestyle="none", **style(one), zorder=3, gid=f"{name}:{one.response}")
         if joined:
-            draw_branches(axes, points, centres, numbered=name == "axial_max")
+            draw_branches(axes, points, centres, numbered=row == min(1, len(shown) - 1))
         low, high = robust_limits(np.array([height for _, height, _ in points]), 6.0)
         low = min(low, 0.0)
         axes.set_ylim(low - 0.03 * (high - low), high + 0.06 * (high - low))
         axes.set_ylabel(Shown(word, y.unit, y.scale).label)
-        axes.tick_params(labelbottom=row == len(PANELS) - 1)
+        axes.tick_params(labelbottom=row == len(shown) - 1)
         panels.append(axes)
     spaced(panels[0], centres)
     panels[0].set_xlim(*edges(centres)[[0, -1]])
@@ -95,11 +96,9 @@ def draw_branches(axes: Axes, points: list[tuple[float, float, Attractor]], cent
             )
 
 
-def value(one: Attractor, name: str) -> float:
-    """The median feature of a panel, SI; the axial range is between the medians of the extremes."""
-    if name == "axial_max":
-        return one.features["axial_max"] - one.features["axial_min"]
-    return one.features[name]
+def value(one: Attractor, least: str | None, name: str) -> float:
+    """The median feature of a panel, SI; the range from ``least`` on is between the medians of the extremes."""
+    return one.features[name] - (one.features[least] if least else 0.0)
 
 
 def size(share: float) -> float:

@@ -6,8 +6,11 @@ import difflib
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
+from nsdrill.models.description import Description
+from nsdrill.models.registry import model_in
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.schedule import moving
-from nsdrill.variables import BY_NAME, PEAKS, POINT, SECTION, TRUST
+from nsdrill.variables import POINT, TRUST
 
 FEW = 3  # so many values of a second axis stand side by side as columns of one figure
 MAX_PANELS = 12
@@ -33,7 +36,6 @@ START_KINDS = {
     "basin": "which start goes to which attractor, over two states; of one operating point",
 }
 ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
-SUMMARY = ("stick_slip_index", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio")
 TRACE_KINDS = {
     "trace": "one page with everything: histories, orbit in the hole, phase planes",
     "histories": "the three motions and the contact forces against time",
@@ -59,24 +61,22 @@ def value_name(kind: str) -> str | None:
     return name if name in _VALUES else None
 
 
-def variables_for(kind: str) -> tuple[str, ...]:
-    """The variables of a sweep that a picture of this kind is drawn from; nothing else has to be read."""
+def variables_for(kind: str, model: Description) -> tuple[str, ...]:
+    """The variables of a sweep of this model that a picture of this kind is drawn from; nothing else has to be read."""
+    drawn, section = model.drawn, tuple(variable.name for variable in model.section)
     shown = {
-        "bifurcation": (*PEAKS, "axial_max", "bit_speed_max", "radius_max"),
-        "summary": SUMMARY,
+        "bifurcation": (*drawn.peaks, *(panel.greatest for panel in drawn.panels)),
+        "summary": drawn.summary,
         "whirl_kind": ("whirl_kind",),
-        "poincare": ("motion", *SECTION),
+        "poincare": ("motion", *section),
         "motion": ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),
-        "section": ("motion", "period", *SECTION),
+        "section": ("motion", "period", *section),
         "shares": ("attractor", "whirl_kind", "settled"),
         "attractors": (
             "attractor",
             "whirl_kind",
             "settled",
-            "radius_max",
-            "axial_min",
-            "axial_max",
-            "stick_slip_index",
+            *(name for one in drawn.attractors for name in one[:2] if name),
         ),
         "basin": ("attractor", "whirl_kind", "settled", "initial_state"),
     }.get(kind, (name,) if (name := value_name(kind)) else ())
@@ -86,14 +86,16 @@ def variables_for(kind: str) -> tuple[str, ...]:
 def kinds_for(data: Results | Trace) -> tuple[str, ...]:
     """The kinds in which ``data`` can be drawn, the default first."""
     if isinstance(data, Trace):
-        return (*TRACE_KINDS, *(RAMP_KINDS if moving(data) else ()))
+        kinds = tuple(kind for kind in TRACE_KINDS if kind != "orbit" or {"x", "y"} <= data.variables.keys())
+        return (*kinds, *(RAMP_KINDS if moving(data) else ()))
     if "start" in data.coords:
         return _start_kinds(data)
+    drawn = model_in(data.attrs).drawn
     first = ("stick_slip_index", *ALIASES, "whirl_ratio")  # the named ones before the rest
     values = tuple(dict.fromkeys((*first, *(name for name in _VALUES if name in data.variables))))
     values = tuple(kind for kind in values if ALIASES.get(kind, kind) in data.variables)
     lengths = sorted(len(data.coords[axis]) for axis in data.swept)
-    lines = tuple(kind for kind in SWEEP_KINDS if kind != "bifurcation" or PEAKS[0] in data.variables)
+    lines = tuple(kind for kind in SWEEP_KINDS if kind != "bifurcation" or drawn.peaks[0] in data.variables)
     returns = tuple(SECTION_KINDS) if "motion" in data.variables else ()
     if not lengths:
         return (*(POINT_KINDS if returns else ()), *lines, *returns, *values)
@@ -162,7 +164,11 @@ def _advice(data: Results | Trace, kind: str) -> str:
         if "start" not in data.coords:
             return " (it needs several starts of every operating point: initial.ensemble or initial.slice)"
         return " (it shows one axis: select a value of the others)" if data.swept else " (it needs a swept axis)"
-    if kind == "bifurcation" and isinstance(data, Results) and PEAKS[0] not in data.variables:
+    if (
+        kind == "bifurcation"
+        and isinstance(data, Results)
+        and model_in(data.attrs).drawn.peaks[0] not in data.variables
+    ):
         return " (no peaks were recorded: run with record.peaks)"
     if kind in ("lyapunov_exponent", "lyapunov_error") and isinstance(data, Results):
         return " (it was not measured: run with record.exponent: true)"

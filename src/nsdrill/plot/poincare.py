@@ -19,36 +19,36 @@ from matplotlib.ticker import MaxNLocator
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.bifurcation import HEIGHT, draw_drive_speed, draw_wall, marker_size
+from nsdrill.models.description import Drawn
+from nsdrill.models.registry import model_in
+from nsdrill.plot.bifurcation import draw_drive_speed, draw_wall, marker_size
 from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
 from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import Line, text
 from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, MOTIONS, REFERENCE, new_figure
 from nsdrill.variables import OK
 
-PANELS = ("section_radius", "section_whirl_angle", "section_axial", "section_bit_speed")
-PLANES = (("section_axial", "section_axial_velocity"), ("section_twist", "section_bit_speed"),
-          ("section_radius", "section_radial_velocity"))  # fmt: skip
-
 
 def draw(results: Results, units: str = "si") -> Figure:
     """Every recorded return along one axis."""
-    figure, lines, columns = frame(results, units, len(PANELS), HEIGHT + 1.2)
-    markers = len(PANELS) * int(np.isfinite(results["section_radius"]).sum())
+    shown = model_in(results.attrs).drawn.section
+    figure, lines, columns = frame(results, units, len(shown), 1.5 * len(shown) + 1.5)
+    markers = len(shown) * int(np.isfinite(results[shown[0]]).sum())
     present: set[int] = set()
     for one, column in zip(lines, columns, strict=True):
         x = quantity(one.axis, units)
-        for axes, name in zip(column[1:], PANELS, strict=True):
+        for axes, name in zip(column[1:], shown, strict=True):
             present |= draw_returns(axes, one, name, x, quantity(name, units), markers > MANY_MARKERS)
-    for axes, name in zip(columns[0][1:], PANELS, strict=True):
+    for axes, name in zip(columns[0][1:], shown, strict=True):
         axes.set_ylabel(quantity(name, units).label)
-    for column in columns:
-        _whole_turn(column[2], quantity("section_whirl_angle", units))
+    rows = {name: [column[1 + row] for column in columns] for row, name in enumerate(shown)}
+    for axes in rows.get("section_whirl_angle", ()):
+        _whole_turn(axes, quantity("section_whirl_angle", units))
     handles = motion_handles(present)
     if {"up", "down"} <= set(lines[0].procedures):
         handles += [_marker("up: filled", REFERENCE), _marker("down: open", "none")]
-    wall = draw_wall(results, [column[1] for column in columns], units)
-    speed = draw_drive_speed(lines, [column[4] for column in columns], units)
+    wall = draw_wall(results, rows["section_radius"], units) if "section_radius" in rows else []
+    speed = draw_drive_speed(lines, rows["section_bit_speed"], units) if "section_bit_speed" in rows else []
     legend_below(figure, [*handles, *speed, *wall, *outcome_handles(lines, markers=False)], 4)
     return figure
 
@@ -115,35 +115,36 @@ def draw_point(results: Results, units: str = "si") -> Figure:
     names = [text(name) for name in results.coords["procedure"]]
     figure = new_figure(FULL_WIDTH, 0.4 + 2.2 * len(names))
     rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
-    gap = results.attrs.get("gap")
+    gap, drawn = results.attrs.get("gap"), model_in(results.attrs).drawn
     for row, name in enumerate(names):
         here = {key: results[key][row].ravel() for key in results.variables if key.startswith("section_")}
         code = int(results["motion"][row].ravel()[0])
         words = MOTIONS[code].name
         if period := int(results["period"][row].ravel()[0]):
             words = f"{words}, period {period}"
-        count = int(np.isfinite(here["section_radius"]).sum())
+        count = int(np.isfinite(here[drawn.section[0]]).sum())
         label = {"up": "carried up: ", "down": "carried down: "}.get(name, "")
         rows[row].suptitle(f"{label}{words}, {count} returns", fontsize="medium")
-        _draw_planes(list(rows[row].subplots(1, 4)), here, units, gap, MOTIONS[code].colour)
+        _draw_planes(rows[row], here, drawn, units, gap, MOTIONS[code].colour)
     figure.suptitle(heading(results.attrs, operating_point(fixed_values(results), units)), parse_math=False)
     return figure
 
 
 def draw_trace(trace: Trace, units: str, title: str) -> Figure:
     """The section of a trace: its returns after the transient, if there is time for three."""
-    section = section_of(trace)
+    section, drawn = section_of(trace), model_in(trace.attrs).drawn
     figure = new_figure(FULL_WIDTH, 2.7)
     begin = _observed_from(trace)
-    words = f"{len(section['section_radius'])} returns" + (f" after {begin:g} s" if begin else "")
-    _draw_planes(list(figure.subplots(1, 4)), section, units, trace.attrs.get("gap"), BLUE)
+    words = f"{len(section['section_bit_speed'])} returns" + (f" after {begin:g} s" if begin else "")
+    _draw_planes(figure, section, drawn, units, trace.attrs.get("gap"), BLUE)
     figure.suptitle(f"{title}; {words}", parse_math=False)
     return figure
 
 
-def _draw_planes(panels: list[Axes], section: Mapping[str, Array], units: str, gap: float | None, colour: str) -> None:
-    x = quantity("x", units)
-    r, angle = section["section_radius"] / x.scale, section["section_whirl_angle"]
+def _draw_planes(
+    figure: Any, section: Mapping[str, Array], drawn: Drawn, units: str, gap: float | None, colour: str
+) -> None:
+    """The returns in a row of planes, the first of them the orbit where there is one."""
     style: dict[str, Any] = {
         "linestyle": "none",
         "marker": "o",
@@ -151,20 +152,11 @@ def _draw_planes(panels: list[Axes], section: Mapping[str, Array], units: str, g
         "markeredgewidth": 0.0,
         "color": colour,
     }
-    panels[0].plot(r * np.cos(angle), r * np.sin(angle), gid="section:orbit", **style)
-    panels[0].plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none")
-    reach = float(np.nanmax(r, initial=0.0)) or 1.0
-    if gap is not None and reach > 0.4 * gap / x.scale:
-        panels[0].add_patch(Circle((0, 0), gap / x.scale, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5))
-        reach = max(reach, gap / x.scale)
-    panels[0].set(
-        xlim=(-1.1 * reach, 1.1 * reach),
-        ylim=(-1.1 * reach, 1.1 * reach),
-        xlabel=f"along the bit [{x.unit}]",
-        ylabel=f"across [{x.unit}]",
-    )
-    panels[0].set_aspect("equal")
-    for axes, (across, up) in zip(panels[1:], PLANES, strict=True):
+    orbit = "section_radius" in section
+    panels = list(np.atleast_1d(figure.subplots(1, orbit + len(drawn.section_planes))))
+    if orbit:
+        _draw_orbit(panels[0], section, units, gap, style)
+    for axes, (across, up) in zip(panels[orbit:], drawn.section_planes, strict=True):
         a, b = quantity(across, units), quantity(up, units)
         axes.plot(section[across] / a.scale, section[up] / b.scale, gid=f"section:{across}", **style)
         axes.set(xlabel=a.label, ylabel=b.label)
@@ -172,6 +164,27 @@ def _draw_planes(panels: list[Axes], section: Mapping[str, Array], units: str, g
     for axes in panels:
         axes.xaxis.set_major_locator(MaxNLocator(3))
         axes.yaxis.set_major_locator(MaxNLocator(5))
+
+
+def _draw_orbit(
+    axes: Axes, section: Mapping[str, Array], units: str, gap: float | None, style: Mapping[str, Any]
+) -> None:
+    """The collar centre in the hole, as an observer on the bit sees it."""
+    x = quantity("x", units)
+    r, angle = section["section_radius"] / x.scale, section["section_whirl_angle"]
+    axes.plot(r * np.cos(angle), r * np.sin(angle), gid="section:orbit", **style)
+    axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none")
+    reach = float(np.nanmax(r, initial=0.0)) or 1.0
+    if gap is not None and reach > 0.4 * gap / x.scale:
+        axes.add_patch(Circle((0, 0), gap / x.scale, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5))
+        reach = max(reach, gap / x.scale)
+    axes.set(
+        xlim=(-1.1 * reach, 1.1 * reach),
+        ylim=(-1.1 * reach, 1.1 * reach),
+        xlabel=f"along the bit [{x.unit}]",
+        ylabel=f"across [{x.unit}]",
+    )
+    axes.set_aspect("equal")
 
 
 def _open(axes: Axes) -> None:
@@ -221,13 +234,15 @@ def section_of(trace: Trace) -> dict[str, Array]:
             return values[after - 1] + theta * (values[after] - values[after - 1])
         return cubic(values, trace[rate][chosen], theta)
 
-    x, y = of("x", "vx"), of("y", "vy")
-    vx, vy = of("vx"), of("vy")
-    r = np.sqrt(x * x + y * y)
-    safe = np.where(r > 0, r, 1.0)
-    return {
-        "section_radius": r, "section_whirl_angle": np.arctan2(y, x),
-        "section_radial_velocity": (x * vx + y * vy) / safe,
-        "section_axial": of("z", "vz"), "section_axial_velocity": of("vz"),
-        "section_twist": of("twist"), "section_bit_speed": of("bit_speed"),
-    }  # fmt: skip
+    found = {"section_twist": of("twist"), "section_bit_speed": of("bit_speed")}
+    if "z" in trace.variables:
+        found |= {"section_axial": of("z", "vz"), "section_axial_velocity": of("vz")}
+    if "x" in trace.variables:
+        x, y, vx, vy = of("x", "vx"), of("y", "vy"), of("vx"), of("vy")
+        r = np.sqrt(x * x + y * y)
+        found |= {
+            "section_radius": r,
+            "section_whirl_angle": np.arctan2(y, x),
+            "section_radial_velocity": (x * vx + y * vy) / np.where(r > 0, r, 1.0),
+        }
+    return found

@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
+from nsdrill.models.registry import model_in
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.schedule import moving, point_words, rate_words, set_values
@@ -23,7 +24,6 @@ from nsdrill.plot.slices import line, ordered
 from nsdrill.plot.style import BLUE, FULL_WIDTH, GREY, MANY_MARKERS, REFERENCE, VERMILLION, new_figure
 from nsdrill.variables import AXES, OK
 
-PANELS = (("z", "axial_peaks"), ("bit_speed", "bit_speed_peaks"), ("radius", "radius_peaks"))
 SWEPT = "#D9D9D9"  # the sweep lies behind, paler than anything of the ramp
 WALL_IN_SIGHT = 0.4
 
@@ -31,19 +31,20 @@ WALL_IN_SIGHT = 0.4
 def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure:
     axis = moving(trace)[0]
     x = quantity(axis, units)
-    figure = new_figure(FULL_WIDTH, 6.3)
-    panels = list(figure.subplots(len(PANELS), 1, sharex=True))
+    drawn = model_in(trace.attrs).drawn.panels
+    figure = new_figure(FULL_WIDTH, 1.2 + 1.7 * len(drawn))
+    panels = list(np.atleast_1d(figure.subplots(len(drawn), 1, sharex=True)))
     value = set_values(trace, axis)
     way = np.sign(np.diff(value, append=value[-1]))
     way[-1] = way[-2]
     handles: list[Artist] = []
     if over is not None:
         handles += draw_sweep(panels, over, trace, axis, units)
-    peaks = [local_maxima(trace.time, trace[name]) for name, _ in PANELS]
+    peaks = [local_maxima(trace.time, trace[name]) for name in (panel.trace for panel in drawn)]
     rasterise = sum(len(times) for times, _ in peaks) > MANY_MARKERS
     shown = set()
-    for axes, (name, words), (times, heights) in zip(panels, PANELS, peaks, strict=True):
-        y = quantity(words, units)
+    for axes, panel, (times, heights) in zip(panels, drawn, peaks, strict=True):
+        name, y = panel.trace, quantity(panel.peaks, units)
         nearest = np.clip(np.searchsorted(trace.time, times), 0, len(value) - 1)
         at = np.interp(times, trace.time, value) / x.scale
         for sign, style in STYLES.items():
@@ -121,7 +122,7 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
             else "x", "markersize": 3.0 if procedure != "down" else 2.2, "markeredgewidth": 0.0 if procedure != "down"
             else 0.4, "zorder": 1.0,
         }  # fmt: skip
-        for axes, (_, peaks) in zip(panels, PANELS, strict=True):
+        for axes, peaks in zip(panels, model_in(trace.attrs).drawn.peaks, strict=True):
             heights = np.where(fine[row][:, None], one[peaks][row], np.nan) / quantity(peaks, units).scale
             at = np.broadcast_to((one.x / x.scale)[:, None], heights.shape)
             axes.plot(
@@ -142,14 +143,19 @@ def _references(panels: list[Axes], trace: Trace, axis: str, units: str) -> list
     handles: list[Artist] = []
     speed = trace["drive_speed"] / quantity("bit_speed", units).scale
     ends = np.array([speed.min(), speed.max()])
+    modes = [panel.mode for panel in model_in(trace.attrs).drawn.panels]
+    torsion = panels[modes.index("torsional")]
     if axis == "rotary_speed":
-        panels[1].plot(ends, ends, gid="drive speed", **style)
+        torsion.plot(ends, ends, gid="drive speed", **style)
         handles.append(Line2D([], [], label="drive speed", **style))
     elif ends[0] == ends[1]:
-        panels[1].axhline(ends[0], gid="drive speed", **style)
+        torsion.axhline(ends[0], gid="drive speed", **style)
         handles.append(Line2D([], [], label="drive speed", **style))
     gap, r = trace.attrs.get("gap"), quantity("radius", units)
-    if gap is not None and panels[2].get_ylim()[1] > WALL_IN_SIGHT * float(gap) / r.scale:
-        panels[2].axhline(float(gap) / r.scale, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
+    if gap is None or "lateral" not in modes:
+        return handles
+    wall = panels[modes.index("lateral")]
+    if wall.get_ylim()[1] > WALL_IN_SIGHT * float(gap) / r.scale:
+        wall.axhline(float(gap) / r.scale, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
         handles.append(Line2D([], [], color=REFERENCE, linewidth=0.9, label="wall of the hole"))
     return handles

@@ -11,7 +11,6 @@ import numpy as np
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import further_axes
 from nsdrill.observe.trust import verdict
 from nsdrill.plot.labels import quantity
 from nsdrill.quantity import amount
@@ -22,11 +21,12 @@ from nsdrill.variables import AXES
 def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
     """The results with every axis ascending, and cut at the values of ``at`` (SI)."""
     coords, variables = dict(results.coords), dict(results.variables)
+    keys = {axis.name: axis.key for axis in results.more}
     for place, axis in enumerate(results.axes, start=1):
         values = np.asarray(coords[axis], dtype=float)
         chosen = np.argsort(values, kind="stable")
         if at and axis in at:
-            chosen = np.array([_index_of(axis, values, at[axis])])
+            chosen = np.array([_index_of(axis, keys.get(axis, axis), values, at[axis])])
         if np.array_equal(chosen, np.arange(len(values))):
             continue
         coords[axis] = values[chosen]
@@ -47,7 +47,7 @@ def one_start(results: Results, start: int) -> Results:
     return Results(coords, variables, results.attrs, results.more)
 
 
-def _index_of(axis: str, values: Array, wanted: float) -> int:
+def _index_of(axis: str, key: str, values: Array, wanted: float) -> int:
     """The nearest value, at most half a step beyond the ends of the axis; of a single value at most one percent off."""
     ascending = np.sort(values)
     steps = np.diff(ascending)
@@ -57,7 +57,7 @@ def _index_of(axis: str, values: Array, wanted: float) -> int:
         def told(value: float) -> str:
             return amount(value, wanted.unit, 4) if isinstance(wanted, Asked) else quantity(axis).value(value)
 
-        option = axis if axis in AXES else f"--at {further_axes()[axis][0]}"
+        option = axis if axis in AXES else f"--at {key}"
         raise InputError(
             f"{option}: found {told(wanted)}; allowed: {told(ascending[0])} to {told(ascending[-1])}, as the sweep, of "
             "which the nearest value is drawn."

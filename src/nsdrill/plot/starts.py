@@ -10,8 +10,8 @@ import numpy as np
 from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.style import RESPONSES
-from nsdrill.variables import BY_NAME
 
 
 def along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, int]]]]:

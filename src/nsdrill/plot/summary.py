@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nsdrill.data import Results
+from nsdrill.models.registry import model_in
 from nsdrill.plot.bands import bounds, words
 from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
-from nsdrill.plot.kinds import SUMMARY, value_name
+from nsdrill.plot.kinds import value_name
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.slices import Line, robust_limits
 from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE
@@ -23,8 +24,8 @@ SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
 def draw(results: Results, kind: str = "summary", units: str = "si") -> Figure:
-    names = SUMMARY if kind == "summary" else (value_name(kind) or kind,)
-    figure, lines, columns = frame(results, units, len(names), 6.3 if len(names) > 1 else 2.9)
+    names = model_in(results.attrs).drawn.summary if kind == "summary" else (value_name(kind) or kind,)
+    figure, lines, columns = frame(results, units, len(names), 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9)
     for row, name in enumerate(names, start=1):
         y = quantity(name, units)
         for one, column in zip(lines, columns, strict=True):

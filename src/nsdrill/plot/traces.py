@@ -12,15 +12,15 @@ from matplotlib.patches import Circle
 
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
+from nsdrill.models.registry import model_in
 from nsdrill.plot.decimation import envelope, last_part
 from nsdrill.plot.labels import heading, quantity
 from nsdrill.plot.schedule import moving, point_words
 from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, VERMILLION, new_figure
 from nsdrill.variables import SCHEDULED
 
-HISTORIES = ("z", "bit_speed", "radius", "bit_force", "bit_torque", "wall_force")
+ROOM_FOR_HISTORY = 1.2  # inches of page
 ROOM_FOR_SCHEDULE = 0.7  # inches of page for each value that moves
-PLANES = (("z", "vz"), ("twist", "bit_speed"), ("radius", "radial_velocity"))
 BINS = 1500  # stretches of a history: about one for each pixel of print
 LAST_SAMPLES = 60_000  # of orbit and phase planes
 LAST_TURNS = 20  # of the drive: more lie over each other and hide the shape
@@ -30,7 +30,8 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
     if len(trace.time) < 2:
         raise InputError(f"trace: found {len(trace.time)} samples; allowed: two or more.")
     title = title_of(trace, units)
-    more = ROOM_FOR_SCHEDULE * len(moving(trace))
+    more, planes = ROOM_FOR_SCHEDULE * len(moving(trace)), len(model_in(trace.attrs).drawn.planes)
+    more -= ROOM_FOR_HISTORY * (6 - len(model_in(trace.attrs).drawn.histories))
     if kind == "histories":
         figure = new_figure(FULL_WIDTH, 7.2 + more)
         draw_histories(figure, trace, units)
@@ -39,15 +40,19 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
         draw_orbit(figure.add_subplot(), trace, units)
     elif kind == "phase":
         figure = new_figure(FULL_WIDTH, 2.9)
-        draw_planes(list(figure.subplots(1, 3)), trace, units)
+        draw_planes(list(np.atleast_1d(figure.subplots(1, planes))), trace, units)
     else:
         figure = new_figure(FULL_WIDTH, 8.6 + more)
         left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
         draw_histories(left, trace, units)
-        panels = list(right.subplots(4, 1, height_ratios=(1.55, 1.0, 1.0, 1.0)))
-        draw_orbit(panels[0], trace, units)
-        draw_planes(panels[1:], trace, units)
-        right.align_ylabels(panels[1:])
+        orbit = {"x", "y"} <= trace.variables.keys()
+        panels = list(
+            np.atleast_1d(right.subplots(orbit + planes, 1, height_ratios=[*[1.55] * orbit, *[1.0] * planes]))
+        )
+        if orbit:
+            draw_orbit(panels[0], trace, units)
+        draw_planes(panels[orbit:], trace, units)
+        right.align_ylabels(panels[orbit:])
     figure.suptitle(title if kind != "orbit" else title_of(trace, units, width=50), parse_math=False)
     return figure
 
@@ -66,7 +71,7 @@ def _point(trace: Trace, units: str) -> str:
 def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None:
     """The motions and the contact forces against time, and what of the operating point moves, one below the other."""
     scheduled = [SCHEDULED[name] for name in moving(trace)]
-    names = (*HISTORIES, *scheduled)
+    names = (*model_in(trace.attrs).drawn.histories, *scheduled)
     panels = list(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)))
     time = quantity("time", units)
     for axes, name in zip(panels, names, strict=True):
@@ -78,13 +83,13 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
     speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
     if "drive_speed" in scheduled:
         t, values = envelope(trace.time, trace["drive_speed"] / quantity("bit_speed", units).scale, BINS)
-        panels[1].plot(
+        panels[names.index("bit_speed")].plot(
             t / time.scale, values, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3, gid="drive speed"
         )
     elif speed is not None:
-        _reference(panels[1], float(speed) / quantity("bit_speed", units).scale, "drive speed")
+        _reference(panels[names.index("bit_speed")], float(speed) / quantity("bit_speed", units).scale, "drive speed")
     if gap is not None:
-        _reference(panels[2], float(gap) / quantity("radius", units).scale, "wall")
+        _reference(panels[names.index("radius")], float(gap) / quantity("radius", units).scale, "wall")
     panels[-1].set_xlabel(time.label)
     figure.align_ylabels(panels)
 
@@ -148,7 +153,7 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
 def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
     """Velocity over position for each motion."""
     part, words = shown_part(trace)
-    for axes, (across, up) in zip(panels, PLANES, strict=True):
+    for axes, (across, up) in zip(panels, model_in(trace.attrs).drawn.planes, strict=True):
         x, y = quantity(across, units), quantity(up, units)
         axes.plot(
             trace[across][part] / x.scale,

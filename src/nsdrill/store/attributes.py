@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.errors import FileError
-from nsdrill.models.leaves import further_axes
+from nsdrill.errors import FileError, printable
+from nsdrill.models.leaves import is_further_axis
 from nsdrill.models.operation import Operation
+from nsdrill.models.registry import NAMES
 from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.variables import AXES, STATE_NAMES, dimension_of
+from nsdrill.variables import AXES, MODEL
 
 _CONTROL = dict.fromkeys([*range(9), 11, 12, *range(14, 32), *range(127, 160)])  # all but tab and the ends of lines
 LARGEST = 1e100  # of any number: what is larger overflows in sums and units, and measures nothing
@@ -44,6 +45,11 @@ def check_attributes(path: str | os.PathLike[str], attrs: Mapping[str, Any]) -> 
         if (fault := _fault(name, value)) is not None:
             raise FileError(f"{path}: the attribute {name} should be {fault}. Make the file again.")
     known = {name: value for name, value in attrs.items() if value is not None}
+    if (model := known.get("model", MODEL)) not in NAMES:
+        raise FileError(
+            f"{path}: made with the model {printable(model)[:80]}, which this nsdrill does not know; it knows "
+            f"{', '.join(NAMES)}. Use the nsdrill that made it."
+        )
     if lacking := [name for name in _REFINED if name not in known and not known.keys().isdisjoint(_REFINED)]:
         raise FileError(f"{path}: the attribute {lacking[0]} of a refined sweep is missing. Make the file again.")
     return known | ({"title": known["title"][:_LONGEST_TITLE]} if "title" in known else {})
@@ -141,7 +147,7 @@ def _study(found: Any) -> bool:
         and (along is None or _is_axis(along))
         and _classify(found.get("classify", {}))
         and all(
-            name in STATE_NAMES
+            isinstance(name, str)
             and set(axis) == {"from", "to", "points"}
             and all(map(_number, axis.values()))
             and axis["from"] < axis["to"]
@@ -167,7 +173,7 @@ def _numbers_of_axes(found: Any) -> bool:
 
 
 def _is_axis(key: Any) -> bool:
-    return isinstance(key, str) and (key in AXES or further_axes().get(dimension_of(key), ("",))[0] == key)
+    return isinstance(key, str) and (key in AXES or is_further_axis(key))
 
 
 _JSON: dict[str, tuple[str, Callable[[Any], bool]]] = {

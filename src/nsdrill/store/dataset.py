@@ -11,6 +11,10 @@ import numpy as np
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import FileError
 from nsdrill.files import reason
+from nsdrill.models.description import Description
+from nsdrill.models.kept import Kept
+from nsdrill.models.registry import model_in
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import LARGEST, check_attributes, plain_value
 from nsdrill.store.layout import (
@@ -24,18 +28,9 @@ from nsdrill.store.layout import (
 )  # fmt: skip
 from nsdrill.store.read import LATER, check_coordinates, check_file, checked, kept_of, read_results
 from nsdrill.store.records import recorded
+from nsdrill.store.trace import held_in
 from nsdrill.units import plain_units
-from nsdrill.variables import (
-    BY_NAME,
-    DRIVEN_STATE_NAMES,
-    FORMAT_VERSION,
-    POINT,
-    STATE_NAMES,
-    TRACE_VARIABLES,
-    Axis,
-    Kept,
-    Variable,
-)
+from nsdrill.variables import FORMAT_VERSION, POINT, Axis, Variable
 
 _NAME = "the Dataset"
 _GIVE = "Give one of nsdrill.run or nsdrill.open_results, or a part of it by isel or sel."
@@ -91,7 +86,9 @@ def open_results(path: str | os.PathLike[str]) -> Any:
 def _results(results: Results) -> Any:
     import xarray
 
-    kept = kept_of(results.coords, results.more, results.variables)
+    model = model_in(results.attrs)
+    kept = kept_of(results.coords, results.more, results.variables, model.name)
+    known = {variable.name: variable for variable in model.variables}
     lengths = {name: len(results.coords[name]) for name in results.grid}
     attrs = _attributes(root_attributes("results", results.attrs, results.more, lengths))
     layout = layout_of(lengths, attrs)
@@ -104,7 +101,7 @@ def _results(results: Results) -> Any:
         made[name] += (coordinate_attributes(name, axes.get(name)),)
     scalars = " ".join(name for name in layout.grid if name not in layout.order)
     variables = {
-        name: (layout.dims(BY_NAME[name]), layout.to_file(values), variable_attributes(BY_NAME[name], kept.states))
+        name: (layout.dims(known[name]), layout.to_file(values), variable_attributes(known[name], kept.states))
         for name, values in results.variables.items()
     }
     data = xarray.Dataset(variables, made, attrs)
@@ -116,7 +113,7 @@ def _results(results: Results) -> Any:
 def _trace(trace: Trace) -> Any:
     import xarray
 
-    variables = {v.name: (v.dims, trace.variables[v.name], variable_attributes(v)) for v in TRACE_VARIABLES}
+    variables = {v.name: (v.dims, trace.variables[v.name], variable_attributes(v)) for v in held_in(trace)}
     time = {"time": ("time", trace.time, coordinate_attributes("time"))}
     data = xarray.Dataset(variables, time, _attributes(root_attributes("trace", trace.attrs)))
     for name in variables:
@@ -142,6 +139,7 @@ def _attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | None) -> Results:
+    model = model_in(attrs)
     keys = {name: coordinate.attrs.get("key") for name, coordinate in data.coords.items() if name not in POINT}
     named = attrs["axes"].split() if "axes" in attrs else [str(name) for name, key in keys.items() if key]
     axes = tuple(_axis(data, name) for name in named)
@@ -149,19 +147,26 @@ def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | No
     own = [name for name in ("peak", "crossing", "state") if name in data.dims or name in data.coords]
     coords = {name: _coordinate(data, name) for name in (*grid, *own)}
     if "state" not in data.dims:  # no variable with states was selected
-        coords["state"] = np.array(DRIVEN_STATE_NAMES if "drive_speed_mean" in data else STATE_NAMES)
-    check_coordinates(_NAME, coords, whole=False)
-    kept = kept_of(coords, axes, data.variables)
-    there = [variable.name for variable in recorded(kept)]
+        coords["state"] = np.array(_states(model, data))
+    check_coordinates(_NAME, coords, model, whole=False)
+    kept = kept_of(coords, axes, data.variables, model.name)
+    known = {variable.name: variable for variable in recorded(kept)}
+    there = list(known)
     wanted = set(there) if names is None else set(names)
     if unknown := sorted(wanted - set(BY_NAME)):
         raise FileError(f"{_NAME}: no variable is called {', '.join(unknown)}.")
     variables = {
-        name: _variable(data, BY_NAME[name], kept, coords)
+        name: _variable(data, known[name], kept, coords)
         for name in there
         if name in wanted and (name in data.data_vars or not (names is None or name in LATER))
     }
     return Results(coords, variables, dict(attrs), axes)
+
+
+def _states(model: Description, data: Any) -> tuple[str, ...]:
+    """The states that a string with the variables of ``data`` has."""
+    needed = {v.only for v in model.variables if v.name in data} & {*model.all_states}
+    return next(states for states in model.state_sets if needed <= {*states})
 
 
 def _axis(data: Any, name: str) -> Axis:
@@ -211,8 +216,10 @@ def _from_trace(data: Any, attrs: Mapping[str, Any]) -> Trace:
     if not len(time) or not np.all(np.diff(time) > 0.0):
         raise FileError(f"{_NAME}: the coordinate time does not ascend. {_GIVE}")
     variables = {}
-    for variable in TRACE_VARIABLES:
+    for variable in model_in(attrs).trace:
         found = data.data_vars.get(variable.name)
+        if found is None and variable.only is not None:
+            continue
         if found is None or found.shape != time.shape or found.dtype.kind != "f":
             raise FileError(
                 f"{_NAME}: the variable {variable.name} is missing or has no {len(time)} real numbers over "

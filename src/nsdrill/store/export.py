@@ -11,9 +11,10 @@ import numpy as np
 
 from nsdrill.data import Array, Results
 from nsdrill.files import replacing
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
 from nsdrill.units import CF
-from nsdrill.variables import BY_NAME, CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
+from nsdrill.variables import CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
 
 _ROOMS = ("run", "label", "feature", "trust")
 

@@ -32,7 +32,7 @@ from nsdrill.store.layout import stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
 from nsdrill.units import plain_units
-from nsdrill.variables import DRIVEN_STATE_NAMES, FORMAT_VERSION, Axis, Variable
+from nsdrill.variables import FORMAT_VERSION, PROCEDURES, Axis, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
@@ -42,6 +42,7 @@ _COMPACT_BYTES = 8192  # HDF5 allows 64 KiB in an object header; with more than 
 _PROBE_SECONDS = 20.0
 _RATIO = 2000  # of numbers to the bytes that hold them; deflate reaches 1032
 _MOST_MEMBERS = 1000
+_MOST_NAMES = {"procedure": len(PROCEDURES), "state": 1000}
 _PROBE = f"""
 import os, resource, sys
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
@@ -315,7 +316,7 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
         if not np.all(np.abs(values) <= LARGEST):
             raise FileError(f"{path}: the coordinate {name} has values that are no finite numbers. {EDITED}")
         return values
-    if scale.size > len(DRIVEN_STATE_NAMES):  # text may be larger than the file: many values can be one
+    if scale.size > _MOST_NAMES[name]:  # text may be larger than the file: many values can be one
         raise FileError(f"{path}: the coordinate {name} has {scale.size} values. Make the file again.")
     return np.array(scale.asstr()[()], dtype=str)
 

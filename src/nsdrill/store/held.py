@@ -9,6 +9,7 @@ import numpy as np
 
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
+from nsdrill.models.registry import model_in
 from nsdrill.store.read import kept_of
 from nsdrill.store.records import pending_records, recorded
 
@@ -17,7 +18,7 @@ class HeldResults:
     """The points of ``results``, for :func:`nsdrill.store.write_results`. FileError where they are not whole."""
 
     def __init__(self, results: Results) -> None:
-        self.kept = kept_of(results.coords, results.more, results.variables)
+        self.kept = kept_of(results.coords, results.more, results.variables, model_in(results.attrs).name)
         whole = {variable.name for variable in recorded(self.kept)}
         if odd := sorted(whole ^ set(results.variables)):
             raise FileError(

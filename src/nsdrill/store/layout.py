@@ -15,19 +15,10 @@ import numpy as np
 
 from nsdrill.data import Array, json_text
 from nsdrill.errors import printable
+from nsdrill.models.kept import Kept
+from nsdrill.models.vocabulary import IN_TRACE
 from nsdrill.units import CF
-from nsdrill.variables import (
-    AXES,
-    COORDINATES,
-    FORMAT_VERSION,
-    MODEL,
-    POINT,
-    STATE_UNITS,
-    Axis,
-    Kept,
-    Variable,
-    dimension_of,
-)  # fmt: skip
+from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, POINT, Axis, Variable, dimension_of
 
 CONVENTIONS = f"nsdrill-{FORMAT_VERSION}"
 
@@ -101,7 +92,7 @@ def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]
 def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> dict[str, Any]:
     """The attributes of ``variable``; flags as CF has them, of the type of the variable. Of states the names are
     needed."""
-    units_of_states = ", ".join(STATE_UNITS[name] for name in states)
+    units_of_states = ", ".join(IN_TRACE[name].units for name in states)
     found: dict[str, Any] = {"units": variable.units} if variable.units else {"state_units": units_of_states}
     found["long_name"] = variable.long_name
     for name in ("flag_values", "flag_masks"):

@@ -21,10 +21,11 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.files import Temporary, check_room, lock, open_plain, reason, sync_folder, write_at
+from nsdrill.models.kept import Kept
 from nsdrill.store.log_header import first_slot, pack_header, read_header
 from nsdrill.store.records import check_write, pending_records, raw, seal, slot_dtype, sound
 from nsdrill.store.sink import check_header
-from nsdrill.variables import PENDING, Kept
+from nsdrill.variables import PENDING
 
 _BLOCK_BYTES = 4 << 20  # read and write in pieces of this size, so that memory does not grow with the sweep
 

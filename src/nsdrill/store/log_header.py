@@ -21,8 +21,8 @@ from typing import Any
 import numpy as np
 
 from nsdrill.errors import FileError
+from nsdrill.models.kept import Kept
 from nsdrill.store.records import raw, record_dtype
-from nsdrill.variables import Kept
 
 MAGIC = b"nsdrill run log\n"
 LOG_VERSION = 3

@@ -7,9 +7,10 @@ from typing import Any, Self
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.models.kept import Kept
 from nsdrill.store.records import check_write, pending_records, record_dtype
 from nsdrill.store.sink import check_header
-from nsdrill.variables import PENDING, Kept
+from nsdrill.variables import PENDING
 
 
 class MemoryLog:

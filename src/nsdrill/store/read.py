@@ -13,7 +13,11 @@ import numpy as np
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
 from nsdrill.files import replacing
+from nsdrill.models.description import Description
+from nsdrill.models.kept import Kept
 from nsdrill.models.operation import Operation
+from nsdrill.models.registry import described, model_in
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import check_attributes, get_attributes, plain, text_of
 from nsdrill.store.layout import Layout
@@ -22,21 +26,7 @@ from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, recorded
 from nsdrill.store.results import block_shape, blocks, columns, coordinates, points_in_block
 from nsdrill.store.sink import Source, grid_shape
-from nsdrill.variables import (
-    AXES,
-    BY_NAME,
-    DRIVEN_STATE_NAMES,
-    FORMAT_VERSION,
-    INFERRED,
-    PENDING,
-    POINT,
-    PROCEDURES,
-    STATE_NAMES,
-    VARIABLES,
-    Axis,
-    Kept,
-    Variable,
-)  # fmt: skip
+from nsdrill.variables import AXES, FORMAT_VERSION, INFERRED, PENDING, POINT, PROCEDURES, Axis, Variable
 
 PathLike = str | os.PathLike[str]
 LATER = ("bounce_severity", "whirl_severity")  # labels that the first files did not have yet
@@ -45,8 +35,8 @@ LATER = ("bounce_severity", "whirl_severity")  # labels that the first files did
 def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
     """The results file ``path`` in memory, or only its variables ``names``. FileError if it cannot be read."""
     wanted = None if names is None else set(names)
-    if wanted is not None and not wanted <= set(BY_NAME):
-        raise FileError(f"{path}: no variable is called {', '.join(sorted(wanted - set(BY_NAME)))}.")
+    if unknown := sorted(name for name in wanted or () if name not in BY_NAME):
+        raise FileError(f"{path}: no variable is called {', '.join(unknown)}.")
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
         variables = {
@@ -69,8 +59,8 @@ def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
 def collect(log: Source, names: Iterable[str] | None = None) -> Results:
     """Everything in a log, or only the variables ``names``, in memory; the same arrays as in its results file."""
     shape = grid_shape(log.header, log.kept)
-    wanted = set(BY_NAME) if names is None else set(names)
-    flat = columns(log, [v.name for v in recorded(log.kept) if v.name in wanted])
+    wanted = None if names is None else set(names)
+    flat = columns(log, [v.name for v in recorded(log.kept) if wanted is None or v.name in wanted])
     variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
     attrs = {**log.header["attrs"], "format_version": FORMAT_VERSION}
     return Results(coordinates(log), variables, attrs, log.kept.axes)
@@ -142,16 +132,16 @@ def rewrite_labels(
 
     ``attrs`` replaces root attributes. A copy is edited and takes the name at the end, so a kill damages nothing.
     """
-    known_labels = [variable.name for variable in VARIABLES if variable.room == "label"]
-    unknown = set(labels) - set(known_labels)
-    if unknown:
-        raise ValueError(f"not labels: {', '.join(sorted(unknown))}; labels are {', '.join(known_labels)}")
     with hdf5.opened(path) as file:
         points = _Points.of(path, file)
-        for name in labels:
-            points.dataset(BY_NAME[name])
+        there = {variable.name: variable for variable in points.present if variable.room == "label"}
+        unknown = sorted(set(labels) - set(there))
+        for name in there:
+            points.dataset(there[name])
         known = get_attributes(path, file)
         old = str(known.get("history", ""))
+    if unknown:
+        raise ValueError(f"not labels: {', '.join(unknown)}; labels are {', '.join(there)}")
     for name, values in labels.items():
         if np.shape(values) != points.shape:
             raise ValueError(f"{name} has shape {np.shape(values)}, the grid {points.shape}")
@@ -221,8 +211,9 @@ class _Points:
             if not found[name].ndim:
                 raise FileError(f"{path}: the coordinate {name} is no list of values. {hdf5.EDITED}")
         coords = {name: np.atleast_1d(values) for name, values in found.items()}
-        check_coordinates(path, coords)
-        kept = kept_of(coords, axes, file)
+        model = model_in(get_attributes(path, file))
+        check_coordinates(path, coords, model)
+        kept = kept_of(coords, axes, file, model.name)
         order = kept.grid
         if not old:
             # The scales of a dataset would tell, too, but the library can crash on what a file says of them.
@@ -254,9 +245,12 @@ class _Points:
         return hdf5.check_shape(self.path, self.file, variable.name, shape, kinds)
 
 
-def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Container[str]) -> Kept:
-    """What results with these ``coords``, further ``axes`` and ``names`` of variables keep of each point."""
+def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Container[str], model: str) -> Kept:
+    """What results of the model of this name with these ``coords``, further ``axes`` and ``names`` of variables keep of
+    each point."""
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
+    states = tuple(coords["state"].tolist())
+    options = {v.only: None for v in described(model).features if v.only and v.only not in states and v.name in names}
     return Kept(
         peaks,
         returns,
@@ -264,20 +258,22 @@ def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Containe
         starts=starts,
         verify="trusted" in names,
         axes=axes,
-        states=tuple(coords["state"].tolist()),
+        states=states,
+        model=model,
+        options=tuple(options),
     )
 
 
-def check_coordinates(where: PathLike, coords: Mapping[str, Array], *, whole: bool = True) -> None:
-    """FileError unless the coordinates, as in memory, are such as nsdrill writes, or, if not ``whole``, parts of such;
-    ``where`` they are is said."""
+def check_coordinates(where: PathLike, coords: Mapping[str, Array], model: Description, *, whole: bool = True) -> None:
+    """FileError unless the coordinates, as in memory, are such as nsdrill writes of this model, or, if not ``whole``,
+    parts of such; ``where`` they are is said."""
     procedures = coords["procedure"].tolist()
     if not procedures or len(set(procedures)) < len(procedures) or not set(procedures) <= set(PROCEDURES):
         found = ", ".join(map(str, coords["procedure"]))
         raise FileError(f"{where}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
-    if tuple(coords["state"].tolist()) not in (STATE_NAMES, DRIVEN_STATE_NAMES):
+    if tuple(coords["state"].tolist()) not in model.state_sets:
         found = ", ".join(map(str, coords["state"]))
-        raise FileError(f"{where}: the states are {found}; they should be {', '.join(STATE_NAMES)}.")
+        raise FileError(f"{where}: the states are {found}; they should be {', '.join(model.state_sets[0])}.")
     if not whole:
         return
     _check_axes(where, coords)

@@ -12,19 +12,20 @@ from typing import Any
 import numpy as np
 
 from nsdrill.data import Array
-from nsdrill.variables import PENDING, POINT, VARIABLES, Kept, Variable
+from nsdrill.models.kept import Kept
+from nsdrill.variables import PENDING, POINT, Variable
 
 
 def recorded(kept: Kept) -> tuple[Variable, ...]:
     """The variables that a record holds."""
-    return tuple(variable for variable in VARIABLES if kept.has(variable))
+    return kept.variables
 
 
 def record_dtype(kept: Kept) -> np.dtype[Any]:
     """Type of the record of one point, little-endian, with one field per variable that is kept.
 
-    Fields with a dimension of their own have its length: peak fields (peaks,), state fields (9,) in the order of
-    :data:`nsdrill.variables.STATE_NAMES`. Units are those of :data:`nsdrill.variables.VARIABLES`.
+    Fields with a dimension of their own have its length: peak fields (peaks,), state fields (states,) in the order of
+    ``kept.states``. Units are those of the model's description.
     """
     if kept.peaks < 0 or kept.returns < 0:
         raise ValueError(f"the numbers of peaks and returns are {kept.peaks} and {kept.returns}; neither is negative")

@@ -11,11 +11,12 @@ import numpy as np
 
 from nsdrill.data import Array
 from nsdrill.files import replacing
+from nsdrill.models.kept import Kept
 from nsdrill.store import hdf5
 from nsdrill.store.layout import coordinate_attributes, coordinate_names, layout_of, root_attributes
 from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
-from nsdrill.variables import POINT, Kept
+from nsdrill.variables import POINT
 
 _BLOCK_BYTES = 4 << 20
 _BLOCK_POINTS = 4096

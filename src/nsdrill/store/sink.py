@@ -9,7 +9,7 @@ import math
 from typing import Any, Protocol, Self
 
 from nsdrill.data import Array
-from nsdrill.variables import Kept
+from nsdrill.models.kept import Kept
 
 
 class Source(Protocol):

@@ -9,10 +9,11 @@ import numpy as np
 from nsdrill.data import Trace
 from nsdrill.errors import FileError
 from nsdrill.files import replacing
+from nsdrill.models.registry import model_in
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import LARGEST, get_attributes
 from nsdrill.store.layout import coordinate_attributes, root_attributes
-from nsdrill.variables import SCHEDULED, TRACE_VARIABLES
+from nsdrill.variables import SCHEDULED, Variable
 
 _CHUNK = 65536  # samples: 512 KiB of one variable
 
@@ -21,16 +22,22 @@ def write_trace(path: str | os.PathLike[str], trace: Trace, *, overwrite: bool =
     """Write ``trace`` to ``path``, in one step; NsdrillError if the disk refuses."""
     samples = len(trace.time)
     chunk = (min(_CHUNK, samples),)
-    for variable in TRACE_VARIABLES:
+    held = held_in(trace)
+    for variable in held:
         if np.shape(trace.variables.get(variable.name, 0.0)) != (samples,):
             raise ValueError(f"the trace needs {variable.name}, an array of {samples} samples")
     with replacing(path, overwrite=overwrite) as temporary:
         with hdf5.writing(temporary) as file:
             hdf5.put_attributes(file, root_attributes("trace", trace.attrs))
             hdf5.add_coordinate(file, "time", np.asarray(trace.time, "<f8"), coordinate_attributes("time"))
-            for variable in TRACE_VARIABLES:
+            for variable in held:
                 hdf5.add_variable(file, variable, variable.dims, chunk)[...] = trace.variables[variable.name]
         hdf5.seal(temporary)
+
+
+def held_in(trace: Trace) -> tuple[Variable, ...]:
+    """The variables of a trace, in the order of files: all of its model, but for those that only some strings have."""
+    return tuple(v for v in model_in(trace.attrs).trace if v.only is None or v.name in trace.variables)
 
 
 def read_trace(path: str | os.PathLike[str]) -> Trace:
@@ -52,7 +59,8 @@ def read_trace(path: str | os.PathLike[str]) -> Trace:
             v.name: constant[v.name]
             if v.name in constant
             else hdf5.check_shape(path, file, v.name, time.shape, "f")[()]
-            for v in TRACE_VARIABLES
+            for v in model_in(attrs).trace
+            if v.only is None or v.name in file
         }
         for name, values in variables.items():
             if np.any(np.abs(values) > LARGEST):

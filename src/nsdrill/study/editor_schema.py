@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from nsdrill.study.schema import study_model
+from nsdrill.variables import MODEL
 
 
-def json_schema() -> dict[str, Any]:
-    """JSON Schema (draft 2020-12) of the study file, as plain data for ``json.dumps``."""
-    schema = _tidy(study_model().model_json_schema(by_alias=True))
+def json_schema(model: str = MODEL) -> dict[str, Any]:
+    """JSON Schema (draft 2020-12) of a study of the model of this name, as plain data for ``json.dumps``."""
+    schema = _tidy(study_model(model=model).model_json_schema(by_alias=True))
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "$id": "urn:nsdrill:study",

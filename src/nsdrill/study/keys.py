@@ -8,44 +8,24 @@ from __future__ import annotations
 import math
 import re
 import typing
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Any, Literal
 
 from nsdrill import units as si
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Drive, Initial, Modes, Mud, Stabilizer, Well
+from nsdrill.models.description import Description
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import DEFAULT, NAMES
+from nsdrill.models.registry import NAMES, described
+from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import bound_text, range_text
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.units import USUAL, QuantityError, quoted
-
-SECTIONS: dict[str, type] = {
-    "drillstring": Drillstring,
-    "mud": Mud,
-    "well": Well,
-    "stabilizer": Stabilizer,
-    "bit": Bit,
-    "modes": Modes,
-    "drive": Drive,
-    "operation": Operation,
-    "initial": Initial,
-    "simulation": Simulation,
-    "classify": Thresholds,
-    "record": Record,
-}
-"""The sections that are dataclasses, in file order; ``sweep`` is not one."""
-
-STIFFNESS = {"linear": "N/m", "hertz": "N/m^1.5"}
-"""Units of the wall's stiffness by its contact law."""
+from nsdrill.variables import MODEL
 
 MANY = 12  # choices that no message lists
-
-PHYSICAL = ("drillstring", "mud", "well", "stabilizer", "bit", "drive", "operation", "initial")
-"""The sections whose numbers a sweep may vary."""
 
 SLICE = "initial.slice"  # its values are ranges of states, as the axes of the sweep are: no leaf
 
@@ -69,10 +49,7 @@ class Leaf:
     source: str = ""
     confidence: str = ""
     usual: str = ""
-
-    @property
-    def meaning(self) -> str:
-        return MEANINGS[self.key]
+    meaning: str = ""
 
     @property
     def default_text(self) -> str:
@@ -159,33 +136,39 @@ class Leaf:
         return min(exact, key=lambda text: (len(re.sub(r"[^1-9]", "", text)), len(text)))
 
 
-MODEL = Leaf("model", "choice", DEFAULT, choices=NAMES)
+MODEL_LEAF = Leaf("model", "choice", MODEL, choices=NAMES, meaning=MEANINGS["model"])
 
 
-def leaves(cls: type, prefix: str) -> Iterator[Leaf]:
+def leaves(cls: type, prefix: str, meanings: Mapping[str, str], model: Description) -> Iterator[Leaf]:
     """The leaves of a dataclass tree, in the order of the file."""
     hints = typing.get_type_hints(cls)
-    for item in fields(cls):
+    for item in in_file_order(cls):
         kind = hints[item.name]
         key = f"{prefix}.{item.name}"
         if key == SLICE:
             continue
         if is_dataclass(kind) and isinstance(kind, type):
-            yield from leaves(kind, key)
+            yield from leaves(kind, key, meanings, model)
         else:
-            yield leaf(key, item, kind)
+            yield leaf(key, item, kind, meanings.get(key, ""), model)
 
 
-def leaf(key: str, item: Field[Any], hint: Any) -> Leaf:
+def in_file_order(cls: type) -> list[Field[Any]]:
+    """The fields of a section: how many starts there are stands after the states."""
+    last = {item.name for item in fields(Starts)} if issubclass(cls, Starts) else set()
+    return sorted(fields(cls), key=lambda item: item.name in last)
+
+
+def leaf(key: str, item: Field[Any], hint: Any, meaning: str, model: Description) -> Leaf:
     """One leaf from the dataclass field ``item`` with the type ``hint``."""
-    meta = dict(item.metadata)
-    if key == "well.stiffness":  # of the linear law; the validation knows what the law asks for
-        meta["units"] = "N/m"
+    meta = {"meaning": meaning, **item.metadata}
+    if key in model.units_by:  # those of the first choice; the validation knows what the choice asks for
+        meta["units"] = next(iter(model.units_by[key][1].values()))
     assert item.default is not MISSING, f"{key} has no default"
     if typing.get_origin(hint) is Literal:
         return Leaf(key, "choice", item.default, choices=typing.get_args(hint), **meta)
     if hint is bool:
-        return Leaf(key, "switch", item.default)
+        return Leaf(key, "switch", item.default, meaning=meta["meaning"])
     nullable = type(None) in typing.get_args(hint)
     if hint is int:
         return Leaf(key, "whole", item.default, **meta)
@@ -193,25 +176,74 @@ def leaf(key: str, item: Field[Any], hint: Any) -> Leaf:
     return Leaf(key, "number" if bare else "quantity", item.default, nullable=nullable, **meta)
 
 
-def axis_leaves() -> dict[str, Leaf]:
-    """The numbers that a sweep may vary, by the names that they have there: those of the operation by short ones, the
-    others by their dotted keys."""
-    found = {
-        key.removeprefix("operation."): leaf
-        for key, leaf in all_leaves().items()
-        if leaf.kind in ("quantity", "number") and key.partition(".")[0] in PHYSICAL
-    }
-    return {
-        name: replace(leaf, nullable=False)
-        for name, leaf in sorted(found.items(), key=lambda item: "." in item[0])
-        if name not in ("initial.spread",)
-    }
+@dataclass(frozen=True)
+class Keys:
+    """The keys of a study of one ``model``, by their dotted names.
+
+    ``sections`` are dataclasses, in file order; ``sweep`` is not among them. ``leaves`` are the keys that take a value,
+    the model's name first. ``axes`` are the numbers that a sweep may vary, by the names that they have there: those of
+    the operation by short ones, the others by their dotted keys; they are of the sections ``physical``. ``meanings``
+    says what each key is, sections and groups among them.
+    """
+
+    model: Description
+    sections: dict[str, type]
+    leaves: dict[str, Leaf]
+    axes: dict[str, Leaf]
+    physical: tuple[str, ...]
+    meanings: dict[str, str]
+
+    @property
+    def slices(self) -> tuple[str, ...]:
+        """The states that a slice of starts may vary."""
+        return self.model.state_sets[0]
+
+    def of(self, section: str) -> list[Leaf]:
+        """The leaves of a section."""
+        return [leaf for key, leaf in self.leaves.items() if key.startswith(f"{section}.")]
+
+    def leaf(self, key: str, resolved: Mapping[str, Any]) -> Leaf:
+        """The leaf of ``key``, whose units may depend on a choice of the ``resolved`` study."""
+        found = self.leaves[key]
+        if key not in self.model.units_by:
+            return found
+        choice, units = self.model.units_by[key]
+        value: Any = resolved
+        for part in choice.split("."):
+            value = value[part]
+        return replace(found, units=units[value])
 
 
-@lru_cache(maxsize=1)
-def all_leaves() -> dict[str, Leaf]:
-    """Every leaf of the study, by dotted key: the model, then those of the dataclass sections."""
-    return {"model": MODEL, **{found.key: found for section, cls in SECTIONS.items() for found in leaves(cls, section)}}
+@lru_cache
+def keys_of(model: str = MODEL) -> Keys:
+    """The keys of the studies of the model of this name."""
+    found = described(model)
+    sections = {
+        **found.sections, "operation": Operation, "initial": found.initial, "simulation": Simulation,
+        "classify": Thresholds, "record": Record,
+    }  # fmt: skip
+    told = {**MEANINGS, **found.meanings}
+    every = {"model": MODEL_LEAF}
+    every |= {one.key: one for section, cls in sections.items() for one in leaves(cls, section, told, found)}
+    numbers = {key.partition(".")[0] for key, one in every.items() if one.kind in ("quantity", "number")}
+    physical = tuple(name for name in (*found.sections, "operation", "initial") if name in numbers)
+    axes = {
+        key.removeprefix("operation."): replace(one, nullable=False)
+        for key, one in every.items()
+        if one.kind in ("quantity", "number") and key.partition(".")[0] in physical and key != "initial.spread"
+    }
+    axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
+    groups = {".".join(parts[:end]) for key in every for parts in [key.split(".")] for end in range(1, len(parts))}
+    there = {"title", *every, *groups, SLICE}
+    meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] == "sweep"}
+    meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
+    return Keys(found, sections, every, axes, physical, meanings)
+
+
+@lru_cache
+def axes_of_all() -> dict[str, Leaf]:
+    """The axes of the studies of all models; a key means the same in every model that has it."""
+    return {name: leaf for model in reversed(NAMES) for name, leaf in keys_of(model).axes.items()}
 
 
 def shown(raw: Any, remark: str = "") -> str:

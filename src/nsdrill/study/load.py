@@ -13,14 +13,13 @@ from nsdrill.errors import Fault, StudyError
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.study import overrides as setting
 from nsdrill.study.document import Document, KeyPath, dotted, parse, read_text
-from nsdrill.study.keys import MODEL, PHYSICAL, SECTIONS, SLICE, all_leaves, axis_leaves, did_you_mean, shown
-from nsdrill.study.meanings import MEANINGS
+from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, did_you_mean, keys_of, shown
 from nsdrill.study.ramps import EXAMPLE, take_ramps
 from nsdrill.study.relations import Checker
 from nsdrill.study.resolved import build, study_from_resolved
 from nsdrill.study.study import Study
 from nsdrill.units import QuantityError
-from nsdrill.variables import AXES, STATE_NAMES
+from nsdrill.variables import AXES
 
 _RANGE = ("from", "to", "points")
 _MOST_FAULTS = 100  # told of one file; nobody reads more
@@ -44,13 +43,14 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     document.data = {} if document.data is None else document.data
     if not isinstance(document.data, dict):
         found = f"{shown(document.data)} as the whole document"
-        raise StudyError(name, [Fault("", found, f"a mapping with the keys {_listed('')}", 1, 1)])
+        raise StudyError(name, [Fault("", found, f"a mapping with the keys {_listed('', keys_of())}", 1, 1)])
     setting.apply(document, overrides)
-    given, faults, faulty = _validate(document)
-    resolved, axis_faults = _resolve(document, given)
+    keys = _keys(document)
+    given, faults, faulty = _validate(document, keys)
+    resolved, axis_faults = _resolve(document, given, keys)
     faulty |= {fault.key for fault in axis_faults}
     faults += axis_faults
-    faults += Checker(document, resolved, all_leaves(), faulty).faults()
+    faults += Checker(keys.model, document, resolved, keys.leaves, faulty).faults()
     faults += document.faults
     if faults:
         raise StudyError(name, _in_file_order(faults))
@@ -75,48 +75,60 @@ def change_thresholds(thresholds: Thresholds, overrides: Sequence[str]) -> Thres
         found, hint = "a change on a finished file", "It enters the run itself, and needs a new one."
         faults.append(Fault("classify.stuck_below", found, "the other keys of classify", suggestion=hint))
     partial = Document({"classify": classify}, document.values, document.keys)
-    given, more, faulty = _validate(partial)
+    keys = keys_of()  # the thresholds are those of every model
+    given, more, faulty = _validate(partial, keys)
     resolved = {"classify": _merged(asdict(thresholds), given.get("classify", {}))}
-    more += Checker(document, resolved, all_leaves(), faulty).order("classify")
+    more += Checker(keys.model, document, resolved, keys.leaves, faulty).order("classify")
     if faults + more:
         raise StudyError(source, faults + more)
     made: Thresholds = build(Thresholds, resolved["classify"])
     return made
 
 
-def _validate(document: Document) -> tuple[dict[str, Any], list[Fault], set[str]]:
+def _keys(document: Document) -> Keys:
+    """The keys of the study's model, of the default one where it names none that there is."""
+    named = document.data.get("model")
+    return keys_of(named if isinstance(named, str) and named in MODEL_LEAF.choices else MODEL_LEAF.default)
+
+
+def _validate(document: Document, keys: Keys) -> tuple[dict[str, Any], list[Fault], set[str]]:
     """The values given, in SI; the faults; and the keys at fault, which are left out of the values."""
     from pydantic import ValidationError
 
     data = document.data
     try:
-        return _validated(data), [], set()
+        return _validated(data, keys), [], set()
     except ValidationError as error:
         details = error.errors(include_url=False)
-    faults = [_fault(document, _path(detail["loc"]), detail) for detail in details]
+    faults = [_fault(document, _path(detail["loc"]), detail, keys) for detail in details]
     faulty = {fault.key for fault in faults}
     while True:  # more than once where taking one value out shows another in a new light, a law and its stiffness
         paths = [_whole(_path(detail["loc"])) for detail in details]
         faulty |= {dotted(path) for path in paths}
         data = _without(data, paths)
         try:
-            given = _validated(data)
+            given = _validated(data, keys)
         except ValidationError as error:
             details = error.errors(include_url=False)
         else:
             return given, faults[:_MOST_FAULTS], faulty
 
 
-def _validated(data: Any) -> dict[str, Any]:
-    """The values given, as pydantic reads them. The contact law, which decides the units of the wall's stiffness, is
-    told to the axes of the sweep as well."""
+def _validated(data: Any, keys: Keys) -> dict[str, Any]:
+    """The values given, as pydantic reads them. A choice that decides the units of another key is told to the axes of
+    the sweep as well."""
     from nsdrill.study.schema import study_model
 
-    well = data.get("well")
-    law = well.get("law", "linear") if isinstance(well, dict) else "linear"
+    chosen = {}
+    for choice, units in keys.model.units_by.values():
+        value = data
+        for part in choice.split("."):
+            value = value.get(part) if isinstance(value, dict) else None
+        value = keys.leaves[choice].default if value is None else value
+        chosen[choice] = value if isinstance(value, str) and value in units else None
     sweep = data.get("sweep")
-    axes = frozenset(axis_leaves()).intersection(sweep if isinstance(sweep, dict) else ())
-    made = study_model(axes).model_validate(data, context={"law": law if law in ("linear", "hertz") else None})
+    axes = frozenset(keys.axes).intersection(sweep if isinstance(sweep, dict) else ())
+    made = study_model(axes, keys.model.name).model_validate(data, context=chosen)
     return made.model_dump(exclude_unset=True, by_alias=True)
 
 
@@ -146,7 +158,7 @@ def _without(data: Any, paths: list[KeyPath]) -> Any:
     }
 
 
-def _fault(document: Document, path: KeyPath, detail: Any) -> Fault:
+def _fault(document: Document, path: KeyPath, detail: Any, keys: Keys) -> Fault:
     """One of pydantic's errors as a fault with its place."""
     key, kind = dotted(path), detail["type"]
     place = document.place(path, of_key=kind == "extra_forbidden")
@@ -157,16 +169,16 @@ def _fault(document: Document, path: KeyPath, detail: Any) -> Fault:
         if path in [("operation", axis) for axis in AXES] and isinstance(detail["input"], list):
             allowed += f"; a ramp, for nsdrill simulate, is {EXAMPLE}"
     elif kind == "extra_forbidden":
-        found, allowed, suggestion = "an unknown key", _listed(dotted(path[:-1])), _nearest(path)
+        found, allowed, suggestion = "an unknown key", _listed(dotted(path[:-1]), keys), _nearest(path, keys)
         if path[0] == "sweep" and len(path) == 2:
-            found, allowed, suggestion = _no_axis(str(path[1]))
+            found, allowed, suggestion = _no_axis(str(path[1]), keys)
     elif kind == "missing":
         found = "nothing"
         allowed = "all of from, to and points"
         if path[0] == "operation":
             allowed = EXAMPLE
     elif kind in ("model_type", "model_attributes_type", "dict_type"):
-        found, allowed = shown(detail["input"]), f"a mapping with the keys {_listed(key)}"
+        found, allowed = shown(detail["input"]), f"a mapping with the keys {_listed(key, keys)}"
     else:
         found, allowed = shown(detail["input"]), detail["msg"]
     if place.override:
@@ -174,43 +186,43 @@ def _fault(document: Document, path: KeyPath, detail: Any) -> Fault:
     return Fault(key, found, allowed, place.line, place.column, suggestion)
 
 
-def _children(prefix: str) -> list[str]:
+def _children(prefix: str, keys: Keys) -> list[str]:
     if prefix.startswith(("sweep.", f"{SLICE}.")):
         return [*_RANGE, *(["spacing"] if prefix.startswith("sweep.") else [])]
     if prefix.startswith("operation."):
         return ["ramp"]
     if prefix == SLICE:
-        return list(STATE_NAMES)
+        return list(keys.slices)
     start = f"{prefix}." if prefix else ""
-    return [key[len(start) :] for key in MEANINGS if key.startswith(start) and "." not in key[len(start) :]]
+    return [key[len(start) :] for key in keys.meanings if key.startswith(start) and "." not in key[len(start) :]]
 
 
-def _listed(prefix: str) -> str:
-    return ", ".join(_children(prefix))
+def _listed(prefix: str, keys: Keys) -> str:
+    return ", ".join(_children(prefix, keys))
 
 
-def _nearest(path: KeyPath) -> str | None:
+def _nearest(path: KeyPath, keys: Keys) -> str | None:
     """The key that may have been meant: a sibling with nearly this name, else one of this name elsewhere."""
     parent, name = dotted(path[:-1]), str(path[-1])
     start = f"{parent}." if parent else ""
-    near = did_you_mean(name, _children(parent))
+    near = did_you_mean(name, _children(parent, keys))
     if near:
         return near.replace("Did you mean ", f"Did you mean {start}")
-    elsewhere = [key for key in MEANINGS if key.rpartition(".")[2] == name]
+    elsewhere = [key for key in keys.meanings if key.rpartition(".")[2] == name]
     return f"Did you mean {' or '.join(elsewhere[:3])}?" if elsewhere else None
 
 
-def _no_axis(name: str) -> tuple[str, str, str | None]:
+def _no_axis(name: str, keys: Keys) -> tuple[str, str, str | None]:
     """What is wrong with a key of the sweep that is no axis: what was found, what is allowed, what may be meant."""
-    leaf = all_leaves().get(name)
+    leaf = keys.leaves.get(name)
     allowed = (
-        f"{', '.join(AXES)} or another number of {', '.join(PHYSICAL)} by its key, as bit.rock_stiffness; procedure, "
-        "along, refine"
+        f"{', '.join(AXES)} or another number of {', '.join(keys.physical)} by its key, as "
+        f"{keys.model.example_axis[0]}; procedure, along, refine"
     )
     if name.startswith("operation.") and name.removeprefix("operation.") in AXES:
         return f"{name} in full", allowed, f"Write {name.removeprefix('operation.')}."
     if leaf is None:
-        return "an unknown key", allowed, _near_axis(name)
+        return "an unknown key", allowed, _near_axis(name, keys)
     if leaf.kind == "whole" and leaf.key.startswith("bit."):
         return (
             "a number that is fixed when the model is compiled",
@@ -222,28 +234,28 @@ def _no_axis(name: str) -> tuple[str, str, str | None]:
         if leaf.kind in ("quantity", "number", "whole")
         else ("a key that is no number")
     )
-    return what, allowed, _near_axis(name)
+    return what, allowed, _near_axis(name, keys)
 
 
-def _near_axis(name: str) -> str | None:
+def _near_axis(name: str, keys: Keys) -> str | None:
     """The axis that may have been meant: one of nearly this key, or whose key ends like it."""
-    axes = axis_leaves()
+    axes = keys.axes
     last = name.rpartition(".")[2]
     ends = [key for key in axes if key.rpartition(".")[2] == last and key != name]
     return did_you_mean(name, axes) or (f"Did you mean {' or '.join(ends[:3])}?" if ends else None)
 
 
-def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
+def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dict[str, Any], list[Fault]]:
     """The complete study as plain data, defaults filled in, axes ascending."""
     ramps, faults = take_ramps(document, given.get("operation", {}))
-    resolved: dict[str, Any] = {"title": given.get("title", ""), "model": given.get("model", MODEL.default)}
-    for section, cls in SECTIONS.items():
+    resolved: dict[str, Any] = {"title": given.get("title", ""), "model": keys.model.name}
+    for section, cls in keys.sections.items():
         resolved[section] = _merged(asdict(cls()), given.get(section, {}))
     if ramps:
         resolved["ramps"] = ramps
     sweep = given.get("sweep", {})
     made: dict[str, Any] = {}
-    axes = axis_leaves()
+    axes = keys.axes
     written = document.data.get("sweep")
     for axis in written if isinstance(written, dict) else ():  # its order is that of the dimensions of a file
         if axis in axes and axis in sweep:
@@ -252,15 +264,23 @@ def _resolve(document: Document, given: dict[str, Any]) -> tuple[dict[str, Any],
                 made[axis] = value
             else:
                 faults.append(fault)
-    if "well.stiffness" in made and resolved["well"]["law"] == "hertz":
-        # Its unit is another one, which a name of an axis does not tell.
-        place = document.place(("sweep", "well.stiffness"), of_key=True)
-        allowed = "it with law: linear; of Hertz's law run a study for each stiffness, with --set well.stiffness=..."
-        faults.append(Fault("sweep.well.stiffness", "an axis with law: hertz", allowed, place.line, place.column))
+    for key, (choice, _) in keys.model.units_by.items():
+        if key in made and keys.leaf(key, resolved).units != keys.leaves[key].units:
+            # Its units are others, which a name of an axis does not tell.
+            place, of, word = (
+                document.place(("sweep", key), of_key=True),
+                choice.rpartition(".")[2],
+                keys.leaves[choice],
+            )
+            found: Any = resolved
+            for part in choice.split("."):
+                found = found[part]
+            allowed = f"it with {of}: {word.default}; else run a study for each value, with --set {key}=..."
+            faults.append(Fault(f"sweep.{key}", f"an axis with {of}: {found}", allowed, place.line, place.column))
     ranges = given.get("initial", {}).get("slice", {})
     plane: dict[str, Any] = {}
     resolved["initial"]["slice"] = plane
-    for state in STATE_NAMES:
+    for state in keys.slices:
         if state in ranges:
             value, fault = _ascending(document, ("initial", "slice", state), ranges[state])
             plane |= {state: value} if fault is None else {}

@@ -7,7 +7,7 @@ from typing import Any
 
 from nsdrill.errors import Fault, StudyError
 from nsdrill.study.document import Document, KeyPath, Place, dotted, odd_character, parse
-from nsdrill.study.keys import axis_leaves, shown
+from nsdrill.study.keys import axes_of_all, shown
 
 
 def apply(document: Document, overrides: Sequence[str]) -> None:
@@ -35,7 +35,7 @@ def path_of(key: str) -> KeyPath:
     """The place of a dotted key; an axis of the sweep is one part, however many dots it has."""
     first, *rest = key.split(".")
     for length in range(len(rest), 1, -1):
-        if first == "sweep" and ".".join(rest[:length]) in axis_leaves():
+        if first == "sweep" and ".".join(rest[:length]) in axes_of_all():
             return (first, ".".join(rest[:length]), *rest[length:])
     return (first, *rest)
 

@@ -15,28 +15,17 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.parameters import (
-    Bit,
-    Drillstring,
-    Drive,
-    Initial,
-    Modes,
-    Mud,
-    Parameters,
-    Stabilizer,
-    Well,
-)
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
-from nsdrill.study.keys import MODEL, STIFFNESS, axis_leaves
+from nsdrill.study.keys import MODEL_LEAF, keys_of
 from nsdrill.study.study import Procedure, Study
 from nsdrill.variables import AXES, Axis
 
-
-# What the physics of earlier versions did not have, and its value where nothing has changed.
-LATER: dict[tuple[str, str], Any] = {
+LATER = ("drive", "modes", "stabilizer")  # sections that the first studies did not have
+# What the sections of earlier versions did not have, and its value where nothing has changed.
+NEW_KEYS: dict[tuple[str, str], Any] = {
     ("drillstring", "eccentric_weight"): True,
     ("mud", "swirl"): 0.0,
     ("well", "inclination"): 0.0,
@@ -50,9 +39,10 @@ def study_from_resolved(
     """The study that ``resolved`` describes, with at most ``most`` values of an axis. :class:`FileError` where it is
     not a resolved study of this version."""
     try:
+        keys = keys_of(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
         operation = build(Operation, resolved["operation"])
         sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
-        leaves = axis_leaves()
+        leaves = keys.axes
         if unknown := set(sweep) - {"procedure", "along", "refine", *leaves}:
             raise ValueError(f"sweep: found {', '.join(sorted(unknown))}, which are no axes")
         # The order in which a file names its axes is no part of a study: points are numbered alike in every order.
@@ -74,23 +64,21 @@ def study_from_resolved(
             if not leaves[axis].low <= values[0] <= values[-1] <= leaves[axis].high:
                 raise ValueError(f"{axis}: found {values[0]} to {values[-1]}, allowed: {leaves[axis].range()}")
         more = [leaves[axis] for axis in swept if axis not in AXES]
-        stiffness = STIFFNESS[resolved["well"]["law"]]
         if sweep["procedure"] not in get_args(Procedure) or sweep["along"] not in (None, *swept):
             raise ValueError(f"sweep: found {sweep['procedure']} along {sweep['along']}")
-        initial = build(Initial, resolved["initial"], lenient=True)
+        initial = build(keys.model.initial, resolved["initial"], lenient=True)
         if initial.starts and sweep["procedure"] != "same":
             raise ValueError(f"sweep: found {sweep['procedure']} with {initial.starts} starts")
         return Study(
             title=str(resolved.get("title", "")),
-            model=MODEL.read(resolved.get("model", MODEL.default)),
-            parameters=Parameters(
-                build(Drillstring, _known(resolved, "drillstring")),
-                build(Mud, _known(resolved, "mud")),
-                build(Well, _known(resolved, "well")),
-                build(Bit, resolved["bit"]),
-                build(Drive, resolved.get("drive", {}), lenient=True),
-                build(Modes, resolved.get("modes", {}), lenient=True),
-                build(Stabilizer, resolved.get("stabilizer", {}), lenient=True),
+            model=keys.model.name,
+            parameters=keys.model.parameters(
+                **{
+                    name: build(cls, resolved.get(name, {}), lenient=True)
+                    if name in LATER
+                    else build(cls, _known(resolved, name))
+                    for name, cls in keys.model.sections.items()
+                }
             ),
             operation=operation,
             initial=initial,
@@ -110,10 +98,7 @@ def study_from_resolved(
             refine=sweep["refine"],
             refined=refined,
             more=tuple(
-                Axis(
-                    leaf.key, stiffness if leaf.key == "well.stiffness" else leaf.units, f"{leaf.meaning} ({leaf.key})"
-                )
-                for leaf in more
+                Axis(leaf.key, keys.leaf(leaf.key, resolved).units, f"{leaf.meaning} ({leaf.key})") for leaf in more
             ),
         )
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError) as error:
@@ -121,6 +106,11 @@ def study_from_resolved(
         raise FileError(
             f"{name}: does not hold a study that this version can use ({type(error).__name__}: {error})."
         ) from error
+
+
+def _known(resolved: dict[str, Any], section: str) -> dict[str, Any]:
+    """A section with what an earlier version did not know as it was then."""
+    return {name: off for (of, name), off in NEW_KEYS.items() if of == section} | resolved[section]
 
 
 def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
@@ -138,11 +128,6 @@ def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
     made = cls(**values)
     check_fields(made)  # not every class does so itself
     return made
-
-
-def _known(resolved: dict[str, Any], section: str) -> dict[str, Any]:
-    """A section with what an earlier version did not know as it was then."""
-    return {name: off for (of, name), off in LATER.items() if of == section} | resolved[section]
 
 
 def refined_axes(sweep: dict[str, Any]) -> tuple[str, ...]:
@@ -176,7 +161,7 @@ def digest(resolved: dict[str, Any]) -> str:
     replace."""
     parts = {name: value for name, value in resolved.items() if name != "title"}
     # What earlier versions did not know is left out where it is as it was then, so that a study keeps its digest.
-    if parts.get("model") == MODEL.default:
+    if parts.get("model") == MODEL_LEAF.default:
         del parts["model"]
     if "frozen" not in parts.get("modes", {}).values():
         parts.pop("modes", None)
@@ -185,8 +170,8 @@ def digest(resolved: dict[str, Any]) -> str:
         parts = _without(_without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
     if parts.get("stabilizer", {}).get("clearance") is None and "stabilizer.clearance" not in parts["sweep"]:
         parts.pop("stabilizer", None)
-    for (section, name), off in LATER.items():
-        if parts[section].get(name) == off:
+    for (section, name), off in NEW_KEYS.items():
+        if section in parts and parts[section].get(name) == off:
             parts = _without(parts, [section], name)
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)

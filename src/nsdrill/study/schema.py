@@ -6,7 +6,7 @@ They check one value at a time; what relates several values is in ``relations.py
 from __future__ import annotations
 
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Annotated, Any
@@ -25,41 +25,44 @@ from pydantic import (
 )
 
 from nsdrill.study.document import odd_character
-from nsdrill.study.keys import MODEL, SECTIONS, SLICE, STIFFNESS, Leaf, axis_leaves, leaf, leaves, shown
+from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, Leaf, keys_of, shown
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME, knots, pair
 from nsdrill.study.study import Procedure
 from nsdrill.units import USUAL, QuantityError
-from nsdrill.variables import STATE_NAMES
+from nsdrill.variables import MODEL
 
 QUANTITY = r"^\s*[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*[A-Za-zµμ°1].*$"
 LONGEST_TITLE = 500  # characters
 
 POINTS = Leaf("points", "whole", 2, low=2, high=10**8)
-PROCEDURE = Leaf("sweep.procedure", "choice", "same", choices=typing.get_args(Procedure))
-REFINE = Leaf("sweep.refine", "whole", 0, low=0, high=6)
-ALONG = Leaf("sweep.along", "choice", None, choices=tuple(axis_leaves()), nullable=True)
+PROCEDURE = Leaf(
+    "sweep.procedure", "choice", "same", choices=typing.get_args(Procedure), meaning=MEANINGS["sweep.procedure"]
+)
+REFINE = Leaf("sweep.refine", "whole", 0, low=0, high=6, meaning=MEANINGS["sweep.refine"])
 SPACING = Leaf("spacing", "choice", "linear", choices=("linear", "log"))
 
 _STRICT = ConfigDict(extra="forbid", populate_by_name=False, defer_build=True)
 
 
 @lru_cache(maxsize=8)
-def study_model(axes: frozenset[str] | None = None) -> type[BaseModel]:
-    """The model of a whole study file; with ``axes`` of one whose sweep has no others, which is made twice as fast."""
+def study_model(axes: frozenset[str] | None = None, model: str = MODEL) -> type[BaseModel]:
+    """The pydantic model of a whole study file of the model of this name; with ``axes`` of one whose sweep has no
+    others, which is made twice as fast."""
+    keys = keys_of(model)
     text = WithJsonSchema({"type": "string", "maxLength": LONGEST_TITLE})
     sections: dict[str, Any] = {
         "title": (Annotated[Any, PlainValidator(_title), text], Field(default="", description=MEANINGS["title"]))
     }
-    sections["model"] = _leaf(MODEL)
-    for name, cls in SECTIONS.items():
+    sections["model"] = _leaf(MODEL_LEAF, keys)
+    for name, cls in keys.sections.items():
         if name == "simulation":  # the sweep stands before it in the file
-            made = _sweep_model(axes)
+            made = _sweep_model(axes, keys)
             sections["sweep"] = (
                 Annotated[made, BeforeValidator(_empty)],
                 Field(default=None, description=MEANINGS["sweep"]),
             )
-        sections[name] = _section(name, cls)
+        sections[name] = _section(name, cls, keys)
     return create_model("Study", __config__=_STRICT, **sections)
 
 
@@ -96,33 +99,36 @@ def description(found: Leaf) -> str:
     return ". ".join(parts) + "."
 
 
-def _section(prefix: str, cls: type) -> tuple[Any, Any]:
+def _section(prefix: str, cls: type, keys: Keys) -> tuple[Any, Any]:
     """The field of a section: an empty one (null) is one with all its defaults."""
     hints = typing.get_type_hints(cls)
     members: dict[str, Any] = {}
     for item in fields(cls):
         key, hint = f"{prefix}.{item.name}", hints[item.name]
         if key == SLICE:
-            members[item.name] = _slice_model(cls)
+            members[item.name] = _slice_model(keys)
         elif is_dataclass(hint) and isinstance(hint, type):
-            members[item.name] = _section(key, hint)
+            members[item.name] = _section(key, hint, keys)
         elif prefix == "operation":
-            members[item.name] = _operating(leaf(key, item, hint))
+            members[item.name] = _operating(keys.leaves[key])
         else:
-            members[item.name] = _leaf(leaf(key, item, hint))
-    if prefix == "well":  # the law first: it decides the unit of the stiffness
-        members = {"law": members.pop("law"), **members}
+            members[item.name] = _leaf(keys.leaves[key], keys)
+    for choice, _ in keys.model.units_by.values():  # first: it decides the units of another key
+        section, _, name = choice.rpartition(".")
+        if section == prefix:
+            members = {name: members.pop(name), **members}
     model = create_model(cls.__name__, __config__=_STRICT, **members)
     annotated = Annotated[model, BeforeValidator(_empty)]  # type: ignore[valid-type]
-    return annotated, Field(default=None, description=MEANINGS[prefix])
+    return annotated, Field(default=None, description=keys.meanings[prefix])
 
 
-def _leaf(found: Leaf) -> tuple[Any, Any]:
+def _leaf(found: Leaf, keys: Keys | None = None) -> tuple[Any, Any]:
     validator: Callable[..., Any] = found.read
-    if found.key == "well.stiffness":
+    if keys is not None and found.key in keys.model.units_by:
+        choice, units = keys.model.units_by[found.key]
 
         def validator(raw: Any, info: ValidationInfo) -> float:
-            return _stiffness(found, raw, info.data.get("law"))
+            return _in_units_of(found, raw, info.data.get(choice.rpartition(".")[2]), choice, units)
 
     extra = {"default": _json_default(found)}
     annotated = Annotated[Any, PlainValidator(validator), WithJsonSchema(json_of(found))]
@@ -153,10 +159,11 @@ def _json_default(found: Leaf) -> Any:
     return found.default_text if found.kind == "quantity" and found.default is not None else found.default
 
 
-def _stiffness(found: Leaf, raw: Any, law: str | None) -> float:
-    """The wall stiffness in the units of its contact law; in either, where the law itself is at fault."""
-    right = STIFFNESS[law or "linear"]
-    wrong = next(units for units in STIFFNESS.values() if units != right)
+def _in_units_of(found: Leaf, raw: Any, word: str | None, choice: str, units: Mapping[str, str]) -> float:
+    """The value in the units that the ``word`` at the key ``choice`` asks for, a stiffness in those of its contact law;
+    in any of them, where the choice itself is at fault."""
+    right = units[word or next(iter(units))]
+    wrong = next(other for other in units.values() if other != right)
     try:
         return float(Leaf(**{**vars(found), "units": right}).read(raw))
     except QuantityError as error:
@@ -164,31 +171,39 @@ def _stiffness(found: Leaf, raw: Any, law: str | None) -> float:
             value = Leaf(**{**vars(found), "units": wrong}).read(raw)
         except QuantityError:
             raise error from None
-        if law is None:
+        if word is None:
             return float(value)
-        other = next(name for name, units in STIFFNESS.items() if units == wrong)
-        hint = f"With law: {law} the stiffness is in {right}; law: {other} takes {wrong}."
+        other = next(name for name, unit in units.items() if unit == wrong)
+        what, of = found.key.rpartition(".")[2], choice.rpartition(".")[2]
+        hint = f"With {of}: {word} the {what} is in {right}; {of}: {other} takes {wrong}."
         raise QuantityError(f"{shown(raw)}, in {wrong}", error.allowed, hint) from None
 
 
-def _sweep_model(axes: frozenset[str] | None) -> type[BaseModel]:
+def _sweep_model(axes: frozenset[str] | None, keys: Keys) -> type[BaseModel]:
     members: dict[str, Any] = {}
-    for name, found in axis_leaves().items():
+    for name, found in keys.axes.items():
         if axes is None or name in axes:
-            members[name.replace(".", "_")] = _axis(name, found)
+            members[name.replace(".", "_")] = _axis(name, found, keys)
     members["procedure"] = _leaf(PROCEDURE)
-    members["along"] = _leaf(ALONG)
+    members["along"] = _leaf(along(keys))
     members["refine"] = _leaf(REFINE)
     return create_model("Sweep", __config__=_STRICT, **members)
 
 
-def _axis(name: str, value: Leaf) -> tuple[Any, Any]:
+def along(keys: Keys) -> Leaf:
+    """The key that names the axis along which the state is carried."""
+    meaning = keys.meanings["sweep.along"]
+    return Leaf("sweep.along", "choice", None, choices=tuple(keys.axes), nullable=True, meaning=meaning)
+
+
+def _axis(name: str, value: Leaf, keys: Keys) -> tuple[Any, Any]:
     """An axis: {from, to, points}, a list of quantities, or one quantity."""
     validator: Callable[..., Any] = value.read
-    if value.key == "well.stiffness":
+    if value.key in keys.model.units_by:
+        choice, words = keys.model.units_by[value.key]
 
         def validator(raw: Any, info: ValidationInfo) -> float:
-            return _stiffness(value, raw, (info.context or {}).get("law"))
+            return _in_units_of(value, raw, (info.context or {}).get(choice), choice, words)
 
     one = Annotated[Any, PlainValidator(validator), WithJsonSchema(json_of(value))]
     span = _range(name.replace(".", "_"), one, spacing=True)
@@ -220,18 +235,18 @@ def _range(name: str, one: Any, spacing: bool = False) -> type[BaseModel]:
     return create_model(f"Range_{name}", __config__=_STRICT, **ends)
 
 
-def _slice_model(initial: type) -> tuple[Any, Any]:
+def _slice_model(keys: Keys) -> tuple[Any, Any]:
     """The slice: ranges of states by their names."""
     members: dict[str, Any] = {}
-    for found in leaves(initial, "initial"):
-        name = found.key.removeprefix("initial.")
-        if name in STATE_NAMES:
+    for key, found in keys.leaves.items():
+        name = key.removeprefix("initial.")
+        if name != key and name in keys.slices:
             number = replace(found, nullable=False)
             one = Annotated[Any, PlainValidator(number.read), WithJsonSchema(json_of(number))]
             members[name] = (_range(f"initial_{name}", one), Field(default=None, description=found.meaning))
     model = create_model("Slice", __config__=_STRICT, **members)
     annotated = Annotated[model, BeforeValidator(_empty)]  # type: ignore[valid-type]
-    return annotated, Field(default=None, description=MEANINGS[SLICE])
+    return annotated, Field(default=None, description=keys.meanings[SLICE])
 
 
 def _form(raw: Any) -> str:

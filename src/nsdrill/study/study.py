@@ -8,9 +8,9 @@ from typing import Any, Literal
 import numpy as np
 
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
+from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.variables import Axis
 
@@ -33,9 +33,9 @@ class Study:
 
     title: str
     model: str
-    parameters: Parameters
+    parameters: Any
     operation: Operation
-    initial: Initial
+    initial: Starts
     axes: dict[str, np.ndarray]
     swept: tuple[str, ...]
     procedure: Procedure

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from nsdrill.study.keys import MODEL, SECTIONS, SLICE, Leaf, leaves
+from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
+from nsdrill.variables import MODEL
 
 _INDENT = "  "
 _COLUMN = 44  # where the comments begin
@@ -25,35 +26,34 @@ sweep:                                      # {sweep}; without it one operating 
   depth: {{from: 500 m, to: 9000 m, points: 86}}
   # wob: [22.24 kN, 66.72 kN]
   # rotary_speed: {{from: 10 rpm, to: 120 rpm, points: 111}}
-  # bit.rock_stiffness: {{from: 10 MN/m, to: 100 MN/m, points: 20, spacing: log}}  # or any number by its key
+  # {axis}: {{from: {low}, to: {high}, points: 20, spacing: log}}  # or any number by its key
   procedure: same                           # same | up | down | up-down: the last three carry the state
   # along: depth                            # {along}
   refine: 0                                 # {refine}
 """
 
 
-def template_text() -> str:
-    """The text of a complete, commented study that loads as it stands."""
+def template_text(model: str = MODEL) -> str:
+    """The text of a complete, commented study of the model of this name that loads as it stands."""
+    keys = keys_of(model)
     parts = [_HEAD, line("", "title", "Depth sweep, same initial state", MEANINGS["title"])]
-    parts.append(line("", "model", MODEL.default, _comment(MODEL)))
-    for name, cls in SECTIONS.items():
+    parts.append(line("", "model", model, _comment(MODEL_LEAF)))
+    for name in keys.sections:
         if name == "simulation":
             told = {key: MEANINGS[f"sweep.{key}"] for key in ("along", "refine")}
-            parts.append(_SWEEP.format(sweep=MEANINGS["sweep"], **told))
-        parts.append("\n".join(section(name, cls, lambda leaf: leaf.default_text)))
+            axis, low, high = keys.model.example_axis
+            parts.append(_SWEEP.format(sweep=MEANINGS["sweep"], axis=axis, low=low, high=high, **told))
+        parts.append("\n".join(section(keys, name, lambda leaf: leaf.default_text)))
         if name == "initial":
-            parts[-1] += (
-                f"\n  # {MEANINGS[SLICE]}:\n"
-                "  # slice: {x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}"
-            )
+            parts[-1] += f"\n  # {MEANINGS[SLICE]}:\n  # slice: {keys.model.example_slice}"
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
 
 
-def section(prefix: str, cls: type, text: Callable[[Leaf], str | None]) -> Iterator[str]:
+def section(keys: Keys, prefix: str, text: Callable[[Leaf], str | None]) -> Iterator[str]:
     """The lines of one section: every key whose ``text`` is not None, with its meaning beside it."""
-    yield line("", prefix, "", MEANINGS[prefix])
+    yield line("", prefix, "", keys.meanings[prefix])
     told = {prefix}
-    for leaf in leaves(cls, prefix):
+    for leaf in keys.of(prefix):
         value = text(leaf)
         if value is None:
             continue
@@ -61,7 +61,7 @@ def section(prefix: str, cls: type, text: Callable[[Leaf], str | None]) -> Itera
         group = ".".join(groups)
         if group not in told:
             told.add(group)
-            yield line(_INDENT * (len(groups) - 1), groups[-1], "", MEANINGS[group])
+            yield line(_INDENT * (len(groups) - 1), groups[-1], "", keys.meanings[group])
         yield line(_INDENT * len(groups), name, value, _comment(leaf))
 
 

@@ -4,39 +4,38 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import replace
 from typing import Any
 
-from nsdrill.study.keys import MODEL, SECTIONS, SLICE, STIFFNESS, Leaf, all_leaves, axis_leaves
+from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME
 from nsdrill.study.resolved import differences
 from nsdrill.study.template import line, section
-from nsdrill.variables import STATE_NAMES
 
 
 def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
     """The study ``resolved`` as YAML with every key, below the comments ``head``; read again it has the same digest."""
     comments = "".join(f"# {_one_line(words)}\n" for words in head)
     parts = [comments + line("", "title", _title(resolved), MEANINGS["title"])]
-    parts.append(line("", "model", value_text(resolved, "model") or MODEL.default, MEANINGS["model"]))
-    for name, cls in SECTIONS.items():
+    keys = _keys(resolved)
+    parts.append(line("", "model", keys.model.name, MEANINGS["model"]))
+    for name in keys.sections:
         if name == "simulation":
             parts.append(
                 "\n".join(
                     [
                         line("", "sweep", "", MEANINGS["sweep"]),
                         *(
-                            line("  ", key, value_text(resolved, f"sweep.{key}") or "", _meaning(key))
+                            line("  ", key, value_text(resolved, f"sweep.{key}") or "", _meaning(keys, key))
                             for key in _sweep_keys(resolved)
                         ),
                     ]
                 )
             )
-        parts.append("\n".join(section(name, cls, lambda leaf: _needed(resolved, leaf))))
+        parts.append("\n".join(section(keys, name, lambda leaf: _needed(resolved, leaf))))
         if name == "initial" and (plane := resolved["initial"].get("slice")):
             ranges = [
-                f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}" for state in STATE_NAMES if state in plane
+                f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}" for state in keys.slices if state in plane
             ]
             parts[-1] += "\n" + "\n".join([line("  ", "slice", "", MEANINGS[SLICE]), *ranges])
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
@@ -50,12 +49,12 @@ def changes(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, str | None,
 
 def value_text(resolved: dict[str, Any], key: str) -> str | None:
     """The value of ``key`` as it may stand in a study file, None where the study has no such key."""
-    name = key.rpartition(".")[2]
+    name, keys = key.rpartition(".")[2], _keys(resolved)
     if key == "title":
         return _title(resolved)
     if key.startswith("operation.") and name in resolved.get("ramps", {}):
         knots = zip(*resolved["ramps"][name], strict=True)
-        leaf = _leaf(resolved, key)
+        leaf = keys.leaf(key, resolved)
         return f"{{ramp: [{', '.join(f'[{TIME.text(time)}, {leaf.text(value)}]' for time, value in knots)}]}}"
     value: Any = resolved
     section, _, axis = key.partition(".")
@@ -64,19 +63,19 @@ def value_text(resolved: dict[str, Any], key: str) -> str | None:
             return None
         value = value[part]
     varied = (
-        axis_leaves()[axis].key
-        if section == "sweep" and axis in axis_leaves()
+        keys.axes[axis].key
+        if section == "sweep" and axis in keys.axes
         else (f"initial.{name}" if key.startswith(f"{SLICE}.") else None)
     )
     if varied:
-        leaf = _leaf(resolved, varied)
+        leaf = keys.leaf(varied, resolved)
         if isinstance(value, dict):
             spacing = f", spacing: {value['spacing']}" if "spacing" in value else ""
             ends = f"from: {leaf.text(value['from'])}, to: {leaf.text(value['to'])}, points: {value['points']}"
             return f"{{{ends}{spacing}}}"
         return f"[{', '.join(map(leaf.text, value))}]"
-    if key in all_leaves():
-        return _leaf(resolved, key).text(value)
+    if key in keys.leaves:
+        return keys.leaf(key, resolved).text(value)
     return value if isinstance(value, str) else json.dumps(value, allow_nan=False)
 
 
@@ -96,15 +95,13 @@ def _sweep_keys(resolved: dict[str, Any]) -> list[str]:
     return [*(key for key in resolved["sweep"] if key not in last), *(key for key in last if key in resolved["sweep"])]
 
 
-def _meaning(key: str) -> str:
+def _meaning(keys: Keys, key: str) -> str:
     """What a key of the sweep means."""
-    return MEANINGS.get(f"sweep.{key}") or axis_leaves()[key].meaning
+    return MEANINGS.get(f"sweep.{key}") or keys.axes[key].meaning
 
 
-def _leaf(resolved: dict[str, Any], key: str) -> Leaf:
-    """The leaf of ``key``; the wall stiffness is in the units of its contact law."""
-    leaf = all_leaves()[key]
-    return replace(leaf, units=STIFFNESS[resolved["well"]["law"]]) if key == "well.stiffness" else leaf
+def _keys(resolved: dict[str, Any]) -> Keys:
+    return keys_of(resolved.get("model", MODEL_LEAF.default))
 
 
 def _needed(resolved: dict[str, Any], leaf: Leaf) -> str | None:

@@ -18,16 +18,16 @@ from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model
 from nsdrill.models.base import Variant as Fixed
 from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
-from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.leaves import Values, values_at
-from nsdrill.models.registry import DEFAULT, NAMES, model_named
+from nsdrill.models.registry import NAMES, model_named
+from nsdrill.models.starts import Starts
 from nsdrill.observe.exponent import GROWTH, exponent_of, growth_header, make_growth, seed_deviation
 from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.motion import period, zero_one
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.plan import Plan
-from nsdrill.variables import OK
+from nsdrill.variables import MODEL, OK
 
 Array = np.ndarray[Any, np.dtype[Any]]
 OUTBOX_FLOATS = 1 << 23  # 64 MB: with many returns to the section fewer runs wait in a gang
@@ -62,12 +62,12 @@ class Work:
     """All that decides the numbers of a sweep."""
 
     plan: Plan
-    parameters: Parameters
-    initial: Initial
+    parameters: Any
+    initial: Starts
     simulation: Simulation
     thresholds: Thresholds
     record: Record
-    model: str = DEFAULT
+    model: str = MODEL
 
     @property
     def kind(self) -> Model:

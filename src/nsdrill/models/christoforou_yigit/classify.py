@@ -22,7 +22,7 @@ from nsdrill.variables import (
     PERIODIC,
     STICK_SLIP,
     WHIRL,
-)  # fmt: skip
+)
 
 Array = np.ndarray[Any, np.dtype[Any]]
 

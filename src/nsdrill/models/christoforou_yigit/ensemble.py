@@ -37,7 +37,8 @@ import numpy as np
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.rhs import frozen, initial_states
-from nsdrill.variables import STATE_NAMES
+from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.starts import slice_values
 
 Array = np.ndarray[Any, np.dtype[Any]]
 DRAWS = 9
@@ -70,19 +71,9 @@ def hypercube(seed: int, count: int) -> Array:
     return np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(count, DRAWS)
 
 
-def slice_values(initial: Initial) -> dict[str, Array]:
-    """The two states of a slice and their values, in the order of the states; the second runs faster over the
-    starts."""
-    return {
-        name: np.linspace(axis["from"], axis["to"], int(axis["points"]))
-        for name in STATE_NAMES
-        if (axis := initial.slice.get(name))
-    }
-
-
 def _slice(parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array) -> Array:
     states = initial_states(parameters, initial, depth, wob, speed)
-    axes = slice_values(initial)
+    axes = slice_values(initial, STATE_NAMES)
     places = np.unravel_index(start, [len(values) for values in axes.values()])
     for (name, values), place in zip(axes.items(), places, strict=True):
         states[:, -1 if name == STATE_NAMES[-1] else STATE_NAMES.index(name)] = values[place]

@@ -10,9 +10,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 from nsdrill.models.operation import LARGEST_FORCE
+from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter
 
 WIDEST_BORE = 0.999  # of the outer diameter; as wide as that, nothing would be left to bear
@@ -288,8 +289,8 @@ class Parameters:
     mud: Mud = field(default_factory=Mud)
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
-    drive: Drive = field(default_factory=Drive)
     modes: Modes = field(default_factory=Modes)
+    drive: Drive = field(default_factory=Drive)
     stabilizer: Stabilizer = field(default_factory=Stabilizer)
 
     def __post_init__(self) -> None:
@@ -306,39 +307,22 @@ class Parameters:
             )
 
 
-def _state(default: float | None, units: str, reach: float, usual: str) -> Any:
-    return parameter(default, units, low=-reach, high=reach, usual=usual)
-
-
 @dataclass(frozen=True)
-class Initial(Checked):
+class Initial(Starts):
     """The state at the start. ``None`` stands for the natural value: ``z`` for the static position under the weight on
     bit, ``bit_speed`` and ``drive_speed`` for the set speed of the top drive.
 
-    With an ``ensemble`` of two or more every operating point is started from so many states, drawn as
-    :mod:`.ensemble` says; with a ``slice``, {state: {from, to, points}} of two states in SI, from all pairs of their
-    values, the other states as given.
+    An ensemble is drawn as :mod:`.ensemble` says.
     """
 
-    x: float = _state(1e-3, "m", 10.0, "within the gap, 10 to 100 mm, and some mm of wall")
-    y: float = _state(0.0, "m", 10.0, "as x")
-    vx: float = _state(0.0, "m/s", 1e3, "up to 5 m/s")
-    vy: float = _state(0.0, "m/s", 1e3, "up to 5 m/s")
-    z: float | None = _state(None, "m", 1e3, "-50 to 50 mm")
-    vz: float = _state(0.0, "m/s", 1e3, "up to 1 m/s")
-    twist: float = _state(0.0, "rad", 1e5, "-150 to 0 rad: some 20 turns")
-    bit_speed: float | None = _state(None, "rad/s", 1e4, "-10 to 60 rad/s")
-    lag: float = _state(0.0, "rad", 1e5, "-20 to 20 rad; a drive that is not ideal has one")
-    drive_speed: float | None = _state(None, "rad/s", 1e4, "0 to 30 rad/s; as the lag")
-    drive_angle: float = _state(0.0, "rad", 1e9, "after a day at 120 rpm 1 million rad")
-    ensemble: int = parameter(0, high=100_000, usual="16 to 1000")
-    seed: int = parameter(0, high=10**15, usual="any")
-    spread: float = parameter(1.0, low=1e-6, high=1.0, usual="0.1 to 1")
-    slice: dict[str, dict[str, Any]] = field(default_factory=dict)
-
-    @property
-    def starts(self) -> int:
-        """How many states each operating point is started from, where there are several; else 0."""
-        if self.slice:
-            return math.prod(int(axis["points"]) for axis in self.slice.values())
-        return self.ensemble if self.ensemble > 1 else 0
+    x: float = state(1e-3, "m", 10.0, "within the gap, 10 to 100 mm, and some mm of wall")
+    y: float = state(0.0, "m", 10.0, "as x")
+    vx: float = state(0.0, "m/s", 1e3, "up to 5 m/s")
+    vy: float = state(0.0, "m/s", 1e3, "up to 5 m/s")
+    z: float | None = state(None, "m", 1e3, "-50 to 50 mm")
+    vz: float = state(0.0, "m/s", 1e3, "up to 1 m/s")
+    twist: float = state(0.0, "rad", 1e5, "-150 to 0 rad: some 20 turns")
+    bit_speed: float | None = state(None, "rad/s", 1e4, "-10 to 60 rad/s")
+    lag: float = state(0.0, "rad", 1e5, "-20 to 20 rad; a drive that is not ideal has one")
+    drive_speed: float | None = state(None, "rad/s", 1e4, "0 to 30 rad/s; as the lag")
+    drive_angle: float = state(0.0, "rad", 1e9, "after a day at 120 rpm 1 million rad")

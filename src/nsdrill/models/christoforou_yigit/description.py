@@ -1,0 +1,81 @@
+"""What this model tells those who do not compute with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from nsdrill.models.christoforou_yigit import variables
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.options import options_of
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit.relations import ORDERS, relations
+from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.leaves import values_at
+from nsdrill.variables import MODEL
+
+
+def states(parameters: Parameters) -> tuple[str, ...]:
+    """The names of the states of a string with this drive, the angle of the set point last."""
+    return variables.STATE_NAMES if parameters.drive.ideal else variables.DRIVEN_STATE_NAMES
+
+
+def options(parameters: Parameters) -> tuple[str, ...]:
+    """What brings features of its own: stabilisers with room or friction, and an inclined hole."""
+    used = options_of(parameters)
+    return tuple(word for word, there in (("stabilizers", used.stabilizer), ("inclined", used.weight)) if there)
+
+
+def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Any]) -> dict[str, Any]:
+    """The ``gap`` [m] between collar and wall, which the pictures draw; None where it is not one number."""
+    values = [axes.get(key, ()) for key in ("well.diameter", "drillstring.collar.outer_diameter")]
+    if any(len(axis) > 1 for axis in values):
+        return {"gap": None}
+    at = values_at(parameters, initial, {key: float(axis[0]) for key, axis in axes.items()})
+    return {"gap": float(derive(at.parameters, *at.operation).gap)}
+
+
+DESCRIPTION = Description(
+    name=MODEL,
+    title="The axial, torsional and lateral oscillator of Christoforou and Yigit: rock, wall, lobes",
+    parameters=Parameters,
+    initial=Initial,
+    meanings={},
+    states=states,
+    state_sets=(variables.STATE_NAMES, variables.DRIVEN_STATE_NAMES),
+    labels=variables.LABELS,
+    features=variables.FEATURES,
+    peaks=variables.PEAKS,
+    section=variables.SECTION,
+    own_trace=variables.TRACE,
+    check_features=variables.CHECK_FEATURES,
+    shown=variables.SHOWN,
+    orders=ORDERS,
+    relations=relations,
+    units_by={"well.stiffness": ("well.law", {"linear": "N/m", "hertz": "N/m^1.5"})},
+    example_axis=("bit.rock_stiffness", "10 MN/m", "100 MN/m"),
+    example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}",
+    attributes=attributes,
+    options=options,
+    drawn=Drawn(
+        panels=(
+            Panel("axial", "z", "axial_peaks", "axial_max"),
+            Panel("torsional", "bit_speed", "bit_speed_peaks", "bit_speed_max"),
+            Panel("lateral", "radius", "radius_peaks", "radius_max"),
+        ),
+        histories=("z", "bit_speed", "radius", "bit_force", "bit_torque", "wall_force"),
+        planes=(("z", "vz"), ("twist", "bit_speed"), ("radius", "radial_velocity")),
+        section=("section_radius", "section_whirl_angle", "section_axial", "section_bit_speed"),
+        section_planes=(
+            ("section_axial", "section_axial_velocity"),
+            ("section_twist", "section_bit_speed"),
+            ("section_radius", "section_radial_velocity"),
+        ),
+        summary=("stick_slip_index", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio"),
+        attractors=(
+            (None, "radius_max", "Greatest radius"),
+            ("axial_min", "axial_max", "Axial range"),
+            (None, "stick_slip_index", "Stick-slip index"),
+        ),
+    ),
+)

@@ -1,0 +1,127 @@
+"""The axial, torsional and lateral oscillator of Christoforou and Yigit: four degrees of freedom, rock, wall, lobes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, cast
+
+import numpy as np
+
+from nsdrill.abi import Rows
+from nsdrill.models.base import Array, Model, Ramps, Variant
+from nsdrill.models.christoforou_yigit import classify, compare, features, layout, ramp, reduce, rhs, section, tangent
+from nsdrill.models.christoforou_yigit.ensemble import starting_states
+from nsdrill.models.christoforou_yigit.forces import forces
+from nsdrill.models.christoforou_yigit.options import Options, options_of
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
+from nsdrill.models.christoforou_yigit.variables import PEAKS
+from nsdrill.models.leaves import Values
+from nsdrill.models.schedule import Schedule
+from nsdrill.observe.thresholds import Record, Thresholds
+
+
+class Ramped(Ramps):
+    """The drive that moves: see :mod:`nsdrill.models.christoforou_yigit.ramp`."""
+
+    def columns(self, variant: Variant) -> tuple[str, ...]:
+        return ramp.ramped_columns(Options(*variant))
+
+    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
+        return ramp.make_ramped(lanes, Options(*variant))
+
+    def pack(self, parameters: Parameters, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
+        return ramp.pack_ramp(parameters, schedule, cuts, thresholds.stuck_below)
+
+    def mend(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
+        for name in ("twist", "lag")[: 1 + Options(*variant).driven]:
+            samples[:, rhs.states_of(Options(*variant)).index(name)] -= ramp.ahead(table, cuts, time)
+
+
+class ChristoforouYigit(Model):
+    """The variant are the :class:`Options`."""
+
+    name = "christoforou_yigit"
+    contacts = tangent.CONTACTS
+    ramps = Ramped()
+
+    def variant(self, parameters: Parameters) -> Variant:
+        return options_of(parameters)
+
+    def states(self, variant: Variant) -> tuple[str, ...]:
+        return rhs.states_of(Options(*variant))
+
+    def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+        return rhs.rows_of(Options(*variant), observed, tangent=tangent, columns=columns)
+
+    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
+        return rhs.make_right_hand_side(lanes, Options(*variant))
+
+    def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
+        return tangent.make_tangent(lanes, Options(*variant), place)
+
+    def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
+        return tangent.make_contacts(lanes, Options(*variant), place)
+
+    def pack(self, points: Values, thresholds: Thresholds) -> Array:
+        return rhs.pack(points.parameters, *points.operation, thresholds.stuck_below)
+
+    def starts(self, points: Values, number: Array | int) -> Array:
+        return starting_states(points.parameters, cast("Initial", points.initial), *points.operation, number)
+
+    def sizes(self, table: Array, variant: Variant) -> Array:
+        return rhs.sizes(table, Options(*variant))
+
+    def drifts(self, table: Array, variant: Variant) -> Array:
+        return rhs.drifts(table, Options(*variant))
+
+    def phase_rate(self, table: Array) -> Array:
+        return rhs.phase_rate(table)
+
+    def first_step(self, table: Array, variant: Variant) -> Array:
+        return rhs.first_step(table, Options(*variant))
+
+    @property
+    def observed(self) -> int:
+        return len(layout.OBSERVED)
+
+    def observer(self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
+        made: tuple[Any, Any] = features.make_observer(lanes, Options(*variant), tangent, others)
+        return made
+
+    def store(self, lanes: int, parameters: Parameters, record: Record, more: int = 0) -> Array:
+        spacing = section.REVOLUTION / (parameters.bit.lobes if record.section == "lobe" else 1)
+        return layout.new_store(lanes, record.peaks, record.poincare, spacing, more)
+
+    def report_width(self, record: Record) -> int:
+        return layout.report_width(record.peaks, record.poincare)
+
+    def features(self, report: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
+        return reduce.features(report, table, observe, Options(*variant))
+
+    def peaks(self, report: Array, record: Record) -> dict[str, Array]:
+        heights = reduce.peaks(report, record.peaks)
+        return {name: heights[:, i] for i, name in enumerate(variable.name for variable in PEAKS)}
+
+    def section(self, report: Array, record: Record) -> dict[str, Array]:
+        return section.coordinates(reduce.section(report, record.peaks, record.poincare))
+
+    def returns(self, section: Mapping[str, Array]) -> Array:
+        return in_the_bit_frame(section)
+
+    def classify(
+        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array
+    ) -> dict[str, Array]:
+        return classify.classify(features, status, thresholds, sizes[..., : len(rhs.STATES)])  # of string and bit
+
+    def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
+        return classify.responses(features, thresholds)
+
+    def scales(self, table: Array) -> dict[str, Array]:
+        return compare.scales(table)
+
+    def difference(self, one: Mapping[str, Array], two: Mapping[str, Array], units: Mapping[str, Array]) -> Array:
+        return compare.difference(one, two, units)
+
+    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        return forces(parameters, point, state)

@@ -1,0 +1,209 @@
+"""What several values of a study of this model must satisfy together. Each fault names the key that the user wrote."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from nsdrill.errors import Fault
+from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE, deepest
+from nsdrill.models.description import Order
+from nsdrill.models.operation import LARGEST_FORCE
+from nsdrill.units import format_quantity
+
+ORDERS = (
+    Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
+    Order("drillstring.collar.span", "drillstring.collar.length", True, "lower"),
+    Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
+    Order("drillstring.collar.outer_diameter", "well.diameter"),
+    Order("well.friction.dynamic", "well.friction.static", True, "lower"),
+    Order("stabilizer.friction.dynamic", "stabilizer.friction.static", True, "lower"),
+    Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),
+    Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
+)
+
+_ALWAYS = ("inertia", "shaft_damping")
+# The keys of the drive that each kind reads.
+READ_BY: dict[str, tuple[str, ...]] = {
+    "ideal": (),
+    "stiff": _ALWAYS,
+    "soft_torque": (*_ALWAYS, "matching", "frequency", "compensated_inertia"),
+    "equal_damping": _ALWAYS,
+    "z_torque": (*_ALWAYS, "a", "high_pass"),
+    "lqr": (*_ALWAYS, "state_weight", "torque_weight"),
+    "pi": (*_ALWAYS, "stiffness", "damping", "twist_gain", "speed_gain"),
+}
+
+
+# What only the motion of a mode depends on: its start, and numbers of the string.
+FROZEN: dict[str, tuple[str, ...]] = {
+    "axial": ("initial.z", "initial.vz", "bit.surface_amplitude", "drillstring.axial_damping"),
+    "torsional": ("initial.twist", "initial.bit_speed", "drillstring.torsional_damping"),
+    "lateral": (
+        "initial.x",
+        "initial.y",
+        "initial.vx",
+        "initial.vy",
+        "drillstring.eccentricity",
+        "drillstring.collar.span",
+        "well.stiffness",
+        "well.friction.static",
+        "well.friction.dynamic",
+        "well.friction.smoothing",
+        "well.friction.decay",
+        "mud.density",
+        "mud.added_mass",
+        "mud.drag",
+        "mud.swirl",
+        "well.inclination",
+        "stabilizer.clearance",
+    ),
+}
+# What acts on a mode that moves alone, and its value where it does not.
+OFF: dict[str, dict[str, Any]] = {
+    "axial": {"well.axial_friction": False},
+    "torsional": {},
+    "lateral": {
+        "mud.swirl": 0.0,
+        "well.inclination": 0.0,
+        "well.axial_friction": False,
+        "stabilizer.clearance": None,
+    },
+}
+
+
+def relations(check: Any) -> Iterator[Fault]:
+    """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    yield from _initial(check)
+    yield from _modes(check)
+    yield from _drive(check)
+    yield from _stabilizer(check)
+    yield from _exponent(check)
+
+
+def _initial(check: Any) -> Iterator[Fault]:
+    """The collar starts inside the hole, or on its wall: no deeper in it than the greatest force presses."""
+    keys = (
+        "initial.x",
+        "initial.y",
+        "well.diameter",
+        "drillstring.collar.outer_diameter",
+        "well.stiffness",
+        "well.law",
+    )
+    if not check.sound(*keys):
+        return
+    gap = (check.ends("well.diameter")[0] - check.ends("drillstring.collar.outer_diameter")[1]) / 2
+    plane = check.value("initial.slice")
+    reach = {
+        name: max(abs(plane[name]["from"]), abs(plane[name]["to"]))
+        if name in plane
+        else max(map(abs, check.ends(f"initial.{name}")))
+        for name in ("x", "y")
+    }
+    radius = math.hypot(reach["x"], reach["y"])
+    room = gap + deepest(check.ends("well.stiffness")[1], check.value("well.law"))
+    if gap <= 0.0 or radius <= room:
+        return
+    allowed = (
+        f"at most {format_quantity(room, 'mm')}: the gap between collar and wall, {format_quantity(gap, 'mm')}, "
+        f"and as deep into the wall as {format_quantity(LARGEST_FORCE, 'MN')} press"
+    )
+    if not plane.keys().isdisjoint(reach):
+        yield check.fault("initial.slice", f"starts as far as {format_quantity(radius, 'mm')} off the axis", allowed)
+    else:
+        key = next((key for key in keys if check.given(key)), keys[0])
+        key = next((key for key in keys if check.axis(key)), key)
+        low, high = check.ends(key) if check.axis(key) else (0.0, 0.0)
+        text = check.text(key, int(key != "well.diameter" and (key not in keys[:2] or abs(high) >= abs(low))))
+        found = f"{text}, with which the collar starts {format_quantity(radius, 'mm')} off the axis"
+        yield check.fault(key, found, allowed, ("sweep", key) if check.axis(key) else None)
+
+
+def _modes(check: Any) -> Iterator[Fault]:
+    """Some mode is free, and no value and no axis is of a frozen one alone."""
+    if not check.sound("modes", "drive"):
+        return
+    stay = [name for name in FROZEN if check.value(f"modes.{name}") == "frozen"]
+    if len(stay) == len(FROZEN):
+        yield check.fault("modes", "all of them frozen", "at least one free")
+        return
+    if "torsional" in stay and check.value("drive.kind") != "ideal":
+        yield check.fault("drive.kind", f"{check.value('drive.kind')} with modes.torsional: frozen", "ideal")
+    for mode in stay:
+        for key in FROZEN[mode]:
+            what = f"which modes.{mode}: frozen does without"
+            if check.axis(key):
+                yield check.fault(
+                    f"sweep.{key}", f"an axis over {key}, {what}", "a number that changes the motion", ("sweep", key)
+                )
+            elif key.startswith("initial.") and check.given(key) and check.value(key) != check.leaves[key].default:
+                yield check.fault(key, f"{check.text(key)}, {what}", "left out")
+
+
+        for key, off in OFF[mode].items():
+            if check.sound(key) and check.value(key) != off and not check.axis(key):
+                found = "true" if check.value(key) is True else check.text(key)
+                yield check.fault(key, f"{found}, which modes.{mode}: frozen does without", "left out")
+
+
+def _stabilizer(check: Any) -> Iterator[Fault]:
+    """Stabilisers that touch before the collar does, and no friction of stabilisers without a clearance."""
+    clearance = "stabilizer.clearance"
+    if not check.sound("stabilizer"):
+        return
+    axis = check.axis(clearance)
+    if check.value(clearance) is None and not axis:
+        allowed = "left out, or with a stabilizer.clearance: 0 mm stands for stabilisers without room"
+        for key, leaf in check.leaves.items():
+            if not key.startswith("stabilizer.friction."):
+                continue
+            if check.axis(key):
+                found = "an axis over friction of stabilisers, which stabilizer.clearance: null does without"
+                yield check.fault(f"sweep.{key}", found, allowed, ("sweep", key))
+            elif check.value(key) != leaf.default:
+                yield check.fault(key, f"{check.text(key)}, which stabilizer.clearance: null does without", allowed)
+        return
+    hole, collar = "well.diameter", "drillstring.collar.outer_diameter"
+    if not check.sound(hole, collar):
+        return
+    gap = (check.ends(hole)[0] - check.ends(collar)[1]) / 2
+    if 0.0 < gap <= check.ends(clearance)[1]:
+        allowed = f"below the gap between collar and wall, {format_quantity(gap, 'mm')}: stabilisers touch first"
+        key, place = (f"sweep.{clearance}", ("sweep", clearance)) if axis else (clearance, None)
+        yield check.fault(key, check.text(clearance, 1), allowed, place)
+
+
+def _exponent(check: Any) -> Iterator[Fault]:
+    """No Lyapunov exponent of equations that are not linearised here."""
+    if not check.sound("record", "stabilizer", "well") or not check.value("record.exponent"):
+        return
+    room = check.value("stabilizer.clearance") is not None or check.axis("stabilizer.clearance")
+    for key, there in (("stabilizer.clearance", room), ("well.axial_friction", check.value("well.axial_friction"))):
+        if there:
+            found = f"true with {key}, whose equations are not linearised"
+            yield check.fault("record.exponent", found, f"false; or without {key}")
+
+
+def _drive(check: Any) -> Iterator[Fault]:
+    """No value and no axis that the kind of drive does not read."""
+    if not check.sound("drive"):
+        return
+    kind = check.value("drive.kind")
+    allowed = f"what a drive of the kind {kind} reads: {', '.join(READ_BY[kind]) or 'nothing'}"
+    for key, leaf in check.leaves.items():
+        name = key.removeprefix("drive.")
+        of_drive = name != key and name != "kind" and name not in READ_BY[kind]
+        of_start = key in ("initial.lag", "initial.drive_speed") and kind == "ideal"
+        if not (of_drive or of_start):
+            continue
+        if check.axis(key):
+            yield check.fault(
+                f"sweep.{key}", f"an axis over a key that the drive {kind} does not read", allowed, ("sweep", key)
+            )
+        elif check.value(key) != leaf.default:
+            yield check.fault(key, f"{check.text(key)}, which the drive {kind} does not read", allowed)
+    taken, inertia = "drive.compensated_inertia", "drive.inertia"
+    if kind == "soft_torque" and check.ends(taken)[1] >= check.ends(inertia)[0]:
+        yield check.fault(taken, check.text(taken, 1), f"below {inertia}, which is {check.text(inertia, 0)}")

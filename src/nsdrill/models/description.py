@@ -1,0 +1,181 @@
+"""What a model tells those who do not compute with it: its sections of a study, its variables, its pictures.
+
+A description imports nothing that compiles, so a study is checked and a file is shown without waiting for a compiler.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from typing import Any
+
+from nsdrill.variables import CHECKS, POINT, RESPONSES, Variable, feature, flag, in_trace, responses
+
+_OPERATION = (
+    in_trace("drive_speed", "rad s-1", "top-drive speed"),
+    in_trace("wob", "N", "weight on bit"),
+    in_trace("depth", "m", "measured depth"),
+)
+_CHECKED = {"tight": "with a smaller tolerance", "long": "when continued for longer"}
+
+
+@dataclass(frozen=True)
+class Order:
+    """Of two keys the value of ``lower`` is less than that of ``upper`` times ``factor``, or ``equal`` to it; where a
+    study gives both, ``blamed`` says which of them is at fault. ``words`` say what ``lower`` is, in a message."""
+
+    lower: str
+    upper: str
+    equal: bool = False
+    blamed: str = "upper"
+    factor: float = 1.0
+    words: str = ""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """The motion of one ``mode`` (axial, torsional, lateral) along an axis: the variable ``trace`` of a trace, its
+    last ``peaks`` in results, and the feature ``greatest``, which is the constant value where there are none."""
+
+    mode: str
+    trace: str
+    peaks: str
+    greatest: str
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """What pictures show of a model, by the names of its variables.
+
+    ``panels`` of a bifurcation diagram; ``histories`` of a trace against time; ``planes`` of a trace, pairs (position,
+    velocity); ``section`` variables along an axis and ``section_planes``, pairs of them; ``summary``: features along
+    one axis; ``attractors``: features of attractors, each (least or None, greatest, words). The set speed is drawn
+    where ``bit_speed`` is, the wall of the hole where ``radius`` is, the path of the collar centre where ``x`` and
+    ``y`` are among the variables.
+    """
+
+    panels: tuple[Panel, ...] = ()
+    histories: tuple[str, ...] = ()
+    planes: tuple[tuple[str, str], ...] = ()
+    section: tuple[str, ...] = ()
+    section_planes: tuple[tuple[str, str], ...] = ()
+    summary: tuple[str, ...] = ()
+    attractors: tuple[tuple[str | None, str, str], ...] = ()
+
+    @property
+    def peaks(self) -> tuple[str, ...]:
+        """The variables of last maxima."""
+        return tuple(panel.peaks for panel in self.panels)
+
+
+@dataclass(frozen=True)
+class Description:
+    """The words and tables of a model.
+
+    ``parameters`` is the dataclass tree of its numbers, each field a section of the study; ``initial`` that of its
+    start; ``meanings`` says in one line what each key of these means. ``states`` gives the names of the states that
+    a string with these parameters has, the angle of the drive last: one of ``state_sets``, of which the first is the
+    usual one. ``own_trace`` has the variables of a trace, the states among them. ``options`` gives the words of what
+    a string with these parameters has beside the usual: a feature whose ``only`` is one of them is there only then.
+
+    ``labels`` stand after ``response``, which has a bit for each of ``responses``, those that the model can show;
+    ``check_features`` are the features from which the responses are made; ``shown`` those whose range ``show`` prints.
+
+    ``orders`` and ``relations`` say what values must satisfy together: ``relations(check)`` yields the faults of a
+    study, ``check`` is a :class:`nsdrill.study.relations.Checker`. ``units_by`` has the keys whose units depend on a
+    choice: (key of the choice, its words with their units). The template of a study shows ``example_axis``, a key with
+    a least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from
+    parameters, initial state and axes.
+    """
+
+    name: str
+    title: str
+    parameters: type
+    initial: type
+    meanings: Mapping[str, str]
+    states: Callable[[Any], tuple[str, ...]]
+    features: tuple[Variable, ...]
+    own_trace: tuple[Variable, ...]
+    state_sets: tuple[tuple[str, ...], ...]
+    labels: tuple[Variable, ...] = ()
+    peaks: tuple[Variable, ...] = ()
+    section: tuple[Variable, ...] = ()
+    responses: tuple[str, ...] = RESPONSES
+    check_features: tuple[str, ...] = ()
+    shown: tuple[str, ...] = ()
+    orders: tuple[Order, ...] = ()
+    relations: Callable[[Any], Iterator[Any]] | None = None
+    units_by: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
+    example_axis: tuple[str, str, str] = ("", "", "")
+    example_slice: str = ""
+    attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
+    options: Callable[[Any], tuple[str, ...]] = lambda _: ()
+    drawn: Drawn = field(default_factory=Drawn)
+
+    @property
+    def sections(self) -> dict[str, type]:
+        """The sections of the study that hold the parameters, in file order."""
+        return {item.name: item.default_factory for item in fields(self.parameters)}  # type: ignore[misc]
+
+    @property
+    def all_states(self) -> tuple[str, ...]:
+        """Every state that a string of this model may have."""
+        return max(self.state_sets, key=len)
+
+    @property
+    def trace(self) -> tuple[Variable, ...]:
+        """Every variable of a trace, in the order of files: those of the model, then the operating point."""
+        own = {variable.name for variable in self.own_trace}
+        return (*self.own_trace, *(variable for variable in _OPERATION if variable.name not in own))
+
+    @cached_property
+    def variables(self) -> tuple[Variable, ...]:
+        """Every variable of a results file, in its order."""
+        return (
+            Variable("status", "i1", "1", "how the run ended", "run", flag_values=(0, 1, 2, 3, 4, 5),
+                     flag_meanings="pending ok diverged step_limit step_underflow inferred"),
+            responses("response", "critical responses present", self.responses),
+            *self.labels,
+            flag("settled", "both halves of the observed window agree", "unsettled settled"),
+            flag("motion", "kind of motion",
+                 "undetermined equilibrium periodic quasi_periodic chaotic unsettled", "returns"),
+            Variable("period", "i2", "1", "period in returns to the Poincare section, 0 where there is none", "label",
+                     only="returns"),
+            Variable("attractor", "i2", "1",
+                     "attractor of the start, numbered alike along the axes: 1 has most starts, 0 none", "label",
+                     only="starts"),
+            *self.features,
+            feature("half_difference", "1", "largest disagreement between the halves of the observed window"),
+            feature("zero_one", "1", "0-1 test for chaos on the returns: near 0 regular, near 1 chaotic", "returns"),
+            feature("lyapunov_exponent", "s-1", "largest Lyapunov exponent", "exponent"),
+            feature("lyapunov_error", "s-1", "standard error of the largest Lyapunov exponent", "exponent"),
+            flag("trusted", "both checks find the same response and nearly the same features", "untrusted trusted",
+                 "verify"),
+            *(variable for check in CHECKS for variable in self._check(check)),
+            Variable("steps", "i8", "1", "accepted steps", "run"),
+            Variable("rejected", "i8", "1", "rejected steps", "run"),
+            *self.peaks,
+            *self.section,
+            Variable("initial_state", "f8", "", "state at the start of the run", "states", (*POINT, "state")),
+            Variable("final_state", "f8", "", "state at the end of the run", "states", (*POINT, "state")),
+        )  # fmt: skip
+
+    def _check(self, name: str) -> tuple[Variable, ...]:
+        """What is known of the point from one of its checks."""
+        how = _CHECKED[name]
+        units = {variable.name: variable.units for variable in self.features}
+        return (
+            responses(f"{name}_response", f"critical responses {how}", self.responses, "verify"),
+            Variable(f"{name}_difference", "f8", "1", f"largest difference of the features {how}, in natural sizes",
+                     "trust", only="verify"),
+            Variable(f"{name}_status", "i1", "1", f"how the run ended {how}", "trust", flag_values=(0, 1, 2, 3, 4),
+                     flag_meanings="unchecked ok diverged step_limit step_underflow", only="verify"),
+            *(Variable(f"{name}_{one}", "f8", units[one], f"{one} {how}", "trust", only="verify")
+              for one in self.check_features),
+        )  # fmt: skip
+
+    @property
+    def severities(self) -> tuple[str, ...]:
+        """The labels that grade a response."""
+        return tuple(v.name for v in self.labels if v.name.endswith("_severity"))

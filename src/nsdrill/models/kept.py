@@ -1,0 +1,59 @@
+"""What is kept of each point of a sweep."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from nsdrill.models.registry import described
+from nsdrill.variables import MODEL, POINT, Axis, Variable
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is kept of each point beside features and labels: how many peaks and returns to the Poincare section, and
+    whether the Lyapunov exponent; from how many states each operating point is started, 0 where from one only,
+    without a dimension for it; whether there are checks of each point; the axes beside those of the operation; the
+    names of the states, () for those that the model has by default; the name of the model; and the words of its
+    options that bring variables."""
+
+    peaks: int = 0
+    returns: int = 0
+    exponent: bool = False
+    starts: int = 0
+    verify: bool = False
+    axes: tuple[Axis, ...] = ()
+    states: tuple[str, ...] = ()
+    model: str = MODEL
+    options: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        model = described(self.model)
+        # As plain data has them.
+        object.__setattr__(self, "states", tuple(self.states) or model.state_sets[0])
+        made = tuple(axis if isinstance(axis, Axis) else Axis(**axis) for axis in self.axes)
+        object.__setattr__(self, "axes", made)
+        object.__setattr__(self, "options", tuple(self.options))
+
+    @property
+    def variables(self) -> tuple[Variable, ...]:
+        """The variables that are kept, in the order of a file."""
+        return tuple(variable for variable in described(self.model).variables if self.has(variable))
+
+    @property
+    def grid(self) -> tuple[str, ...]:
+        """The dimensions over which points are numbered, the last fastest."""
+        return (*POINT, *(axis.name for axis in self.axes), *(("start",) if self.starts else ()))
+
+    def dims(self, variable: Variable) -> tuple[str, ...]:
+        """The dimensions of ``variable`` in a file."""
+        return (*self.grid, *variable.dims[len(POINT) :])
+
+    def has(self, variable: Variable) -> bool:
+        """Whether ``variable`` is among what is kept."""
+        only = variable.only
+        return only is None or only in (*self.states, *self.options) or bool(getattr(self, only, False))
+
+    def length(self, dimension: str) -> int:
+        """The length of a dimension that is no axis."""
+        lengths = {"start": self.starts, "peak": self.peaks, "crossing": self.returns, "state": len(self.states)}
+        return lengths[dimension]

@@ -1,0 +1,15 @@
+"""The tables of the main model, by the names that tests use."""
+
+from nsdrill.models.registry import described
+from nsdrill.models.vocabulary import IN_TRACE
+from nsdrill.variables import MODEL
+
+_told = described(MODEL)
+VARIABLES = _told.variables
+TRACE_VARIABLES = tuple(variable for variable in _told.trace if variable.only is None)
+# Those that every results file has.
+FEATURES = tuple(v.name for v in VARIABLES if v.room == "feature" and v.only is None)
+LABELS = tuple(v.name for v in VARIABLES if v.room == "label" and v.only is None)
+PEAKS = tuple(v.name for v in VARIABLES if v.room == "peaks")
+SECTION = tuple(v.name for v in VARIABLES if v.room == "section")
+STATE_UNITS = {name: IN_TRACE[name].units for name in _told.all_states}
