@@ -51,10 +51,10 @@ def weights(c: Case, o: Lateral) -> tuple[float, float]:
     return modal * (steel + mud), modal * steel * o.eccentric_weight
 
 
-def derivative(c: Case, o: Lateral, t: float, state: np.ndarray, terms: bool = False) -> np.ndarray:
+def derivative(c: Case, o: Lateral, t: float, state: np.ndarray, terms: bool = False, phase: float = 0.0) -> np.ndarray:
     """d(state)/dt of one state [8]; with ``terms`` the size of what each component is summed from."""
     x, vx, y, vy, z, vz, twist, omega = np.asarray(state, float)
-    f = contacts(c, t, np.asarray(state, float))
+    f = contacts(c, t, np.asarray(state, float), phase)
     r, phi = float(f["radius"]), float(f["phi"])
     er = np.array([x, y]) / r if r > 0 else np.array([1.0, 0.0])
     et = np.array([-er[1], er[0]])

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from reference import Case
+from scipy.integrate import solve_ivp
 from sweep.runs import finish, run_work, same_bits, work_for
 
 import nsdrill
@@ -141,7 +142,8 @@ def test_an_option_that_is_zero_somewhere_changes_no_bit_there(key: str) -> None
     zero = [with_values(parameters(c, o), {key: np.zeros(1)}) for c, o in plain]
     swept = np.concatenate([pack(p, c.depth, c.wob, c.speed) for p, (c, _) in zip(zero, plain, strict=True)])
     on = options_of(zero[0])
-    assert on != Options() and swept.shape[1] == without.shape[1] + 2
+    assert on != Options()
+    assert swept.shape[1] == without.shape[1] + 2
     assert slopes(on, swept, times, states).tobytes() == slopes(Options(), without, times, states).tobytes()
 
 
@@ -176,6 +178,24 @@ def test_traces_follow_dop853(form: str) -> None:
     size = np.array([0.05, 0.5, 0.05, 0.5, 1e-3, 0.01, 1.0, 1.0])
     for i, name in enumerate(STATES):
         assert np.max(np.abs(trace[name].values - exact[i])) < 2e-7 * size[i], name
+
+
+def test_a_ramp_follows_dop853() -> None:
+    """The set speed, with which the mud turns, goes from 3 to 9 rad/s within a second."""
+    text = (
+        f"{KEYS['all']}\ninitial: {{x: 70 mm, vy: -0.6 m/s}}\nsimulation: {{rtol: 1.0e-11}}\n"
+        "operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [1 s, 9 rad/s]]}}"
+    )
+    trace = nsdrill.simulate(parse_study(text), sample=0.05)
+
+    def rate(t: float, state: np.ndarray) -> np.ndarray:
+        return derivative(Case(speed=3.0 + 6.0 * t), OF_KEYS["all"], 0.0, state, phase=3.0 * t + 3.0 * t * t)
+
+    start = [trace[name].values[0] for name in STATES]
+    found = solve_ivp(rate, (0.0, 1.0), start, "DOP853", t_eval=trace.time.values, rtol=1e-10, atol=1e-12)
+    size = np.array([0.05, 0.5, 0.05, 0.5, 1e-3, 0.01, 1.0, 1.0])
+    for i, name in enumerate(STATES):
+        assert np.max(np.abs(trace[name].values - found.y[i])) < 2e-5 * size[i], name
 
 
 def state_of(trace: object) -> dict[str, np.ndarray]:
@@ -278,7 +298,8 @@ def test_points_of_a_sweep_have_the_bits_of_runs_of_their_own() -> None:
     short = Simulation(transient=2.0, observe=5.0)
     work = work_for(Case(speed=5.0), short, **{"well.inclination": [0.0, 0.4, 1.2], "mud.swirl": [0.0, 0.5]})
     swept = run_work(work)
-    assert np.isnan(swept["y_mean"][:2]).all() and not np.isnan(swept["y_mean"][2:]).any()
+    assert np.isnan(swept["y_mean"][:2]).all()
+    assert not np.isnan(swept["y_mean"][2:]).any()
     for i, (inclination, swirl) in enumerate([(a, b) for a in (0.0, 0.4, 1.2) for b in (0.0, 0.5)]):
         own = work_for(Case(speed=5.0), short)
         values = {"well.inclination": inclination, "mud.swirl": swirl}

@@ -191,10 +191,10 @@ def _buckled(study: Study, units: str) -> str | None:
         return None
     if wall.law == "linear" and wall.stiffness <= -least:
         return (
-            f"Unheld: at {_told(worst, 'N', 'kN', units)} the span buckles with a stiffness of "
-            f"{_told(least, 'N/m', 'N/m', units)}, and the wall, of {_told(wall.stiffness, 'N/m', 'N/m', units)}, is too "
-            "soft to hold it: the collar goes on through the wall and the run fails. Shorten the span, lower the weight "
-            "on bit or take a stiffer wall."
+            f"Unheld: at {_told(worst, 'N', 'kN', units)} the lateral stiffness of the span is "
+            f"{_told(least, 'N/m', 'N/m', units)}, and a wall of {_told(wall.stiffness, 'N/m', 'N/m', units)} is too "
+            "soft to hold it: the collar goes on through the wall and the run fails. Shorten the span, lower the "
+            "weight on bit or take a stiffer wall."
         )
     return (
         f"Buckled: at {_told(worst, 'N', 'kN', units)} the lateral stiffness of the span is negative "

@@ -69,8 +69,9 @@ TURN, W0, DW0, W1, DW1, T0, DT0, T1, DT1, SMOOTHING, DECAY, RISE, DYNAMIC = PLAC
 # And a bit speed at the end of a step that is above or below both of its neighbours; and the speed of the drive.
 Z, SPEED, TWIST, U, RHO, SPEED_END, TOP = range(7)
 # What is crossed: the rock's surface, the speed below which the bit is stuck, the wall, which the collar touches and,
-# before it, the stabilisers; and grazes of rock, wall and stabilisers. In the order of ``PARTS``, as each kind has a sum of its own: a graze comes to light only when the list of turns is full,
-# and among the crossings it would stand now here, now there.
+# before it, the stabilisers; and grazes of rock, wall and stabilisers. In the order of ``PARTS``, as each kind has a sum
+# of its own: a graze comes to light only when the list of turns is full, and among the crossings it would stand now
+# here, now there.
 ROCK, STUCK, WALL, STABILIZER, ROCK_GRAZE, WALL_GRAZE, STABILIZER_GRAZE = range(len(PARTS))
 
 
@@ -311,8 +312,9 @@ def keep(store, ring, peaks, height):  # type: ignore[no-untyped-def]
 def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, Any]:
     """The compiled (attend, settle) for a number of lanes, a row layout and these options.
 
-    ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top, held)`` takes the events of the
-    step just made: for what turns and for what is crossed an integer with a bit for every lane in which it does;
+    ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top, held)`` takes the
+    events of the step just made: for what turns and for what is crossed an integer with a bit for every lane in which
+    it does; ``held`` are the lanes that come to the stabilisers or leave them;
     ``highs`` and ``lows`` are the lanes where the bit speed at the step's start is above or below its neighbours.
     ``settle(b, store)`` empties the lists: whoever wants to read the measurements calls it first.
     """
@@ -453,22 +455,22 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
                 if stabilizer and kind == RHO:
                     level = store[k + ROOM]
                     above0, above1, above = store[k + G0] > level, store[k + G1] > level, found > level
-                    if above0 == above1 and above0 != above:
-                        if note(
-                            store,
-                            CROSSINGS,
-                            STABILIZER_GRAZE,
-                            i,
-                            store[k + LENGTH],
-                            store[k + G0],
-                            store[k + D0],
-                            store[k + C0],
-                            store[k + G1],
-                            store[k + D1],
-                            store[k + C1],
-                            level,
-                        ):
-                            settle_crossings(b, store)
+                    grazes = above0 == above1 and above0 != above
+                    if grazes and note(
+                        store,
+                        CROSSINGS,
+                        STABILIZER_GRAZE,
+                        i,
+                        store[k + LENGTH],
+                        store[k + G0],
+                        store[k + D0],
+                        store[k + C0],
+                        store[k + G1],
+                        store[k + D1],
+                        store[k + C1],
+                        level,
+                    ):
+                        settle_crossings(b, store)
         store[SPARE] = 0.0
         store[TURNS + COUNT] = 0.0
 

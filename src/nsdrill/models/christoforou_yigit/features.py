@@ -121,9 +121,21 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
         top_min_,
         top_max_,
     ) = (own[name] for name in EXTREMES)
-    on_rock_, unstuck_, on_wall_, radius_, twist_sum_, lateral_, axial_, turns_, rolled_, turned_, held_, x_sum_, y_sum_ = (
-        own[name] for name in SUMS
-    )
+    (
+        on_rock_,
+        unstuck_,
+        on_wall_,
+        radius_,
+        twist_sum_,
+        lateral_,
+        axial_,
+        turns_,
+        rolled_,
+        turned_,
+        held_,
+        x_sum_,
+        y_sum_,
+    ) = (own[name] for name in SUMS)
     twist_start_, angle_start_, lag_start_ = (own[name] for name in ANCHORS)
     attend, settle = make_events(W, rows, options)
     half_, half_count, ends_count = own[HALF[0]], len(HALF), len(ENDS)

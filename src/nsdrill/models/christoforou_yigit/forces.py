@@ -50,11 +50,9 @@ def _contacts(
     bit_force = bit.rock_stiffness * np.maximum(surface - state["z"], 0.0)
     cutting = k.cutting_arm * 2 / math.pi * np.arctan(bit.friction.smoothing * omega)
     bit_torque = bit_force * (2 / 3 * k.bit_radius * friction(bit.friction, omega) + cutting)
-    force, torque = {
-        "live": (bit_force, bit_torque),
-        "static": (operation.wob, 0.0),
-        "none": (0.0, 0.0),
-    }[string.lateral_softening]
+    force, torque = {"live": (bit_force, bit_torque), "static": (operation.wob, 0.0), "none": (0.0, 0.0)}[
+        string.lateral_softening
+    ]
     span = string.collar.span
     softening = force * math.pi**2 / (2 * span) + torque * math.pi**3 / (2 * span**2) + np.zeros_like(omega)
     along = state["vz"] - rate_of_penetration(k, operation.rotary_speed)
@@ -110,8 +108,8 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
 
 def energy(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> Array:
     """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic energy of the wall's contact, the
-    work still to be had from the weight on bit, W z, and that of the collar's weight in an inclined hole. The rock and the lateral softening do their work in
-    :func:`powers`.
+    work still to be had from the weight on bit, W z, and that of the collar's weight in an inclined hole. The
+    rock and the lateral softening do their work in :func:`powers`.
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string, well = parameters.drillstring, parameters.well

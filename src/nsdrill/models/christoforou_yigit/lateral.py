@@ -1,5 +1,5 @@
-"""What may act on the collar beside the paper's forces: mud that turns, stabilisers with room, its weight in an inclined
-hole, and friction that the slip around the hole shares with that along it.
+"""What may act on the collar beside the paper's forces: mud that turns, stabilisers with room, its weight in an
+inclined hole, and friction that the slip around the hole shares with that along it.
 
 With sigma = swirl Omega, u = (vx + sigma y, vy - sigma x) the velocity relative to the mud, s0 the radial clearance of
 the stabilisers, a the inclination of the hole, whose low side is at -y, and l the span:

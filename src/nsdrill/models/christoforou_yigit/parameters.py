@@ -184,9 +184,7 @@ class Stabilizer(Checked):
     """The stabilisers at both ends of the span, rigid and touching at once. ``clearance`` is radial, None for hinges
     without room and without friction."""
 
-    clearance: float | None = parameter(
-        None, "m", "P: hinges", "modelling choice", high=10.0, usual="0 to 25 mm"
-    )
+    clearance: float | None = parameter(None, "m", "P: hinges", "modelling choice", high=10.0, usual="0 to 25 mm")
     friction: StabilizerFriction = field(default_factory=StabilizerFriction)
 
 
@@ -303,7 +301,8 @@ class Parameters:
         gap, clearance = (self.well.diameter - collar) / 2, self.stabilizer.clearance
         if clearance is not None and clearance >= gap:
             raise ValueError(
-                f"stabilizer.clearance: found {clearance:g} m, allowed: below the gap between collar and wall, {gap:g} m"
+                f"stabilizer.clearance: found {clearance:g} m, allowed: below the gap between collar and wall, "
+                f"{gap:g} m"
             )
 
 

@@ -64,12 +64,7 @@ FROZEN: dict[str, tuple[str, ...]] = {
 OFF: dict[str, dict[str, Any]] = {
     "axial": {"well.axial_friction": False},
     "torsional": {},
-    "lateral": {
-        "mud.swirl": 0.0,
-        "well.inclination": 0.0,
-        "well.axial_friction": False,
-        "stabilizer.clearance": None,
-    },
+    "lateral": {"mud.swirl": 0.0, "well.inclination": 0.0, "well.axial_friction": False, "stabilizer.clearance": None},
 }
 
 
@@ -140,7 +135,6 @@ def _modes(check: Any) -> Iterator[Fault]:
                 )
             elif key.startswith("initial.") and check.given(key) and check.value(key) != check.leaves[key].default:
                 yield check.fault(key, f"{check.text(key)}, {what}", "left out")
-
 
         for key, off in OFF[mode].items():
             if check.sound(key) and check.value(key) != off and not check.axis(key):

@@ -179,9 +179,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
         if stabilizer and touching != 0:
             for i in range(W):
                 x, vx, y, vy, r = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[radius_ + i]
-                stiffness = fma(
-                    -b[soft_F_ + i], b[force_ + i], fma(-b[soft_T_ + i], b[torque_ + i], b[bend_ + i])
-                )
+                stiffness = fma(-b[soft_F_ + i], b[force_ + i], fma(-b[soft_T_ + i], b[torque_ + i], b[bend_ + i]))
                 normal = stiffness * max(r - b[room_ + i], 0.0)
                 unit = r * r
                 slip = fma(b[speed_ + i] * b[R_s_ + i], unit, b[room_ + i] * fma(x, vy, -(y * vx)))
