@@ -284,7 +284,9 @@ def severity() -> Iterator[Row]:
     from nsdrill.variables import MODEL
 
     index = np.array([0.0, 40.0, 40.1, 60.0, 60.1, 80.0, 80.1, 100.0, 100.1, 300.0])
-    features = {v.name: np.zeros(len(index)) for v in described(MODEL).features} | {"stick_slip_index": index}
+    features = {v.name: np.zeros(len(index)) for v in described(MODEL).variables if v.room == "feature"} | {
+        "stick_slip_index": index
+    }
     labels = classify(features, np.ones(len(index), dtype=int), Thresholds())
     for value, band, found in zip(index, (0, 0, 1, 1, 2, 2, 3, 3, 4, 4), labels["stick_slip_severity"], strict=True):
         yield Row("7 severity", f"band of an index of {value:g} %", band, int(found), 0.0, True)

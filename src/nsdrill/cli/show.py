@@ -99,7 +99,7 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             yield f"\nResponses, {procedure}{known}:"
         for word, count in counts.items():
             yield f"  {in_words(word):32s} {count:8d}  {100 * count / total:5.1f} %"
-        if kinds := s["whirl_kinds"][procedure]:
+        if kinds := s["whirl_kinds"].get(procedure):
             yield "  whirl: " + ", ".join(f"{count} {in_words(word)}" for word, count in kinds.items())
         if motions := s.get("motions", {}).get(procedure):
             yield "  motion: " + ", ".join(f"{count} {in_words(word)}" for word, count in motions.items())

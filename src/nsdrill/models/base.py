@@ -9,16 +9,17 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from nsdrill.abi import Rows
-from nsdrill.kernel.gang import Runs
-from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import Values
 from nsdrill.models.schedule import Schedule
 from nsdrill.observe.thresholds import Record, Thresholds
+
+if TYPE_CHECKING:
+    from nsdrill.abi import Rows
+    from nsdrill.kernel.gang import Runs
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Variant = tuple[int, ...]
@@ -36,7 +37,7 @@ class Ramps(ABC):
         """The compiled right-hand side."""
 
     @abstractmethod
-    def pack(self, parameters: Parameters, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
+    def pack(self, parameters: Any, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
         """Lane parameters of the segments between ``cuts`` [s], shape (segments, columns)."""
 
     @abstractmethod
@@ -54,7 +55,7 @@ class Model(ABC):
     # What is fixed when code is compiled
 
     @abstractmethod
-    def variant(self, parameters: Parameters) -> Variant:
+    def variant(self, parameters: Any) -> Variant:
         """What of these parameters is compiled in."""
 
     @abstractmethod
@@ -108,6 +109,8 @@ class Model(ABC):
 
     def runs(self, table: Array, variant: Variant, initial: Array) -> Runs:
         """Runs with these lane parameters from these states."""
+        from nsdrill.kernel.gang import Runs
+
         return Runs(
             table,
             self.sizes(table, variant),
@@ -129,7 +132,7 @@ class Model(ABC):
         """The compiled (observer, marker), beside a deviation and so many ``others`` rows of other observers."""
 
     @abstractmethod
-    def store(self, lanes: int, parameters: Parameters, record: Record, more: int = 0) -> Array:
+    def store(self, lanes: int, parameters: Any, record: Record, more: int = 0) -> Array:
         """The observer's store, with room for ``more`` numbers of other observers at its end."""
 
     @abstractmethod
@@ -178,6 +181,6 @@ class Model(ABC):
     """How the model follows values that move in time, if it does."""
 
     @abstractmethod
-    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
+    def outputs(self, parameters: Any, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
         """What a trace has besides the states, from these: forces, polar coordinates. ``point`` is the operating
         point, of numbers or of arrays over time."""

@@ -15,9 +15,12 @@ if TYPE_CHECKING:
 
 # Where each has its description and what computes: imported when it is asked for.
 _HOME = {
-    MODEL: ("nsdrill.models.christoforou_yigit.description:DESCRIPTION",
-            "nsdrill.models.christoforou_yigit.model:ChristoforouYigit"),
-}  # fmt: skip
+    MODEL: (
+        "nsdrill.models.christoforou_yigit.description:DESCRIPTION",
+        "nsdrill.models.christoforou_yigit.model:ChristoforouYigit",
+    ),
+    "torsion": ("nsdrill.models.torsion:DESCRIPTION", "nsdrill.models.torsion:Torsion"),
+}
 NAMES = tuple(_HOME)
 
 

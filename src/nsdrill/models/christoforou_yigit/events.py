@@ -69,7 +69,7 @@ TURN, W0, DW0, W1, DW1, T0, DT0, T1, DT1, SMOOTHING, DECAY, RISE, DYNAMIC = PLAC
 # And a bit speed at the end of a step that is above or below both of its neighbours; and the speed of the drive.
 Z, SPEED, TWIST, U, RHO, SPEED_END, TOP = range(7)
 # What is crossed: the rock's surface, the speed below which the bit is stuck, the wall, which the collar touches and,
-# before it, the stabilisers; and grazes of rock, wall and stabilisers. In the order of ``PARTS``, as each kind has a sum
+# before it, the stabilisers; and grazes of rock, wall and stabilisers. In the order of ``PARTS``: each kind has a sum
 # of its own: a graze comes to light only when the list of turns is full, and among the crossings it would stand now
 # here, now there.
 ROCK, STUCK, WALL, STABILIZER, ROCK_GRAZE, WALL_GRAZE, STABILIZER_GRAZE = range(len(PARTS))
@@ -314,8 +314,7 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
 
     ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top, held)`` takes the
     events of the step just made: for what turns and for what is crossed an integer with a bit for every lane in which
-    it does; ``held`` are the lanes that come to the stabilisers or leave them;
-    ``highs`` and ``lows`` are the lanes where the bit speed at the step's start is above or below its neighbours.
+    it does; ``held`` are the lanes that come to the stabilisers or leave them, ``highs`` and ``lows`` are the lanes where the bit speed at the step's start is above or below its neighbours.
     ``settle(b, store)`` empties the lists: whoever wants to read the measurements calls it first.
     """
     W, driven, stabilizer = lanes, options.driven, options.stabilizer

@@ -1,0 +1,230 @@
+"""A model written for one trajectory: its slopes as a plain function of time, states and parameters, and what is
+observed of it as a declaration. Everything that a :class:`nsdrill.models.base.Model` needs is made from these.
+
+What compiles is imported when a model computes, so that a file with a model can hold its description, too.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from nsdrill.models.base import Array, Model, Variant
+from nsdrill.models.leaves import Values
+from nsdrill.models.starts import slice_values
+from nsdrill.observe.channels import Declaration, Names
+from nsdrill.observe.thresholds import Record, Thresholds
+
+if TYPE_CHECKING:
+    from nsdrill.abi import Rows
+
+
+class ScalarModel(Model):
+    """States are pairs of position and velocity in turn, then those of first order (``singles``); the names of a pair's
+    position and of the lane parameter that its rate has beyond the velocity stand in ``frames``. The lane parameter
+    ``drive_speed`` is how fast the phase, the angle of the drive, advances."""
+
+    singles: ClassVar[int] = 0
+    frames: ClassVar[Mapping[str, str]] = {}
+    """Position -> lane parameter that is taken off its rate: a twist counted from the drive has {"twist":
+    "drive_speed"}."""
+    compared: ClassVar[Mapping[str, str | None]] = {}
+    """Features by which two runs of a point are compared, each with the lane parameter that it is measured in; None for
+    a fraction of time."""
+
+    # What a model says
+
+    @abstractmethod
+    def names(self, variant: Variant) -> Names:
+        """The names of the states (without the phase), the slopes, the lane parameters and auxiliary outputs."""
+
+    @abstractmethod
+    def slopes(self, variant: Variant) -> Callable[..., Sequence[float]]:
+        """The function ``slopes(t, y, p)`` of :func:`nsdrill.scalar.in_lanes`."""
+
+    @abstractmethod
+    def declaration(self, variant: Variant) -> Declaration:
+        """What is observed."""
+
+    @abstractmethod
+    def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
+        """The lane parameters by name, numbers or arrays over the points."""
+
+    @abstractmethod
+    def natural(self, table: Mapping[str, Array]) -> Sequence[Any]:
+        """The natural size of each state, from the lane parameters by name."""
+
+    @abstractmethod
+    def fastest(self, table: Mapping[str, Array]) -> Array:
+        """The greatest natural frequency [rad/s], shape (n,): the first step is a hundredth of its inverse."""
+
+    @abstractmethod
+    def steady(self, points: Values) -> Mapping[str, Any]:
+        """The natural values of the states that a start may leave open (None)."""
+
+    def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
+        """The states of an ensemble's starts, from numbers ``shape`` (n, states + 1) that are uniform in [0, 1), in the
+        order of the states with the phase last."""
+        raise NotImplementedError
+
+    def deviation(self, variant: Variant) -> Callable[..., Sequence[float]] | None:
+        """The function ``deviation(t, y, d, p)`` of :func:`nsdrill.scalar.in_lanes`, for a Lyapunov exponent."""
+        return None
+
+    # What follows
+
+    def variant(self, parameters: Any) -> Variant:
+        return ()
+
+    def states(self, variant: Variant) -> tuple[str, ...]:
+        return self.names(variant).states
+
+    def rows(self, variant: Variant, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+        from nsdrill.abi import Rows
+
+        names = self.names(variant)
+        states = len(names.states)
+        companions = states if tangent else 0
+        width = len(names.parameters) if columns is None else columns
+        return Rows(states + companions, len(names.aux), width, observed, companions, self.singles)
+
+    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
+        from nsdrill.scalar import in_lanes
+
+        return in_lanes(self.slopes(variant), lanes, self.rows(variant))
+
+    def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
+        from nsdrill.scalar import in_lanes
+
+        return in_lanes(self.slopes(variant), lanes, self.rows(variant, tangent=True), self.deviation(variant))
+
+    def pack(self, points: Values, thresholds: Thresholds) -> Array:
+        values = self.columns(points, thresholds)
+        names = self.names(self.variant(points.parameters)).parameters
+        columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names))
+        return np.stack(columns, axis=1)
+
+    def starts(self, points: Values, number: Array | int) -> Array:
+        variant, initial = self.variant(points.parameters), points.initial
+        names = (*self.states(variant), "drive_angle")
+        steady = self.steady(points)
+        values = {name: steady[name] if getattr(initial, name) is None else getattr(initial, name) for name in names}
+        number = np.atleast_1d(np.asarray(number))
+        if initial.starts and (number.min() < 0 or number.max() >= initial.starts):
+            raise ValueError(f"start: found {number.min()} to {number.max()}, allowed: 0 to {initial.starts - 1}")
+        if initial.slice:
+            axes = slice_values(initial, names)
+            places = np.unravel_index(number, [len(axis) for axis in axes.values()])
+            values |= {name: axis[place] for (name, axis), place in zip(axes.items(), places, strict=True)}
+        elif initial.starts:
+            words = np.random.Philox(key=initial.seed).random_raw(initial.starts * len(names))
+            uniform = np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(initial.starts, len(names))
+            values |= self.drawn(points, uniform[number])
+        columns = [np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names]
+        points_of = np.broadcast_arrays(*columns, *(np.atleast_1d(value) for value in points.operation), number)
+        return np.stack(points_of[: len(names)], axis=1)
+
+    def sizes(self, table: Array, variant: Variant) -> Array:
+        sizes = (np.broadcast_to(size, len(table)) for size in self.natural(self._by_name(table, variant)))
+        return np.stack([np.asarray(size, dtype=float) for size in sizes], axis=1)
+
+    def drifts(self, table: Array, variant: Variant) -> Array:
+        names, rows = self.names(variant), self.rows(variant)
+        drift = np.zeros((len(table), rows.own_slopes))
+        for position, column in self.frames.items():
+            drift[:, names.states.index(position) // 2] = -table[:, names.parameters.index(column)]
+        return drift
+
+    def phase_rate(self, table: Array) -> Array:
+        return self._by_name(table, ())["drive_speed"]
+
+    def first_step(self, table: Array, variant: Variant) -> Array:
+        return np.asarray(0.01 / self.fastest(self._by_name(table, variant)))
+
+    def _by_name(self, table: Array, variant: Variant) -> dict[str, Array]:
+        return dict(zip(self.names(variant).parameters, table.T, strict=True))
+
+    @property
+    def observed(self) -> int:
+        from nsdrill.observe.declared import observed_rows
+
+        return observed_rows(self.declaration(()))
+
+    def observer(self, lanes: int, variant: Variant, *, tangent: bool = False, others: int = 0) -> tuple[Any, Any]:
+        from nsdrill.observe.declared import make_observer
+
+        rows = self.rows(variant, self.observed + others, tangent=tangent)
+        made: tuple[Any, Any] = make_observer(lanes, rows, self.names(variant), self.declaration(variant))
+        return made
+
+    def store(self, lanes: int, parameters: Any, record: Record, more: int = 0) -> Array:
+        from nsdrill.observe.findings import new_store
+
+        variant = self.variant(parameters)
+        returns = record.poincare
+        return new_store(lanes, self.names(variant), self.declaration(variant), record.peaks, returns, more)
+
+    def report_width(self, record: Record) -> int:
+        from nsdrill.observe.findings import report_width
+
+        return report_width(self.names(()), self.declaration(()), record.peaks, record.poincare)
+
+    def features(self, report: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
+        from nsdrill.observe.findings import measured
+
+        sizes = self.sizes(table, variant)
+        return measured(self.names(variant), self.declaration(variant), report, table, sizes, observe)
+
+    def peaks(self, report: Array, record: Record) -> dict[str, Array]:
+        from nsdrill.observe.findings import peaks_of
+
+        return peaks_of(self.declaration(()), report, record.peaks)
+
+    def section(self, report: Array, record: Record) -> dict[str, Array]:
+        from nsdrill.observe.findings import returns_of
+
+        names, declaration = self.names(()), self.declaration(())
+        found = returns_of(names, declaration, report, record.peaks, record.poincare)
+        return {f"section_{name}": found[..., number] for number, name in enumerate(names.states)}
+
+    def returns(self, section: Mapping[str, Array]) -> Array:
+        return np.stack([section[f"section_{name}"] for name in self.names(()).states], axis=-1)
+
+    def responses(self, features: Mapping[str, Array], thresholds: Thresholds) -> Array:
+        from nsdrill.observe.labels import responses
+
+        return responses(features, thresholds)
+
+    def still(self, features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:
+        """Whether no state moves beyond ``absolute`` times its natural size: by the swing of the bit speed."""
+        size = sizes[..., self.names(()).states.index("bit_speed")]
+        return np.asarray(features["bit_speed_max"] - features["bit_speed_min"] <= absolute * size)
+
+    def classify(
+        self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array
+    ) -> dict[str, Array]:
+        from nsdrill.observe.labels import motions, severities
+        from nsdrill.variables import OK
+
+        response = self.responses(features, thresholds)
+        settled = features["half_difference"] <= thresholds.settled.tolerance
+        labels = {"response": response, **severities(features, response, thresholds), "settled": settled}
+        labels = {name: np.where(status == OK, value, 0).astype(np.int8) for name, value in labels.items()}
+        if f"section_{self.names(()).states[0]}" in features:
+            still = self.still(features, sizes, thresholds.motion.absolute)
+            returns = self.returns(features)
+            labels |= motions(features, status, labels["settled"], returns, sizes, still, thresholds)
+        return labels
+
+    def scales(self, table: Array) -> dict[str, Array]:
+        found = self._by_name(table, ())
+        return {name: found[name] for name in self.compared.values() if name}
+
+    def difference(self, one: Mapping[str, Array], two: Mapping[str, Array], units: Mapping[str, Array]) -> Array:
+        parts = [
+            np.abs(one[name] - two[name]) / (units[scale] if scale else 1.0) for name, scale in self.compared.items()
+        ]
+        return np.asarray(np.max(parts, axis=0))
