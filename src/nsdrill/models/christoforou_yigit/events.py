@@ -314,7 +314,8 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
 
     ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top, held)`` takes the
     events of the step just made: for what turns and for what is crossed an integer with a bit for every lane in which
-    it does; ``held`` are the lanes that come to the stabilisers or leave them, ``highs`` and ``lows`` are the lanes where the bit speed at the step's start is above or below its neighbours.
+    it does; ``held`` are the lanes that come to the stabilisers or leave them, ``highs`` and ``lows`` those where the
+    bit speed at the step's start is above or below its neighbours.
     ``settle(b, store)`` empties the lists: whoever wants to read the measurements calls it first.
     """
     W, driven, stabilizer = lanes, options.driven, options.stabilizer

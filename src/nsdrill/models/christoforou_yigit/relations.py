@@ -126,6 +126,10 @@ def _modes(check: Any) -> Iterator[Fault]:
         return
     if "torsional" in stay and check.value("drive.kind") != "ideal":
         yield check.fault("drive.kind", f"{check.value('drive.kind')} with modes.torsional: frozen", "ideal")
+    for mode, value in (("torsional", "rotary_speed"), ("axial", "wob")):
+        if mode in stay and value in check.resolved.get("ramps", {}):
+            key = f"operation.{value}"
+            yield check.fault(key, f"a ramp with modes.{mode}: frozen, which would not follow it", "one value")
     for mode in stay:
         for key in FROZEN[mode]:
             what = f"which modes.{mode}: frozen does without"

@@ -387,6 +387,17 @@ def initial_states(parameters: Parameters, initial: Initial, depth: Any, wob: An
     return frozen(parameters, states, wob, rotary_speed)
 
 
+# The states of each mode.
+_OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STATES[6:8]}
+
+
+def held(parameters: Parameters) -> tuple[str, ...]:
+    """The names of the states of frozen modes."""
+    return tuple(
+        name for mode, names in _OF_MODE.items() if getattr(parameters.modes, mode) == "frozen" for name in names
+    )
+
+
 def frozen(parameters: Parameters, states: np.ndarray, wob: np.ndarray, rotary_speed: np.ndarray) -> np.ndarray:
     """``states`` (points, states + 1) with what frozen modes have in place of what was given."""
     modes = parameters.modes
