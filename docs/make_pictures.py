@@ -2,7 +2,7 @@
 
     python docs/make_pictures.py [FOLDER]
 
-Takes some three minutes. The results files are kept in FOLDER (default: a temporary one). The text of the page is by
+Takes some five minutes. The results files are kept in FOLDER (default: a temporary one). The text of the page is by
 hand: read it again after the numbers have changed.
 """
 
@@ -25,6 +25,7 @@ STUDIES = {
     "map": "map_wob_speed",
 }  # fmt: skip
 DRIVES = {"torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning"}
+LATERAL = ("whirl_clearance", "inclination")
 COEXISTENCE = {"ensemble_speed_22kN": ("shares", "attractors"), "basin_slice": ("basin",)}
 WIDTH = 1400  # pixels, for the screen
 BLOCK = re.compile(r"(<!-- result: (\w+) -->\n).*?(<!-- end of result -->)", re.DOTALL)
@@ -94,6 +95,11 @@ def main(folder: Path) -> None:
         results, drawn = folder / f"{name}.h5", folder / f"{name}.png"
         nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), "--overwrite")
         nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
+        shrink(drawn, HERE / "pictures" / f"{name}.png")
+    for name in LATERAL:
+        results, drawn = folder / f"{name}.h5", folder / f"{name}.png"
+        nsdrill("run", str(CONFIGS / f"{name}.yaml"), "-o", str(results), "--overwrite")
+        nsdrill("plot", str(results), "--kind", "whirl_kind", "-o", str(drawn), "--overwrite")
         shrink(drawn, HERE / "pictures" / f"{name}.png")
     for config, kinds in COEXISTENCE.items():
         results = folder / f"{config}.h5"
