@@ -10,13 +10,14 @@ import numpy as np
 from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.style import RESPONSES
 
 
 def along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, int]]]]:
     """The swept axis, and the attractors and counts of every operating point along it."""
-    found = list(describe(flat(results)))
+    found = list(describe(flat(results), model_in(results.attrs).told))
     if not any(attractors for attractors, _ in found):
         raise InputError(
             "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
