@@ -14,7 +14,9 @@ import nsdrill
 from nsdrill.app.run import run_in_memory
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.figures import figures, lateral_stiffness
+from nsdrill.models.christoforou_yigit.further import wall_inclination
 from nsdrill.models.christoforou_yigit.lateral import weights
+from nsdrill.models.leaves import with_values
 from nsdrill.study import Study, parse_study
 
 WHIRL = """
@@ -232,6 +234,11 @@ def test_from_where_the_weight_lays_the_collar_on_the_wall(wob: float, least: fl
     for inclination, lies in ((least - 0.1, False), (least + 0.1, True)):
         study = whirl(INCLINED.format(inclination, NO_FRICTION, 0, -76.2), offset=0, wob=wob, transient=100)
         assert (features(study)["wall_contact_fraction"] > 0.0) is lies
+    k = derive(study.parameters, 5000.0, 1e3 * wob, 3.0)
+    assert wall_inclination(study.parameters, study.operation, k) == pytest.approx(math.radians(least), abs=1e-3)
+    room = with_values(study.parameters, {"stabilizer.clearance": 0.0254})
+    found = wall_inclination(room, study.operation, k)
+    assert math.sin(found) == pytest.approx(math.sin(math.radians(least)) * (1 - 0.0254 / GAP), rel=2e-3)
 
 
 def test_the_collar_on_the_wall() -> None:

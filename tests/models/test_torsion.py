@@ -65,14 +65,15 @@ def test_it_is_the_main_model_with_two_motions_frozen() -> None:
 
 @pytest.mark.parametrize("speed", [6.0, 12.0])
 def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed: float) -> None:
-    """Measured with the difference of the slopes at two states, while the twist swings into that of steady drilling. (At
+    """By the difference of the slopes at two states, while the twist swings into that of steady drilling. (At
     rest the step of an explicit method grows to the edge of its stability, where no deviation decays.)"""
     p = Parameters()
     steady = -(p.drillstring.damping * speed + torque(p.bit, 66.72e3, speed)) / pipe(p.drillstring, 5000.0)[1]
     found = nsdrill.run(
         STUDY,
         set={"record.exponent": True, "sweep.rotary_speed": f"{speed} rad/s", "sweep.procedure": "same",
-             "initial.twist": f"{float(steady) + 1.0!r} rad", "simulation.transient": "0 s", "simulation.observe": "80 s"},
+             "initial.twist": f"{float(steady) + 1.0!r} rad",
+             "simulation.transient": "0 s", "simulation.observe": "80 s"},
     )  # fmt: skip
     expected = np.linalg.eigvals(linear(speed)).real.max()
     assert expected < -0.02

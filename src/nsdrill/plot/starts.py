@@ -8,7 +8,7 @@ import json
 import numpy as np
 
 from nsdrill.analysis.attractors import Attractor, describe
-from nsdrill.data import Array, Results
+from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
@@ -28,7 +28,7 @@ def along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, 
 def matched(results: Results) -> bool:
     """Whether one number is one attractor along the axes; in files of older versions it is so at each operating point
     only, until they are classified again."""
-    study = json.loads(results.attrs.get("study_resolved") or "{}")
+    study = resolved_study(results.attrs)
     thresholds = json.loads(results.attrs.get("classification_resolved") or "null") or study.get("classify", {})
     return "matching" in thresholds.get("attractors", {})
 

@@ -29,8 +29,7 @@ import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, power
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-
-GRAVITY = 9.80665  # m/s^2
+from nsdrill.models.christoforou_yigit.tubes import GRAVITY
 
 SWIRL_PARAMETERS = ("swirl_rate", "swirl_momentum")
 STABILIZER_PARAMETERS = (
