@@ -17,6 +17,8 @@ from nsdrill.variables import MODEL
 
 def states(parameters: Parameters) -> tuple[str, ...]:
     """The names of the states of a string with this drive, the angle of the set point last."""
+    if parameters.drive.kind == "dc_motor":
+        return variables.MOTOR_STATE_NAMES
     return variables.STATE_NAMES if parameters.drive.ideal else variables.DRIVEN_STATE_NAMES
 
 
@@ -42,7 +44,7 @@ DESCRIPTION = Description(
     initial=Initial,
     meanings={},
     states=states,
-    several_states=(variables.STATE_NAMES, variables.DRIVEN_STATE_NAMES),
+    several_states=(variables.STATE_NAMES, variables.DRIVEN_STATE_NAMES, variables.MOTOR_STATE_NAMES),
     labels=variables.LABELS,
     features=variables.FEATURES,
     peaks=variables.PEAKS,

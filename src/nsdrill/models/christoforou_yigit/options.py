@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from nsdrill.models.christoforou_yigit.laws import LAWS
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 
 
@@ -13,13 +14,18 @@ class Options(NamedTuple):
     """Whole numbers, as they go into the names of compiled functions. An option that is 0 leaves nothing in the code.
 
     ``hertz``: the law of the wall is Hertz's; ``lobes`` of the rock's surface; ``driven``: the drive is not ideal;
-    ``swirl``: the mud turns; ``stabilizer``: the stabilisers have room, or friction; ``weight``: the hole is inclined;
-    ``axial_friction``: friction at the wall and the stabilisers acts along the axis too.
+    ``friction``: the number of the bit's friction law among :data:`.laws.LAWS`; ``limited``: the torque of the drive
+    has a limit; ``motor``: the drive is a DC motor, whose torque is a state; ``swirl``: the mud turns; ``stabilizer``:
+    the stabilisers have room, or friction; ``weight``: the hole is inclined; ``axial_friction``: friction at the wall
+    and the stabilisers acts along the axis too.
     """
 
     hertz: int = 0
     lobes: int = 3
     driven: int = 0
+    friction: int = 0
+    limited: int = 0
+    motor: int = 0
     swirl: int = 0
     stabilizer: int = 0
     weight: int = 0
@@ -33,6 +39,9 @@ def options_of(parameters: Parameters) -> Options:
         hertz=int(parameters.well.law == "hertz"),
         lobes=parameters.bit.lobes,
         driven=int(not parameters.drive.ideal),
+        friction=LAWS.index(parameters.bit.friction.law),
+        limited=int(parameters.drive.torque_limit is not None),
+        motor=int(parameters.drive.kind == "dc_motor"),
         swirl=_used(parameters.mud.swirl),
         stabilizer=int(parameters.stabilizer.clearance is not None),
         weight=_used(parameters.well.inclination),
