@@ -206,6 +206,8 @@ ONLY = {
     "starts": "initial.ensemble",
     "verify": "simulation.verify",
     "drive_speed": "drive.kind",
+    "stabilizers": "stabilizer.clearance",
+    "inclined": "well.inclination",
 }
 
 

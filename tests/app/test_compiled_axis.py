@@ -45,9 +45,13 @@ def test_its_points_are_replayed_bit_for_bit_and_checked(path: Path) -> None:
 
 
 def test_what_no_axis_of_this_kind_may_be_is_told() -> None:
-    for change, words in (({"sweep.bit.lobes": "1.5"}, "a whole number"),
-                          ({"sweep.bit.lobes": {"from": 1, "to": 4, "points": 3}}, "whole numbers, as [1, 3, 5]"),
-                          ({"sweep.procedure": "up", "sweep.along": "rotary_speed"}, "with sweep.procedure: same")):  # fmt: skip
+    spaced = {"from": 1, "to": 4, "points": 3}
+    cases = (
+        ({"sweep.bit.lobes": "1.5"}, "a whole number"),
+        ({"sweep.bit.lobes": spaced}, "whole numbers, as [1, 3, 5]"),
+        ({"sweep.procedure": "up", "sweep.along": "rotary_speed"}, "with sweep.procedure: same"),
+    )
+    for change, words in cases:
         with pytest.raises(StudyError) as error:
             nsdrill.load_study(STUDY, change)
         assert words in str(error.value)

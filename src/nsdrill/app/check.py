@@ -206,12 +206,13 @@ def _corners(study: Study) -> list[Values]:
 
 
 def _buckled(study: Study, units: str) -> str | None:
-    least, worst, load = min(
+    least, worst, load, wall = min(
         (
             (
                 float(lateral_stiffness(at.parameters, Operation(*at.operation), k)),
                 at.operation[1],
                 float(k.buckling_load),
+                at.parameters.well,
             )
             for at in _corners(study)
             for k in [derive(at.parameters, *at.operation)]
@@ -220,6 +221,13 @@ def _buckled(study: Study, units: str) -> str | None:
     )
     if least >= 0:
         return None
+    if wall.law == "linear" and wall.stiffness <= -least:
+        return (
+            f"Unheld: at {_told(worst, 'N', 'kN', units)} the lateral stiffness of the span is "
+            f"{_told(least, 'N/m', 'N/m', units)}, and a wall of {_told(wall.stiffness, 'N/m', 'N/m', units)} is too "
+            "soft to hold it: the collar goes on through the wall and the run fails. Shorten the span, lower the "
+            "weight on bit or take a stiffer wall."
+        )
     return (
         f"Buckled: at {_told(worst, 'N', 'kN', units)} the lateral stiffness of the span is negative "
         f"({_told(least, 'N/m', 'N/m', units)}; Euler load {_told(load, 'N', 'kN', units)}). The collar leans on the "

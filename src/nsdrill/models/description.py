@@ -76,7 +76,8 @@ class Description:
     ``parameters`` is the dataclass tree of its numbers, each field a section of the study; ``initial`` that of its
     start; ``meanings`` says in one line what each key of these means. ``states`` gives the names of the states that
     a string with these parameters has, the angle of the drive last: one of ``several_states``, where not all strings
-    have the same. ``own_trace`` has the variables of a trace, the states among them.
+    have the same. ``own_trace`` has the variables of a trace, the states among them. ``options`` gives the words of
+    what such a string has beside the usual: a feature whose ``only`` is one of them is there only then.
 
     ``labels`` stand after ``response``, which has a bit for each of ``responses``, those that the model can show;
     ``check_features`` are the features from which the responses are made, ``shown`` those whose range ``show`` prints,
@@ -117,6 +118,7 @@ class Description:
     example_axis: tuple[str, str, str] = ("", "", "")
     example_slice: str = ""
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
+    options: Callable[[Any], tuple[str, ...]] = lambda _: ()
     drawn: Drawn = field(default_factory=Drawn)
 
     @property

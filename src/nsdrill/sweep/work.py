@@ -77,7 +77,9 @@ class Work:
     @property
     def variant(self) -> Variant:
         """What is fixed when it is compiled."""
-        return Variant(self.model, self.kind.variant(self.parameters), self.record.exponent, self.simulation.pair)
+        # An option is compiled in where an axis needs it at some point.
+        fixed = self.kind.variant(self.at(self.plan.axes).parameters)
+        return Variant(self.model, fixed, self.record.exponent, self.simulation.pair)
 
     def at(self, values: Mapping[str, Any]) -> Values:
         """What the points have at these values of the axes, scalars or arrays [points]; of what is compiled in all have
@@ -135,8 +137,22 @@ class Work:
         return np.concatenate([state[..., : self.state_count], state[..., -1:]], axis=-1)
 
     def begin(self, initial: Array, state: Array) -> None:
-        """Let the run of the row ``initial`` begin in ``state`` (states + 1), whatever deviation it has."""
-        initial[: self.state_count], initial[-1] = state[:-1], state[-1]
+        """Let the run of the row ``initial`` begin in ``state`` (states + 1), whatever deviation it has, but for what
+        does not move."""
+        moves = [i for i in range(self.state_count) if i not in self._held]
+        initial[moves], initial[-1] = state[moves], state[-1]
+
+    def alike(self, initial: Array) -> int:
+        """How many of the first rows of ``initial`` have all that does not move where the first has it: so many runs
+        may follow one another without :meth:`begin`."""
+        differs = np.any(initial[:, self._held] != initial[:1, self._held], axis=1)
+        return int(np.argmax(differs)) if differs.any() else len(initial)
+
+    @property
+    def _held(self) -> list[int]:
+        """The places of the states that do not move."""
+        names = self.kind.states(self.variant.fixed)
+        return [names.index(name) for name in self.kind.held(self.parameters)]
 
     def measured(self, done: Finished) -> dict[str, Array]:
         """The features of finished runs; NaN where a run did not end well."""
