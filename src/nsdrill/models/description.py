@@ -119,6 +119,7 @@ class Description:
     example_slice: str = ""
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
+    checks: str = ""
     drawn: Drawn = field(default_factory=Drawn)
 
     @property
