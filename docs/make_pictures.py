@@ -2,7 +2,7 @@
 
     python docs/make_pictures.py [FOLDER]
 
-Takes some three minutes. The results files are kept in FOLDER (default: a temporary one). The text of the page is by
+Takes some five minutes. The results files are kept in FOLDER (default: a temporary one). The text of the page is by
 hand: read it again after the numbers have changed.
 """
 
@@ -24,7 +24,15 @@ STUDIES = {
     "fig2": "fig2_depth_same", "fig3": "fig3_depth_carried", "fig4": "fig4_speed_22kN", "fig5": "fig5_speed_67kN",
     "map": "map_wob_speed",
 }  # fmt: skip
-DRIVES = {"torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning"}
+DRIVES = {
+    "torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning",
+    "friction": "friction_laws",
+}  # fmt: skip
+LATERAL = ("whirl_clearance", "inclination")
+CHARTS = {
+    "critical-speeds": "fig5_speed_67kN", "buckling": "fig5_speed_67kN", "drive-card": "soft_torque_speed_67kN",
+    "drive-tuning": "soft_torque_speed_67kN",
+}  # fmt: skip
 COEXISTENCE = {"ensemble_speed_22kN": ("shares", "attractors"), "basin_slice": ("basin",)}
 WIDTH = 1400  # pixels, for the screen
 BLOCK = re.compile(r"(<!-- result: (\w+) -->\n).*?(<!-- end of result -->)", re.DOTALL)
@@ -81,7 +89,16 @@ def result(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def charts(folder: Path) -> None:
+    """The charts, for which nothing is run."""
+    for kind, config in CHARTS.items():
+        drawn = folder / f"{kind}.png"
+        nsdrill("plot", str(CONFIGS / f"{config}.yaml"), "--kind", kind, "-o", str(drawn), "--overwrite")
+        shrink(drawn, HERE / "pictures" / f"chart_{kind.replace('-', '_')}.png")
+
+
 def main(folder: Path) -> None:
+    charts(folder)
     summaries = {}
     for name, config in STUDIES.items():
         results = folder / f"{name}.h5"
@@ -94,6 +111,11 @@ def main(folder: Path) -> None:
         results, drawn = folder / f"{name}.h5", folder / f"{name}.png"
         nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), "--overwrite")
         nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
+        shrink(drawn, HERE / "pictures" / f"{name}.png")
+    for name in LATERAL:
+        results, drawn = folder / f"{name}.h5", folder / f"{name}.png"
+        nsdrill("run", str(CONFIGS / f"{name}.yaml"), "-o", str(results), "--overwrite")
+        nsdrill("plot", str(results), "--kind", "whirl_kind", "-o", str(drawn), "--overwrite")
         shrink(drawn, HERE / "pictures" / f"{name}.png")
     for config, kinds in COEXISTENCE.items():
         results = folder / f"{config}.h5"

@@ -3,52 +3,36 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from importlib import import_module
 from itertools import product
-from operator import itemgetter
+from operator import attrgetter
 from typing import Any
 
 from nsdrill.app.planned import kept_of, plan_of
 from nsdrill.app.size import disk, memory
-from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, derive
-from nsdrill.models.christoforou_yigit.figures import Figure, figures, lateral_stiffness
 from nsdrill.models.leaves import Values, values_at
 from nsdrill.models.operation import Operation
+from nsdrill.models.registry import described
 from nsdrill.models.schedule import Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.study.study import Study
 
-MEANINGS = {
-    "m_c": "modal steel mass of the span",
-    "m_f": "modal fluid mass, inside and added",
-    "m_l": "lateral mass",
-    "m_e": "eccentric mass",
-    "k_bend": "bending stiffness of the span",
-    "c_h": "hydrodynamic drag coefficient",
-    "m_a": "axial mass",
-    "k_a": "axial stiffness of the pipe",
-    "J": "rotary inertia",
-    "k_t": "torsional stiffness of the pipe",
-    "gap": "radial clearance between collar and wall",
-    "depth_of_cut": "depth of cut per revolution",
-    "cutting_arm": "arm of the cutting torque",
-    "buckling_load": "buckling load of the span",
-}
-MOST_STEPS_A_SECOND = 2000  # a point of 500 s then takes a million steps
 LEAST_TURNS = 20
-LEAST_PERIODS = 4
 LARGE = 2e9  # bytes of results
 
 
 @dataclass(frozen=True)
 class Report:
-    """What ``check`` finds at the study's ``operation``: coefficients, figures, and warnings in plain sentences. Of a
-    refined sweep ``points`` are those of the finest grid, ``coarse_points`` those that are run in any case. A run takes
-    ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0 where a ramp stands in place of a sweep."""
+    """What ``check`` finds at the study's ``operation``: coefficients (None of a model without), figures, and warnings
+    in plain sentences. Of a refined sweep ``points`` are those of the finest grid, ``coarse_points`` those that are
+    run in any case. A run takes ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0 where a ramp stands
+    in place of a sweep."""
 
     operation: Operation
-    coefficients: Coefficients
-    figures: dict[str, Figure]
+    coefficients: Any
+    figures: dict[str, Any]
     warnings: list[str]
     points: int
     chains: int
@@ -56,6 +40,8 @@ class Report:
     coarse_points: int
     disk: int
     memory: float
+    told: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    """The units and the meanings of the coefficients."""
 
     def as_json(self) -> dict[str, Any]:
         """Plain data for ``--json``."""
@@ -66,7 +52,8 @@ class Report:
                 "rotary_speed": {"value": self.operation.rotary_speed, "units": "rad/s"},
             },
             "coefficients": {
-                name: {"value": float(getattr(self.coefficients, name)), "units": UNITS[name]} for name in MEANINGS
+                name: {"value": float(getattr(self.coefficients, name)), "units": units}
+                for name, (units, _) in self.told.items()
             },
             "figures": {
                 name: {"value": figure.value, "units": figure.units, "meaning": figure.meaning}
@@ -95,18 +82,16 @@ def check(study: Study, units: str = "si") -> Report:
     whole sweep and its ramps, whose sentences are in the ``units`` "si" or "field". ``points`` and ``chains`` are 0
     where a ramp stands in place of a sweep."""
     plan = plan_of(study)
-    operation = study.operation
-    if "depth" in study.swept and not operation.depth > study.parameters.drillstring.collar.length:
-        operation = replace(operation, depth=float(study.axes["depth"][0]))
-    k = derive(study.parameters, operation.depth, operation.wob, operation.rotary_speed)
+    operation = operation_of(study)
+    own = checks_of(study.model)
     points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.chains)
     coarse = points
     for axis in study.refined:
         coarse = coarse // len(study.axes[axis]) * coarse_length(study, axis)
     return Report(
         operation,
-        k,
-        figures(study.parameters, operation),
+        own and own.coefficients(study.parameters, operation),
+        own.every_figure(study.parameters, operation) if own else {},
         _warnings(study, units),
         points,
         chains,
@@ -114,7 +99,18 @@ def check(study: Study, units: str = "si") -> Report:
         coarse,
         disk(plan, kept_of(study)) if points else 0,
         memory(plan) if points else 0.0,
+        own.COEFFICIENTS if own else {},
     )
+
+
+def operation_of(study: Study) -> Operation:
+    """The operating point of a study; at the least depth of a sweep where its own does not reach below the collars."""
+    operation = study.operation
+    if "depth" in study.swept:
+        for one in described(study.model).orders:
+            if one.upper == "operation.depth" and operation.depth <= attrgetter(one.lower)(study.parameters):
+                operation = replace(operation, depth=float(study.axes["depth"][0]))
+    return operation
 
 
 def coarse_length(study: Study, axis: str) -> int:
@@ -124,10 +120,22 @@ def coarse_length(study: Study, axis: str) -> int:
 
 
 def _warnings(study: Study, units: str) -> list[str]:
-    found = [_buckled(study, units), _slow(study), _eccentric(study, units)]
+    found: list[str | None] = []
+    if (own := checks_of(study.model)) is not None:
+
+        def told(value: float, si: str, shown: str) -> str:
+            return _told(value, si, shown, units)
+
+        found += own.warnings(study, _corners(study), told)
     if study.swept or not study.ramped:  # else there is no observed window
-        found += [_few_turns(study, units), _few_periods(study), _verified(study), _large(study)]
+        found += [_few_turns(study, units), _verified(study), _large(study)]
     return [warning for warning in found if warning is not None]
+
+
+def checks_of(model: str) -> Any:
+    """What the model of this name has for ``check``: the module that its description names; None where it has none."""
+    name = described(model).checks
+    return import_module(name) if name else None
 
 
 def _told(value: float, si: str, shown: str, units: str) -> str:
@@ -158,7 +166,8 @@ def _large(study: Study) -> str | None:
     )
 
 
-def _ends(study: Study, axis: str) -> tuple[float, float]:
+def ends_of(study: Study, axis: str) -> tuple[float, float]:
+    """The least and the greatest value that an axis, or the ramp in its place, takes."""
     if axis in study.ramped:
         return min(study.ramps[axis].values), max(study.ramps[axis].values)
     return float(study.axes[axis][0]), float(study.axes[axis][-1])
@@ -166,86 +175,19 @@ def _ends(study: Study, axis: str) -> tuple[float, float]:
 
 def _corners(study: Study) -> list[Values]:
     """What the points have at the ends of all axes and ramps, each with each."""
-    ends = [sorted(set(_ends(study, axis))) for axis in study.axes]
+    ends = [sorted(set(ends_of(study, axis))) for axis in study.axes]
     return [
         values_at(study.parameters, study.initial, dict(zip(study.axes, values, strict=True)))
         for values in product(*ends)
     ]
 
 
-def _buckled(study: Study, units: str) -> str | None:
-    least, worst, load = min(
-        (
-            (
-                float(lateral_stiffness(at.parameters, Operation(*at.operation), k)),
-                at.operation[1],
-                float(k.buckling_load),
-            )
-            for at in _corners(study)
-            for k in [derive(at.parameters, *at.operation)]
-        ),
-        key=itemgetter(0),
-    )
-    if least >= 0:
-        return None
-    return (
-        f"Buckled: at {_told(worst, 'N', 'kN', units)} the lateral stiffness of the span is negative "
-        f"({_told(least, 'N/m', 'N/m', units)}; Euler load {_told(load, 'N', 'kN', units)}). The collar leans on the "
-        "wall there; that is allowed, but no whirl inside the hole exists. Shorten the span or "
-        "lower the weight on bit if it is not meant."
-    )
-
-
-def _slow(study: Study) -> str | None:
-    """An explicit method takes about (slope of the friction) / 3.3 steps a second while the bit sticks."""
-
-    def steps(at: Values) -> tuple[float, float]:
-        law, arm = at.parameters.bit.friction, at.parameters.well.diameter / 3
-        inertia = float(derive(at.parameters, *at.operation).J)
-        return 2 / math.pi * law.smoothing * law.static * arm * at.operation[1] / inertia / 3.3, law.smoothing
-
-    rate, smoothing = max(map(steps, _corners(study)))
-    if rate <= MOST_STEPS_A_SECOND:
-        return None
-    return (
-        f"Slow: the friction at the bit is so steep (smoothing {smoothing:g} s/rad) that a stuck bit takes about "
-        f"{rate:.3g} steps per simulated second. A smaller smoothing is faster in proportion."
-    )
-
-
-def _eccentric(study: Study, units: str) -> str | None:
-    gap, offset = min(
-        (
-            (float(derive(at.parameters, *at.operation).gap), at.parameters.drillstring.eccentricity)
-            for at in _corners(study)
-        ),
-        key=lambda pair: pair[0] - pair[1],
-    )
-    if offset <= gap:
-        return None
-    return (
-        f"Eccentric: the eccentricity ({_told(offset, 'm', 'mm', units)}) exceeds the clearance "
-        f"({_told(gap, 'm', 'mm', units)}): the collar is on the wall at almost any speed."
-    )
-
-
 def _few_turns(study: Study, units: str) -> str | None:
-    slowest = _ends(study, "rotary_speed")[0]
+    slowest = ends_of(study, "rotary_speed")[0]
     turns = slowest * study.simulation.observe / (2 * math.pi)
     if turns >= LEAST_TURNS:
         return None
     return (
         f"Short: at {_told(slowest, 'rad/s', 'rad/s', units)} the observed window of {study.simulation.observe:g} s "
         f"holds only {turns:.3g} turns of the drive. Extremes and fractions will be rough; lengthen simulation.observe."
-    )
-
-
-def _few_periods(study: Study) -> str | None:
-    coefficients = [derive(at.parameters, *at.operation) for at in _corners(study)]
-    period = max(2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients)
-    if study.simulation.observe >= LEAST_PERIODS * period:
-        return None
-    return (
-        f"Short: the torsional period at the greatest depth is {period:.3g} s; the observed window of "
-        f"{study.simulation.observe:g} s holds fewer than {LEAST_PERIODS}. Lengthen simulation.observe."
     )

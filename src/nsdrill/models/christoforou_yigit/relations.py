@@ -18,20 +18,33 @@ ORDERS = (
     Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
     Order("drillstring.collar.outer_diameter", "well.diameter"),
     Order("well.friction.dynamic", "well.friction.static", True, "lower"),
+    Order("stabilizer.friction.dynamic", "stabilizer.friction.static", True, "lower"),
     Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),
     Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
 )
 
-_ALWAYS = ("inertia", "shaft_damping")
+_ALWAYS = ("inertia", "shaft_damping", "on_at")
+_OWN = (*_ALWAYS, "torque_limit")  # where the inertia is that of the machine
 # The keys of the drive that each kind reads.
 READ_BY: dict[str, tuple[str, ...]] = {
     "ideal": (),
-    "stiff": _ALWAYS,
-    "soft_torque": (*_ALWAYS, "matching", "frequency", "compensated_inertia"),
-    "equal_damping": _ALWAYS,
+    "stiff": _OWN,
+    "soft_torque": (*_OWN, "matching", "frequency", "compensated_inertia"),
+    "equal_damping": _OWN,
     "z_torque": (*_ALWAYS, "a", "high_pass"),
-    "lqr": (*_ALWAYS, "state_weight", "torque_weight"),
-    "pi": (*_ALWAYS, "stiffness", "damping", "twist_gain", "speed_gain"),
+    "lqr": (*_OWN, "state_weight", "torque_weight"),
+    "dc_motor": (*_ALWAYS, "motor_damping", "circuit_time"),
+    "pi": (*_OWN, "stiffness", "damping", "twist_gain", "speed_gain"),
+}
+
+
+# The keys of the bit that each of its friction laws reads.
+_SMOOTHED = ("static", "dynamic", "smoothing")
+READ_BY_LAW: dict[str, tuple[str, ...]] = {
+    "hyperbolic": (*_SMOOTHED, "decay"),
+    "linear": (*_SMOOTHED, "dynamic_from"),
+    "exponential": (*_SMOOTHED, "decay"),
+    "rational": ("b0", "b1", "b2", "b3"),
 }
 
 
@@ -54,7 +67,16 @@ FROZEN: dict[str, tuple[str, ...]] = {
         "mud.density",
         "mud.added_mass",
         "mud.drag",
+        "mud.swirl",
+        "well.inclination",
+        "stabilizer.clearance",
     ),
+}
+# What acts on a mode that moves alone, and its value where it does not.
+OFF: dict[str, dict[str, Any]] = {
+    "axial": {"well.axial_friction": False},
+    "torsional": {},
+    "lateral": {"mud.swirl": 0.0, "well.inclination": 0.0, "well.axial_friction": False, "stabilizer.clearance": None},
 }
 
 
@@ -62,7 +84,10 @@ def relations(check: Any) -> Iterator[Fault]:
     """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _initial(check)
     yield from _modes(check)
+    yield from _law(check)
     yield from _drive(check)
+    yield from _stabilizer(check)
+    yield from _exponent(check)
 
 
 def _initial(check: Any) -> Iterator[Fault]:
@@ -114,6 +139,10 @@ def _modes(check: Any) -> Iterator[Fault]:
         return
     if "torsional" in stay and check.value("drive.kind") != "ideal":
         yield check.fault("drive.kind", f"{check.value('drive.kind')} with modes.torsional: frozen", "ideal")
+    for mode, value in (("torsional", "rotary_speed"), ("axial", "wob")):
+        if mode in stay and value in check.resolved.get("ramps", {}):
+            key = f"operation.{value}"
+            yield check.fault(key, f"a ramp with modes.{mode}: frozen, which would not follow it", "one value")
     for mode in stay:
         for key in FROZEN[mode]:
             what = f"which modes.{mode}: frozen does without"
@@ -123,6 +152,68 @@ def _modes(check: Any) -> Iterator[Fault]:
                 )
             elif key.startswith("initial.") and check.given(key) and check.value(key) != check.leaves[key].default:
                 yield check.fault(key, f"{check.text(key)}, {what}", "left out")
+
+        for key, off in OFF[mode].items():
+            if check.sound(key) and check.value(key) != off and not check.axis(key):
+                found = "true" if check.value(key) is True else check.text(key)
+                yield check.fault(key, f"{found}, which modes.{mode}: frozen does without", "left out")
+
+
+def _stabilizer(check: Any) -> Iterator[Fault]:
+    """Stabilisers that touch before the collar does, and no friction of stabilisers without a clearance."""
+    clearance = "stabilizer.clearance"
+    if not check.sound("stabilizer"):
+        return
+    axis = check.axis(clearance)
+    if check.value(clearance) is None and not axis:
+        allowed = "left out, or with a stabilizer.clearance: 0 mm stands for stabilisers without room"
+        for key, leaf in check.leaves.items():
+            if not key.startswith("stabilizer.friction."):
+                continue
+            if check.axis(key):
+                found = "an axis over friction of stabilisers, which stabilizer.clearance: null does without"
+                yield check.fault(f"sweep.{key}", found, allowed, ("sweep", key))
+            elif check.value(key) != leaf.default:
+                yield check.fault(key, f"{check.text(key)}, which stabilizer.clearance: null does without", allowed)
+        return
+    hole, collar = "well.diameter", "drillstring.collar.outer_diameter"
+    if not check.sound(hole, collar):
+        return
+    gap = (check.ends(hole)[0] - check.ends(collar)[1]) / 2
+    if 0.0 < gap <= check.ends(clearance)[1]:
+        allowed = f"below the gap between collar and wall, {format_quantity(gap, 'mm')}: stabilisers touch first"
+        key, place = (f"sweep.{clearance}", ("sweep", clearance)) if axis else (clearance, None)
+        yield check.fault(key, check.text(clearance, 1), allowed, place)
+
+
+def _exponent(check: Any) -> Iterator[Fault]:
+    """No Lyapunov exponent of equations that are not linearised here."""
+    if not check.sound("record", "stabilizer", "well") or not check.value("record.exponent"):
+        return
+    room = check.value("stabilizer.clearance") is not None or check.axis("stabilizer.clearance")
+    for key, there in (("stabilizer.clearance", room), ("well.axial_friction", check.value("well.axial_friction"))):
+        if there:
+            found = f"true with {key}, whose equations are not linearised"
+            yield check.fault("record.exponent", found, f"false; or without {key}")
+
+
+def _law(check: Any) -> Iterator[Fault]:
+    """No value and no axis that the friction law of the bit does not read."""
+    section = "bit.friction."
+    if not check.sound("bit.friction"):
+        return
+    law = check.value(f"{section}law")
+    allowed = f"what the law {law} reads: {', '.join(READ_BY_LAW[law])}"
+    for key, leaf in check.leaves.items():
+        name = key.removeprefix(section)
+        of_law = name != key and name not in ("law", *READ_BY_LAW[law])
+        # The rational law is of the whole torque.
+        of_cutting = key.startswith("bit.cutting.") and law == "rational"
+        if (of_law or of_cutting) and check.axis(key):
+            found = f"an axis over {key}, which the law {law} does not read"
+            yield check.fault(f"sweep.{key}", found, allowed, ("sweep", key))
+        elif of_law and check.value(key) != leaf.default:
+            yield check.fault(key, f"{check.text(key)}, which the law {law} does not read", allowed)
 
 
 def _drive(check: Any) -> Iterator[Fault]:
@@ -143,6 +234,26 @@ def _drive(check: Any) -> Iterator[Fault]:
             )
         elif check.value(key) != leaf.default:
             yield check.fault(key, f"{check.text(key)}, which the drive {kind} does not read", allowed)
-    taken, inertia = "drive.compensated_inertia", "drive.inertia"
+    if kind == "dc_motor" and check.sound("record") and check.value("record.poincare") > 0:
+        found = f"{check.text('record.poincare')} with a DC motor, which falls behind its set point: no return repeats"
+        yield check.fault("record.poincare", found, "0")
+    if check.value("drive.on_at") is not None:
+        sweep = check.resolved["sweep"]
+        swept = [axis for axis in sweep if axis not in ("procedure", "along", "refine")]
+        ramps = [f"operation.{name}" for name in check.resolved.get("ramps", {})]
+        if swept or ramps:
+            found = f"{check.text('drive.on_at')} with {'a sweep' if swept else f'a ramp of {ramps[0]}'}"
+            yield check.fault("drive.on_at", found, "it for the simulation of one operating point")
+        for key in ("initial.lag", "initial.drive_speed"):
+            if check.value(key) != check.leaves[key].default:
+                found = f"{check.text(key)} with drive.on_at, until when the top keeps the set speed"
+                yield check.fault(key, found, "left out")
+    taken, inertia, limit = "drive.compensated_inertia", "drive.inertia", "drive.torque_limit"
+    if check.axis(limit) and check.value(limit) is None:
+        found = "an axis over the limit without a limit beside it"
+        yield check.fault(f"sweep.{limit}", found, f"it with {limit}, any value", ("sweep", limit))
+    if kind == "soft_torque" and check.value(limit) is not None and check.ends(taken)[1] > 0.0:
+        allowed = f"none with {taken}, which is {check.text(taken, 1)}: the motor's torque is then another one"
+        yield check.fault(limit, check.text(limit), allowed)
     if kind == "soft_torque" and check.ends(taken)[1] >= check.ends(inertia)[0]:
         yield check.fault(taken, check.text(taken, 1), f"below {inertia}, which is {check.text(inertia, 0)}")

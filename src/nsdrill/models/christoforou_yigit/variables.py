@@ -6,9 +6,10 @@ from nsdrill.variables import at_section, feature, flag, in_trace, last_peaks
 
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
 DRIVEN_STATE_NAMES = (*STATE_NAMES[:-1], "lag", "drive_speed", STATE_NAMES[-1])  # with a drive that is not ideal
+MOTOR_STATE_NAMES = (*DRIVEN_STATE_NAMES[:-1], "motor_impulse", "motor_torque", STATE_NAMES[-1])  # with a DC motor
 
 LABELS = (
-    flag("whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular"),
+    flag("whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular low_side"),
     flag("stick_slip_severity", "severity band of the stick-slip index",
          "none torsional_oscillation medium onset_of_full_stall severe"),
     flag("bounce_severity", "severity band of the time off the rock", "none light moderate strong severe"),
@@ -29,6 +30,9 @@ FEATURES = (
     feature("radius_mean", "m", "mean radial displacement of the collar"),
     feature("wall_contact_fraction", "1", "fraction of time with the collar on the wall"),
     feature("wall_force_max", "N", "greatest normal force on the wall"),
+    feature("stabilizer_contact_fraction", "1", "fraction of time with the stabilisers on the wall", "stabilizers"),
+    feature("x_mean", "m", "mean displacement of the collar in an inclined hole, x, across it", "inclined"),
+    feature("y_mean", "m", "mean displacement of the collar in an inclined hole, y, the low side at -y", "inclined"),
     feature("whirl_speed_mean", "rad s-1", "mean whirl speed"),
     feature("whirl_ratio", "1", "mean whirl speed over mean bit speed"),
     feature("rolling_ratio", "1", "rolling ratio while on the wall: 1 rolls backward without slip, 0 does not roll"),
@@ -89,6 +93,8 @@ TRACE = (
     in_trace("twist", "rad", "twist of the string: bit angle less drive angle"),
     in_trace("bit_speed", "rad s-1", "bit speed"),
     in_trace("lag", "rad", "lag of the drive: its angle less that of the set speed", "lag"),
+    in_trace("motor_impulse", "N m s", "integral of the torque of a DC motor", "motor_torque"),
+    in_trace("motor_torque", "N m", "torque of a DC motor, felt at the string", "motor_torque"),
     in_trace("drive_angle", "rad", "drive angle at the top"),
     in_trace("radius", "m", "radial displacement of the collar centre"),
     in_trace("radial_velocity", "m s-1", "radial velocity of the collar centre"),
