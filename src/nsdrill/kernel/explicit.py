@@ -27,7 +27,6 @@ from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import INTEGRAL, decide
 from nsdrill.kernel.tableau import Tableau
 
-
 # Pairs of states in one loop over the lanes. The compiler unrolls the loop over them, else it packs none; of more pairs
 # it does so no longer, and each part of them has a loop over the lanes of its own.
 TOGETHER, PART = 8, 4

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -28,8 +30,21 @@ def coefficients(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any
 
 
 def as_lumped(parameters: Parameters) -> LumpedParameters:
-    """The same, which have all that the lumped model asks for, as its type."""
-    return cast("LumpedParameters", parameters)
+    """The lumped model with the same numbers, some of which may be arrays over points, and none of its options."""
+    made: LumpedParameters = _poured(LumpedParameters(), parameters)
+    if parameters.drillstring.lateral_softening == "force":  # the lumped model knows it with the torque only
+        object.__setattr__(made.drillstring, "lateral_softening", "none")
+    return made
+
+
+def _poured(into: Any, source: Any) -> Any:
+    made = copy.copy(into)
+    for item in fields(source):
+        if hasattr(into, item.name):
+            value = getattr(source, item.name)
+            value = _poured(getattr(into, item.name), value) if is_dataclass(value) else value
+            object.__setattr__(made, item.name, value)
+    return made
 
 
 def places(stations: Stations) -> list[Any]:

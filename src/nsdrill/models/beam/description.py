@@ -40,8 +40,6 @@ def states(parameters: Parameters) -> tuple[str, ...]:
     return STATE_SETS[parameters.beam.modes]
 
 
-_OTHERS = ("drive_speed", "lag")  # of a drive that is not ideal
-
 DESCRIPTION = Description(
     name="beam",
     title="An elastic drill collar: several bending modes, walls at stations, rock, lobes",
@@ -52,12 +50,12 @@ DESCRIPTION = Description(
     several_states=(STATE_SETS[USUAL], *(names for n, names in STATE_SETS.items() if n != USUAL)),
     labels=LUMPED.labels,
     features=(
-        *(variable for variable in LUMPED.features if variable.only not in _OTHERS),
+        *(variable for variable in LUMPED.features if variable.only is None),
         feature("impact_rate", "s-1", "contacts with the wall that begin, per second"),
     ),
     peaks=LUMPED.peaks,
     section=LUMPED.section,
-    own_trace=(*_of_modes(), *(variable for variable in variables.TRACE if variable.only not in _OTHERS)),
+    own_trace=(*_of_modes(), *(variable for variable in variables.TRACE if variable.only is None)),
     check_features=LUMPED.check_features,
     shown=LUMPED.shown,
     compared=LUMPED.compared,

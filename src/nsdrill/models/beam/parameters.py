@@ -7,10 +7,9 @@ others as in :mod:`nsdrill.models.christoforou_yigit.parameters`.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal
+from typing import Literal
 
-from nsdrill.models.christoforou_yigit.parameters import Bit, Drive, Modes, Mud, Well
-from nsdrill.models.christoforou_yigit.parameters import Drillstring as LumpedString
+from nsdrill.models.christoforou_yigit.parameters import Collar, Cutting, Friction, Material, Pipe, WallFriction
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter
@@ -19,14 +18,70 @@ MOST_MODES, MOST_STATIONS = 10, 21
 
 
 @dataclass(frozen=True)
-class Drillstring(LumpedString):
+class Drillstring(Checked):
     """The string. ``lateral_softening`` is by the force of the rock at every moment (``force``), by its torque as well
     (``live``), by the weight on bit (``static``), or none."""
 
+    collar: Collar = field(default_factory=Collar)
+    pipe: Pipe = field(default_factory=Pipe)
+    material: Material = field(default_factory=Material)
+    eccentricity: float = parameter(0.0127, "m", "CY as reported (1/2 in)", "medium", high=10.0, usual="1 to 15 mm")
     eccentricity_shape: Literal["first", "uniform"] = choice("first", "R: as the lumped model has it")
-    lateral_softening: Literal["force", "live", "static", "none"] = choice(  # type: ignore[assignment]
+    eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
+    lateral_softening: Literal["force", "live", "static", "none"] = choice(
         "force", "G has a constant force; CY the torque, which a shaft feels in second order only"
     )
+    axial_damping: float = parameter(4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m")
+    torsional_damping: float = parameter(
+        50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad"
+    )
+
+
+@dataclass(frozen=True)
+class Mud(Checked):
+    """The drilling fluid: density, added-mass coefficient C_A and drag coefficient C_D."""
+
+    density: float = parameter(
+        1500.0, "kg/m^3", "J, L", "high", high=1e5, usual="air 1 kg/m^3, mud 1000 to 2400 kg/m^3"
+    )
+    added_mass: float = parameter(1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10")
+    drag: float = parameter(1.0, "", "J, L", "high", high=1e3, usual="0.5 to 2")
+
+
+@dataclass(frozen=True)
+class Well(Checked):
+    """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for the Hertz law."""
+
+    diameter: float = parameter(0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in")
+    stiffness: float = parameter(
+        25e6, "N/m or N/m^1.5", "CY as reported; L has 1e9, G 6.78e11 N/m^1.5", "low: sweep it", low=1.0, high=1e13,
+        usual="1 MN/m to 10 GN/m; Hertz 1 to 1000 GN/m^1.5",
+    )  # fmt: skip
+    law: Literal["linear", "hertz"] = choice("linear", "P; G has Hertz's")
+    friction: WallFriction = field(default_factory=WallFriction)
+
+
+@dataclass(frozen=True)
+class BitFriction(Friction):
+    """Friction between bit and rock, against bit speed in rad/s."""
+
+    static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
+    dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
+    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
+    decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad")
+
+
+@dataclass(frozen=True)
+class Bit(Checked):
+    """The bit on its lobed surface s = s0 sin(n_b phi)."""
+
+    lobes: int = parameter(3, "", "B (3 roller cone, 1 PDC)", "high", low=1, high=8, usual="1, 3; 5 or 6 blades")
+    surface_amplitude: float = parameter(1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm")
+    rock_stiffness: float = parameter(
+        25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
+    )
+    cutting: Cutting = field(default_factory=Cutting)
+    friction: BitFriction = field(default_factory=BitFriction)
 
 
 @dataclass(frozen=True)
@@ -71,10 +126,6 @@ class Parameters:
     mud: Mud = field(default_factory=Mud)
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
-
-    # What the lumped model has besides: all its motions are free, the drive turns with the set speed.
-    modes: ClassVar[Modes] = Modes()
-    drive: ClassVar[Drive] = Drive()
 
     def __post_init__(self) -> None:
         collar = self.drillstring.collar.outer_diameter

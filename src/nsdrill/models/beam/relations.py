@@ -12,7 +12,7 @@ from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.relations import ORDERS as LUMPED
 from nsdrill.units import format_quantity
 
-ORDERS = LUMPED
+ORDERS = tuple(one for one in LUMPED if not one.lower.startswith("stabilizer."))
 _START = ("initial.x_1", "initial.y_1", "initial.vx_1", "initial.vy_1")
 
 
