@@ -64,6 +64,7 @@ DESCRIPTION = Description(
     orders=ORDERS,
     relations=relations,
     units_by=LUMPED.units_by,
+    checks="nsdrill.models.beam.checks",
     example_axis=LUMPED.example_axis,
     example_slice="{x_1: {from: -70 mm, to: 70 mm, points: 60}, vx_1: {from: -1 m/s, to: 1 m/s, points: 60}}",
     attributes=attributes,
