@@ -51,7 +51,7 @@ DESCRIPTION = Description(
     labels=LUMPED.labels,
     features=(
         *(variable for variable in LUMPED.features if variable.only is None),
-        feature("impact_rate", "s-1", "contacts with the wall that begin, per second"),
+        feature("impact_rate", "s-1", "wall contacts per second"),
     ),
     peaks=LUMPED.peaks,
     section=LUMPED.section,
