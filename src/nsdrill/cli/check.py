@@ -47,7 +47,7 @@ def command(study: str, as_json: bool, everything: bool, units: str, overrides: 
     from nsdrill.data import json_text
     from nsdrill.errors import printable
     from nsdrill.files import amount
-    from nsdrill.models.christoforou_yigit.figures import GROUPS
+    from nsdrill.models.numbers import GROUPS
 
     report = check(loaded, units)
     if as_json:

@@ -120,6 +120,7 @@ class Description:
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
     checks: str = ""
+    charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
 
     @property

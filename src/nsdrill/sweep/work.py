@@ -17,11 +17,10 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model
 from nsdrill.models.base import Variant as Fixed
-from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
 from nsdrill.models.leaves import Values, values_at, with_values
 from nsdrill.models.registry import NAMES, described, model_named
 from nsdrill.models.starts import Starts
-from nsdrill.observe.exponent import GROWTH, exponent_of, growth_header, make_growth, seed_deviation
+from nsdrill.observe.exponent import GROWTH, GROWTH_HEADER, exponent_of, growth_header, make_growth, seed_deviation
 from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.motion import period, zero_one

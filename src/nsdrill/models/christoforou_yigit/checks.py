@@ -8,11 +8,12 @@ from operator import itemgetter
 from typing import Any
 
 from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, derive
-from nsdrill.models.christoforou_yigit.figures import Figure, figures, growth_at_rest, lateral_stiffness, mean_torque
+from nsdrill.models.christoforou_yigit.figures import figures, growth_at_rest, lateral_stiffness, mean_torque
 from nsdrill.models.christoforou_yigit.further import further_figures
 from nsdrill.models.christoforou_yigit.laws import steepest
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import Values
+from nsdrill.models.numbers import Figure
 from nsdrill.models.operation import Operation
 
 Told = Callable[[float, str, str], str]  # a value in SI units, in those shown in SI or in field units, in words

@@ -65,6 +65,7 @@ DESCRIPTION = Description(
     units_by={"well.stiffness": ("well.law", {"linear": "N/m", "hertz": "N/m^1.5"})},
     compiled=("bit.lobes",),
     checks="nsdrill.models.christoforou_yigit.checks",
+    charts="nsdrill.models.christoforou_yigit.charts",
     example_axis=("bit.rock_stiffness", "10 MN/m", "100 MN/m"),
     example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}",
     attributes=attributes,

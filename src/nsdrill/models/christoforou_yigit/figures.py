@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,24 +11,8 @@ from nsdrill.models.christoforou_yigit.drives import Gains, circuit, gains, impe
 from nsdrill.models.christoforou_yigit.lateral import weights
 from nsdrill.models.christoforou_yigit.laws import bit_arm, onset
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.numbers import Figure
 from nsdrill.models.operation import Operation
-
-
-@dataclass(frozen=True)
-class Figure:
-    """One number: SI value (None where there is none), SI unit, meaning, and the group of figures it stands in, one of
-    :data:`GROUPS`. A ``further`` one is shown where all are asked for."""
-
-    value: float | None
-    units: str
-    meaning: str
-    group: str = "rotation"
-    further: bool = False
-
-
-GROUPS = {
-    "axial": "Axial motion", "rotation": "Rotation and drive", "lateral": "Lateral motion", "buckling": "Buckling",
-}  # fmt: skip
 
 
 def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:

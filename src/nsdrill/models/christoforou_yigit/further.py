@@ -9,10 +9,11 @@ import numpy as np
 
 from nsdrill.models.christoforou_yigit import buckling, tubes
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.figures import Figure, lateral_stiffness
+from nsdrill.models.christoforou_yigit.figures import lateral_stiffness
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.tubes import Tube
 from nsdrill.models.christoforou_yigit.waves import axial_waves, rising_root, torsional_waves
+from nsdrill.models.numbers import HELIX, Figure
 from nsdrill.models.operation import Operation
 
 WAVES = 4  # standing waves that are listed
@@ -60,7 +61,7 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
                 f"load at which the {name} buckles in a horizontal hole",
                 "buckling",
             ),
-            f"{name}_helical": (_number(buckling.HELIX * load), "N", "load at which that becomes a helix", "buckling"),
+            f"{name}_helical": (_number(HELIX * load), "N", "load at which that becomes a helix", "buckling"),
             f"{name}_half_wave": (buckling.half_wave(tube, HORIZONTAL), "m", "half wave of the sinusoid", "buckling"),
         }
     return found

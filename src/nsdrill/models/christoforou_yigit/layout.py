@@ -6,6 +6,7 @@ import numpy as np
 
 from nsdrill.abi import CACHE_LINE, aligned_zeros
 from nsdrill.models.christoforou_yigit.section import REVOLUTION, section_width
+from nsdrill.observe.exponent import GROWTH_HEADER
 
 # Quantities at an end of a step that are not states: interference u of bit and rock with its rates, bit torque and its
 # rate, radius with its rate and its inverse.
@@ -51,7 +52,7 @@ LIST = COUNT + CACHE_LINE
 # room for what measures the growth of a deviation (two numbers), and, as a bit for every lane, whether the bit speed
 # rose in the last step and whether it turned inside it. Then the lists of turns, of crossings and of tops of the bit
 # torque, a ring that nobody reads, and the rings of the lanes.
-PEAKS, RETURNS, SPACING, GROWTH_HEADER = range(4)
+PEAKS, RETURNS, SPACING = range(GROWTH_HEADER)
 CLIMBED, SPEED_TURNED = range(GROWTH_HEADER + 2, GROWTH_HEADER + 4)
 TURNS = CACHE_LINE
 CROSSINGS = TURNS + LIST
