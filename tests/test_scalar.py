@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 
 from nsdrill.abi import Rows, compiled
 from nsdrill.elementary import direction as smoothed_direction
+from nsdrill.elementary import sincos
 from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
@@ -101,6 +102,27 @@ def test_the_pairs_differ_in_their_steps() -> None:
     """The pair of Dormand and Prince takes more steps at the same tolerance: an eighth or so."""
     tsitouras, dormand = (run(1, name).accepted.sum() for name in ("tsitouras", "dormand_prince"))
     assert 1.05 < dormand / tsitouras < 1.5
+
+
+def driven(t, y, p, phase):  # type: ignore[no-untyped-def]
+    """A mass on a spring, shaken by a drive at the angle phase + p[0] t."""
+    return (sincos(phase + p[0] * t)[0] - y[0],)
+
+
+def driven_plainly(t, y, p):  # type: ignore[no-untyped-def]
+    return (-y[0],)
+
+
+def test_a_slope_function_may_ask_for_the_phase() -> None:
+    """From the buffer's row, in every lane its own; one that does not ask is called without."""
+    rows = Rows(2, 0, 1, 0)
+    phase, time, x = np.linspace(0.0, 6.0, 8), np.linspace(0.0, 0.7, 8), np.linspace(-1.0, 1.0, 8)
+    for slopes, force in ((driven, np.sin(phase + 2.0 * time)), (driven_plainly, 0.0)):
+        buffer = np.zeros((rows.total, 8))
+        buffer[rows.stage], buffer[rows.stage_time], buffer[rows.phase], buffer[rows.parameter] = x, time, phase, 2.0
+        flat = buffer.ravel()
+        in_lanes(slopes, 8, rows)(flat)
+        assert flat.reshape(rows.total, 8)[rows.acceleration] == pytest.approx(force - x, abs=1e-15)
 
 
 ASSEMBLY = """

@@ -34,6 +34,9 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
     of first order. Where the layout has companions, ``deviation(t, y, d, p)`` gives the slopes of a deviation ``d``
     from the motion: the Jacobian times ``d``. Without it the difference of the slopes at two states, ``STEP`` times
     ``d`` apart about the motion, takes its place: as ``d`` has natural sizes, its error is about 1e-8 of them.
+
+    Either function may ask for the phase as one argument more, the last: the angle of the drive, less whole turns, when
+    the time is zero. With the drive's speed among the parameters the angle now is ``phase + speed * t``.
     """
     W, own = lanes, rows.own
     state = _row("stage", range(own))
@@ -41,7 +44,7 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
     parameters = _row("parameter", range(rows.parameters))
     slope = _row("acceleration", range(rows.own_slopes))
     follows = _row("acceleration", range(rows.own_slopes, rows.slopes))
-    places = {name: W * getattr(rows, name) for name in ("stage", "acceleration", "stage_time", "parameter")}
+    places = {name: W * getattr(rows, name) for name in ("stage", "acceleration", "stage_time", "phase", "parameter")}
     lines = [
         f"# {_signed(slopes)}{f', {_signed(deviation)}' if deviation else ''}",
         constants(W=W, **places),
@@ -51,21 +54,27 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
         "        t = b[stage_time + i]",
         f"        y = ({state})",
         f"        p = ({parameters})",
-        f"        ({slope}) = slopes(t, y, p)",
+        f"        ({slope}) = slopes(t, y, p{_phase(slopes, 3)})",
     ]
     known = {"slopes": inlined(slopes)}
     if rows.companions:
         if deviation is not None:
-            lines.append(f"        ({follows}) = deviation(t, y, ({deviated}), p)")
+            lines.append(f"        ({follows}) = deviation(t, y, ({deviated}), p{_phase(deviation, 4)})")
             known["deviation"] = inlined(deviation)
         else:
             for name, sign in (("above", "+"), ("below", "-")):
                 moved = (f"b[stage + {n} * W + i] {sign} {STEP!r} * b[stage + {own + n} * W + i], " for n in range(own))
-                lines.append(f"        {name} = slopes(t, ({''.join(moved)}), p)")
+                lines.append(f"        {name} = slopes(t, ({''.join(moved)}), p{_phase(slopes, 3)})")
             parts = (f"(above[{n}] - below[{n}]) * {0.5 / STEP!r}, " for n in range(rows.own_slopes))
             lines.append(f"        ({follows}) = ({''.join(parts)})")
     function = define("right_hand_side", "\n".join(lines) + "\n", **known)
     return compiled(types.void(BUFFER), W, *astuple(rows))(function)
+
+
+def _phase(function: Slopes, others: int) -> str:
+    """The last argument of a function that asks for more than ``others``."""
+    asked = inspect.signature(getattr(function, "py_func", function)).parameters
+    return ", b[phase + i]" if len(asked) > others else ""
 
 
 def _row(name: str, numbers: Sequence[int]) -> str:

@@ -40,7 +40,7 @@ class ScalarModel(Model):
 
     @abstractmethod
     def slopes(self, variant: Variant) -> Callable[..., Sequence[float]]:
-        """The function ``slopes(t, y, p)`` of :func:`nsdrill.scalar.in_lanes`."""
+        """The function ``slopes(t, y, p)`` or ``slopes(t, y, p, phase)`` of :func:`nsdrill.scalar.in_lanes`."""
 
     @abstractmethod
     def declaration(self, variant: Variant) -> Declaration:
