@@ -106,7 +106,7 @@ class Work:
         model, record, rows = self.kind, self.record, self.variant.rows
         more = scratch_size(rows, len(model.contacts)) if record.exponent else 0
         store = model.store(lanes, self.parameters, record, more)
-        width = model.report_width(record)
+        width = model.report_width(record, self.variant.fixed)
         if record.exponent:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
             width += len(GROWTH_REPORT)
@@ -170,7 +170,7 @@ class Work:
             measured |= _where(ok, exponent_of(growth, self.simulation.observe, bias))
         size = model.sizes(done.parameters, self.variant.fixed)
         if record.poincare:
-            measured |= _where(ok, model.section(done.report, record))
+            measured |= _where(ok, model.section(done.report, record, done.parameters, self.variant.fixed))
             measured["zero_one"] = self._zero_one(model.returns(measured), size)
         labels = model.classify(measured, done.status, self.thresholds, size)
         return {
