@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from nsdrill.models.base import Array, Model, Variant
+from nsdrill.models.base import Array, Model, Ramps, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
-from nsdrill.models.starts import slice_values
+from nsdrill.models.starts import Starts, slice_values
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.thresholds import Record, Thresholds
 
@@ -73,6 +73,17 @@ class ScalarModel(Model):
         return None
 
     # What follows
+
+    @property
+    def ramps(self) -> Ramps:  # type: ignore[override]
+        from nsdrill.models.scalar_ramp import ScalarRamps
+
+        return ScalarRamps(self)
+
+    def initial(self) -> Starts:
+        """A start as it is by default."""
+        made: Starts = described(self.name).initial()
+        return made
 
     def variant(self, parameters: Any) -> Variant:
         return ()
@@ -159,7 +170,7 @@ class ScalarModel(Model):
         return np.asarray(0.01 / self.fastest(self._by_name(table, variant)))
 
     def _by_name(self, table: Array, variant: Variant) -> dict[str, Array]:
-        return dict(zip(self.names(variant).parameters, table.T, strict=True))
+        return dict(zip(self.names(variant).parameters, table.T, strict=False))  # along a ramp there are more
 
     @property
     def observed(self) -> int:
