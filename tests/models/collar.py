@@ -22,6 +22,7 @@ class Collar:
     depth: float = 5000.0
     W: float = 22.24e3
     Omega: float = 3.0
+    ramp: float = 0.0
     l: float = 19.81  # noqa: E741
     D_o: float = 0.2286
     D_i: float = 0.0762
@@ -85,7 +86,7 @@ class Collar:
         N = self.N
         x, vx, y, vy = s[:N], s[N : 2 * N], s[2 * N : 3 * N], s[3 * N : 4 * N]
         z, vz, twist, w = s[4 * N :]
-        angle = twist + self.Omega * t
+        angle = twist + self.Omega * t + 0.5 * self.ramp * t * t
         force = self.k_c * max(self.s0 * math.sin(self.n_b * angle) - z, 0.0)
         torque = force * (2 / 3 * self.r_h * law(w, *self.mu_b) + self.arm * 2 / math.pi * math.atan(500.0 * w))
         axial, twisting = {"force": (force, 0.0), "live": (force, torque), "static": (self.W, 0.0), "none": (0, 0)}[
@@ -109,7 +110,7 @@ class Collar:
         a_x = self.q * (w**2 * math.cos(angle) + alpha * math.sin(angle)) + F_x / self.m
         a_y = self.q * (w**2 * math.sin(angle) - alpha * math.cos(angle)) + F_y / self.m
         a_z = (force - self.W - self.c_a * vz - self.k_a * z) / self.m_a
-        return np.concatenate([vx, a_x, vy, a_y, [vz, a_z, w - self.Omega, alpha]])
+        return np.concatenate([vx, a_x, vy, a_y, [vz, a_z, w - self.Omega - self.ramp * t, alpha]])
 
     def by_name(self, s: np.ndarray) -> dict[str, np.ndarray]:
         """The states by the names that nsdrill has for them."""

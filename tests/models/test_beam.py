@@ -133,6 +133,25 @@ def test_a_trace_is_that_of_another_integrator() -> None:
     assert np.abs(expected["x_3"]).max() > 1e-5
 
 
+def test_a_ramp_of_the_speed_is_that_of_another_integrator() -> None:
+    """From 5 to 7 rad/s in 4 s, on the wall at the start; without cutting torque, which does not follow the speed
+    linearly. To 1e-7 of the gap: a ramp is made of segments, each with its own drive."""
+    of = study(
+        operation__rotary_speed="{ramp: [[0 s, 5 rad/s], [4 s, 7 rad/s]]}", bit__cutting__zeta=0,
+        initial__x_1="78 mm", initial__vy_1="-0.3 m/s", simulation__rtol=1e-11,
+    )  # fmt: skip
+    trace = simulate(of, duration=4.0, sample=0.05).trace
+    collar = Collar(Omega=5.0, ramp=0.5, cutting=0.0)
+    start = np.zeros(24)
+    start[0], start[15], start[23] = 0.078, -0.3, 5.0
+    start[20] = -collar.W / (collar.k_a + collar.k_c)
+    done = solve_ivp(collar.slopes, (0, 4), start, "DOP853", trace.time, rtol=1e-12, atol=1e-12)
+    expected = collar.by_name(done.y)
+    for name in ("x_1", "y_1", "x_3", "z"):
+        assert np.abs(trace[name] - expected[name]).max() < 1e-7 * collar.gap, name
+    assert np.abs(trace["twist"] - expected["twist"]).max() < 1e-6
+
+
 def test_one_mode_with_a_wall_at_mid_span_is_the_lumped_model() -> None:
     """With the softening torque. 10 s at 3 rad/s, rtol 1e-11: to 1e-8 of a metre and of a radian."""
     body = "operation: {rotary_speed: 3 rad/s}\nsimulation: {rtol: 1.0e-11}\n"
