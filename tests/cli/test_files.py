@@ -309,7 +309,7 @@ def test_export_csv(call: Call, shared: Path) -> None:
             assert (row[f"{label}_words"] == "unknown") == (status != 1), "a failed run has no label"
         assert np.array_equal(float(row["bit_speed_min [rad s-1]"]), least, equal_nan=True)
     assert "axial_peaks_3 [m]" in rows[0]
-    assert "final_state_twist" in rows[0]
+    assert "final_state_twist [rad]" in rows[0]
 
 
 def test_export_netcdf(call: Call, shared: Path) -> None:

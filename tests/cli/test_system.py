@@ -16,7 +16,7 @@ from nsdrill.units import from_si, to_si
 
 from .helpers import Call
 
-KLBF, FOOT, INCH, RPM = 4448.2216152605, 0.3048, 0.0254, np.pi / 30
+KLBF, FOOT, INCH, RPM, TURN = 4448.2216152605, 0.3048, 0.0254, np.pi / 30, 2 * np.pi
 
 
 def both(call: Call, *words: object) -> tuple[Any, Any]:
@@ -129,8 +129,8 @@ def test_csv(call: Call, shared: Path) -> None:
     assert len(rows) == len(others) == 20
     changed = {
         "wob [N]": ("wob [klbf]", KLBF), "depth [m]": ("depth [ft]", FOOT),
-        "axial_peaks_0 [m]": ("axial_peaks_0 [in]", INCH),
-        "initial_state_x": ("initial_state_x [in]", INCH), "bit_speed_max [rad s-1]": ("bit_speed_max [rpm]", RPM),
+        "axial_peaks_0 [m]": ("axial_peaks_0 [in]", INCH), "final_state_twist [rad]": ("final_state_twist [rev]", TURN),
+        "initial_state_x [m]": ("initial_state_x [in]", INCH), "bit_speed_max [rad s-1]": ("bit_speed_max [rpm]", RPM),
     }  # fmt: skip
     for head, (other, scale) in changed.items():
         column, same = heads.index(head), shown.index(other)

@@ -12,11 +12,12 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
+from nsdrill.data import frozen_modes
 from nsdrill.variables import MODEL
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
-    from nsdrill.models.description import Description
+    from nsdrill.models.description import Description, Drawn
 
 # Where each has its description and what computes: imported when it is asked for.
 _HOME = {
@@ -61,3 +62,8 @@ def model_in(attrs: Mapping[str, Any]) -> Description:
     """The description of the model that a file with the root attributes ``attrs`` was made with; of files that name
     none the default one."""
     return described(str(attrs.get("model") or MODEL))
+
+
+def drawn_in(attrs: Mapping[str, Any]) -> Drawn:
+    """What pictures show of a file with the root attributes ``attrs``: nothing of motions that are frozen."""
+    return model_in(attrs).drawn.without(frozen_modes(attrs))

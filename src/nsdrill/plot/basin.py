@@ -19,7 +19,7 @@ from matplotlib.patches import Patch
 from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges
@@ -73,7 +73,7 @@ def _states(results: Results, asked: Sequence[str] | None) -> tuple[str, str]:
             raise InputError(f"--states: found {','.join(asked)}; allowed: those of the slice, {','.join(plane)}.")
         across, up = tuple(asked) if asked else plane
         return across, up
-    names, usual = results["state"].tolist(), model_in(results.attrs).drawn.planes[0]
+    names, usual = results["state"].tolist(), drawn_in(results.attrs).planes[0]
     chosen = tuple(asked or usual)
     if len(chosen) != 2 or len(set(chosen)) != 2 or not set(chosen) <= set(names):
         found, example = ",".join(chosen), ",".join(usual)

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 
 from nsdrill.analysis.attractors import Attractor
 from nsdrill.data import Array, Results
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import drawn_in
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges, robust_limits, spaced
@@ -33,7 +33,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     x = quantity(axis, units)
     centres = np.asarray(results.coords[axis], float) / x.scale
     figure = new_figure(FULL_WIDTH, HEIGHT)
-    shown = model_in(results.attrs).drawn.attractors
+    shown = drawn_in(results.attrs).attractors
     grid = figure.add_gridspec(len(shown), 1)
     panels: list[Axes] = []
     joined = matched(results)

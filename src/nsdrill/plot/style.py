@@ -30,7 +30,7 @@ WINE, GREY, BLACK = "#882255", "#ABABAB", "#000000"
 SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale enough to carry every marker colour
 # Cells reach a hair over their borders: else viewers of PDF and SVG show the page between neighbours.
 SEAMLESS: dict[str, Any] = {"edgecolors": "face", "linewidth": 0.6}
-REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the drive speed
+REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the set speed
 DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}  # colours belong to the responses
 
 RC: dict[str, Any] = {
