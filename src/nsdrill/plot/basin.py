@@ -24,7 +24,7 @@ from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges
 from nsdrill.plot.starts import flat, words
-from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, new_figure
+from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, new_figure, put_title
 from nsdrill.variables import OK, has_failed
 
 HEIGHT = 4.4
@@ -60,7 +60,7 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
     axes.set_xlabel(quantity(names[0], units).label)
     axes.set_ylabel(quantity(names[1], units).label)
     point = operating_point(fixed_values(results), units)
-    figure.suptitle(heading(results.attrs, f"{point}; {counts['starts']} starts"), parse_math=False)
+    put_title(figure, heading(results.attrs, f"{point}; {counts['starts']} starts"))
     legend_below(figure, _handles(found, counts, colours, cells=bool(results.slice)), 2)
     return figure
 

@@ -25,7 +25,7 @@ from nsdrill.plot.bifurcation import draw_set_speed, draw_wall, marker_size
 from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
 from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import Line, text
-from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, MOTIONS, REFERENCE, new_figure
+from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, MOTIONS, REFERENCE, new_figure, put_title
 from nsdrill.variables import OK
 
 
@@ -126,7 +126,7 @@ def draw_point(results: Results, units: str = "si") -> Figure:
         label = {"up": "carried up: ", "down": "carried down: "}.get(name, "")
         rows[row].suptitle(f"{label}{words}, {count} returns", fontsize="medium")
         _draw_planes(rows[row], here, drawn, units, gap, MOTIONS[code].colour)
-    figure.suptitle(heading(results.attrs, operating_point(fixed_values(results), units)), parse_math=False)
+    put_title(figure, heading(results.attrs, operating_point(fixed_values(results), units)))
     return figure
 
 
@@ -137,7 +137,7 @@ def draw_trace(trace: Trace, units: str, title: str) -> Figure:
     begin = _observed_from(trace)
     words = f"{len(section['section_bit_speed'])} returns" + (f" after {begin:g} s" if begin else "")
     _draw_planes(figure, section, drawn, units, trace.attrs.get("gap"), BLUE)
-    figure.suptitle(f"{title}; {words}", parse_math=False)
+    put_title(figure, f"{title}; {words}")
     return figure
 
 

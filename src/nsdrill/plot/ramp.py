@@ -21,7 +21,7 @@ from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.schedule import moving, point_words, rate_words, set_values
 from nsdrill.plot.slices import line, ordered
-from nsdrill.plot.style import BLUE, FULL_WIDTH, GREY, MANY_MARKERS, REFERENCE, VERMILLION, new_figure
+from nsdrill.plot.style import BLUE, FULL_WIDTH, GREY, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, put_title
 from nsdrill.variables import AXES, OK
 
 SWEPT = "#D9D9D9"  # the sweep lies behind, paler than anything of the ramp
@@ -68,7 +68,7 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
     panels[-1].set_xlim((value.min() - margin) / x.scale, (value.max() + margin) / x.scale)
     panels[-1].set_xlabel(x.label)
     rate = rate_words(trace, axis, units)
-    figure.suptitle(heading(trace.attrs, f"{point_words(trace, units)}{'; ' + rate if rate else ''}"), parse_math=False)
+    put_title(figure, heading(trace.attrs, f"{point_words(trace, units)}{'; ' + rate if rate else ''}"))
     figure.align_ylabels(panels)
     legend_below(figure, handles, 4)
     return figure

@@ -17,7 +17,7 @@ from nsdrill.plot.decimation import envelope, last_part
 from nsdrill.plot.kinds import has_orbit
 from nsdrill.plot.labels import heading, quantity
 from nsdrill.plot.schedule import moving, point_words, set_values
-from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, VERMILLION, new_figure
+from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, put_title
 from nsdrill.variables import SCHEDULED
 
 ROOM_FOR_HISTORY = 1.2  # inches of page
@@ -55,7 +55,7 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
             draw_orbit(panels[0], trace, units)
         draw_planes(panels[orbit:], trace, units)
         right.align_ylabels(panels[orbit:])
-    figure.suptitle(title if kind != "orbit" else title_of(trace, units, width=50), parse_math=False)
+    put_title(figure, title if kind != "orbit" else title_of(trace, units, width=50))
     return figure
 
 
