@@ -450,10 +450,7 @@ def test_only_whole_results_are_replayed_and_classified(small: xr.Dataset, trace
     part = small.sel(rotary_speed=[2.0, 3.0])
     words = r"found 2 values of rotary_speed, of \d+ in its study; allowed: all points of the run"
     for call in (lambda: nsdrill.replay(part, rotary_speed=2.0, procedure="up"), lambda: nsdrill.classify(part)):
-        with pytest.raises(
-            nsdrill.FileError,
-            match=words,
-        ):
+        with pytest.raises(nsdrill.FileError, match=words):
             call()
     with pytest.raises(nsdrill.InputError, match="replay: found a trace"):
         nsdrill.replay(trace)

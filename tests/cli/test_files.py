@@ -172,7 +172,8 @@ def test_simulate(call: Call, small: Path) -> None:
         "--duration", "2 s", "--sample", "5 ms",
     )  # fmt: skip
     assert answer.code == 0
-    assert (answer.out, answer.err) == ("", "trace.h5: 401 samples over 2 s.\n")
+    assert answer.out == ""
+    assert answer.err == "Point: 1000 ft, 5 klbf, 60 rpm.\ntrace.h5: 401 samples over 2 s.\n"
     trace = read_trace("trace.h5")
     assert trace.attrs["depth"] == pytest.approx(304.8, rel=1e-12)
     assert trace.attrs["wob"] == pytest.approx(22241.108, rel=1e-7)  # 5000 x 0.45359237 x 9.80665

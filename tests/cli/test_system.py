@@ -80,6 +80,17 @@ def test_show_of_one_axis_and_of_failed_points(call: Call, shared: Path) -> None
     assert field["intervals"][0]["from"] == pytest.approx(si["intervals"][0]["from"] / RPM)
 
 
+def test_simulate_says_its_point(call: Call, small: Path) -> None:
+    for words, said in (
+        ((), "Point: 10000 ft, 22.24 kN, 3 rad/s."),
+        (("--units", "field"), "Point: 10000 ft, 4.99975 klbf, 28.6479 rpm."),
+    ):
+        answer = call(
+            "simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft", *words, "--overwrite"
+        )
+        assert answer.err.startswith(said)
+
+
 def test_a_trace(call: Call, small: Path) -> None:
     assert call("simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft").code == 0
     assert "depth          10000 ft (3048 m)" in call("show", "t.h5", "--units", "field").out

@@ -221,16 +221,8 @@ def test_a_file_that_xarray_wrote_is_read(path, tmp_path):
     assert part.coords["procedure"].tolist() == ["up"]
     np.testing.assert_array_equal(part["final_state"], collect(log)["final_state"][1:, :, 1:])
     for name, of, words in (
-        (
-            "other.nc",
-            ("depth", ...),
-            "in another order than the attribute dimensions says. Another program",
-        ),
-        (
-            "peaks.nc",
-            ("peak", "crossing", ...),
-            "it should have shape .* and real numbers. Another program",
-        ),
+        ("other.nc", ("depth", ...), "in another order than the attribute dimensions says. Another program"),
+        ("peaks.nc", ("peak", "crossing", ...), "it should have shape .* and real numbers. Another program"),
     ):
         with open_results(path) as data:
             data.transpose(*of).to_netcdf(tmp_path / name, engine="h5netcdf")
