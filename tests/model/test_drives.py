@@ -421,6 +421,7 @@ def test_the_dc_motor_has_the_droop_the_modes_and_the_reflection_of_its_circuit(
     zeta = float(impedance(parameters))
     assert abs((zeta - met) / (zeta + met)) == pytest.approx(0.9968, abs=1e-4)
     shown = figures(parameters, Operation(*DEEP))
+    assert shown["drive_reflection"].value == pytest.approx(0.9968, abs=1e-4)
     assert shown["droop"].value == pytest.approx(5.358e-6 * shown["mean_torque"].value, rel=1e-4)
 
 

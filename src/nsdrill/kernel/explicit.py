@@ -27,6 +27,10 @@ from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import INTEGRAL, decide
 from nsdrill.kernel.tableau import Tableau
 
+# Pairs of states in one loop over the lanes. The compiler unrolls the loop over them, else it packs none; of more pairs
+# it does so no longer, and each part of them has a loop over the lanes of its own.
+TOGETHER, PART = 8, 4
+
 
 @dataclass(frozen=True)
 class ExplicitPair:
@@ -96,7 +100,10 @@ def _first_stage(pair: Tableau, rows: Rows) -> Iterable[str]:
     yield "    b[time_ + i] = t"
     yield "    b[step_ + i] = h"
     yield f"    b[stage_time_ + i] = fma({c!r}, h, t)"
-    for loop, order in _loops(rows.blocks):
+    for loop, order, alone in _loops(rows.blocks):
+        if alone:
+            yield "for i in range(W):"
+            yield "    moves, h = b[moves_ + i] != 0.0, b[step_ + i]"
         yield f"    {loop}"
         for state in "xv"[:order]:
             yield f"        {state}_before, {state}_after = b[start_ + {state}], b[stage_ + {state}]"
@@ -122,12 +129,13 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
     values are formed. Where the last two stages stand at one time, it is set once."""
     c, weights, bends = pair.nodes[stage - 1], pair.matrix[stage - 2], pair.positions[stage - 2]
     newest = f"a{stage - 1}"
-    yield "for i in range(W):"
-    yield "    h = b[step_ + i]"
-    yield f"    hh, newest = h * h, h * {weights[-1]!r}"
+    head = ["for i in range(W):", "    h = b[step_ + i]", f"    hh, newest = h * h, h * {weights[-1]!r}"]
+    yield from head
     if c != pair.nodes[stage - 2]:
         yield f"    b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
-    for loop, order in _loops(rows.blocks):
+    for loop, order, alone in _loops(rows.blocks):
+        if alone:
+            yield from head
         yield f"    {loop}"
         yield from (f"        {line}" for line in _slopes(stage - 1))
         yield f"        b[{newest}_ + j] = {newest}"
@@ -149,7 +157,11 @@ def _judgement(pair: Tableau, rows: Rows) -> Iterable[str]:
     yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
     yield "    total = 0.0"
     own = [block for block in rows.blocks if block[2] < rows.own]
-    for loop, order in _loops(own):
+    for loop, order, alone in _loops(own):
+        if alone:  # what has its place later, when the step is judged, has the sum until then
+            yield "    b[attention_ + i] = total"
+            yield "for i in range(W):"
+            yield "    h, proposal, total = b[step_ + i], b[proposed_ + i], b[attention_ + i]"
         yield f"    {loop}"
         yield from (f"        {line}" for line in _slopes(stages - 1, newest=False))
         yield f"        a{stages} = b[slope_ + j]"
@@ -187,21 +199,25 @@ def _judgement(pair: Tableau, rows: Rows) -> Iterable[str]:
     wanted |= 0 if attention * running == 0.0 else 1"""
 
 
-def _loops(blocks: Iterable[tuple[int, int, int, int]]) -> list[tuple[str, int]]:
-    """The heads of the loops over blocks of states, with the order of their states: x is the place of a position, or of
-    a state of first order, v that of its velocity, j that of its slope. Blocks of pairs that follow one another are
-    one."""
+def _loops(blocks: Iterable[tuple[int, int, int, int]]) -> list[tuple[str, int, bool]]:
+    """The heads of the loops over blocks of states, with the order of their states, and whether a loop over the lanes
+    begins anew before it: x is the place of a position, or of a state of first order, v that of its velocity, j that of
+    its slope. Blocks of pairs that follow one another are one."""
     joined: list[list[int]] = []
     for order, count, state, slope in blocks:
         if joined and joined[-1][0] == order == 2 and joined[-1][2] + 2 * joined[-1][1] == state:
             joined[-1][1] += count
         else:
             joined.append([order, count, state, slope])
-    heads = []
+    apart = sum(count for _, count, _, _ in joined) > TOGETHER
+    heads: list[tuple[str, int, bool]] = []
     for order, count, state, slope in joined:
         places = [f"({order} * p + {state + k}) * W + i" for k in range(order)] + [f"(p + {slope}) * W + i"]
         names = "x, v, j" if order == 2 else "x, j"
-        heads.append((f"for p in range({count}):\n        {names} = {', '.join(places)}", order))
+        for first in range(0, count, PART if apart else count):
+            span = f"{first}, {min(first + PART, count)}" if apart else f"{count}"
+            head = f"for p in range({span}):\n        {names} = {', '.join(places)}"
+            heads.append((head, order, apart and bool(heads)))
     return heads
 
 

@@ -100,6 +100,11 @@ class Model(ABC):
     def starts(self, points: Values, number: Array | int) -> Array:
         """The initial states with the phase last, shape (n, states + 1), of the starts of these numbers."""
 
+    def held(self, parameters: Any) -> tuple[str, ...]:
+        """The names of states that do not move. In a chain of runs each has its own values of them: what the run before
+        ended in is that of another operating point."""
+        return ()
+
     @abstractmethod
     def sizes(self, table: Array, variant: Variant) -> Array:
         """The natural size of each state, shape (n, states): the absolute tolerance is ``rtol`` times this."""
@@ -145,7 +150,7 @@ class Model(ABC):
         """The observer's store, with room for ``more`` numbers of other observers at its end."""
 
     @abstractmethod
-    def report_width(self, record: Record) -> int:
+    def report_width(self, record: Record, variant: Variant) -> int:
         """How many columns the observer reports."""
 
     @abstractmethod
@@ -158,8 +163,9 @@ class Model(ABC):
         """The last local maxima by the names of their variables, each an array [n, peaks], NaN where fewer."""
 
     @abstractmethod
-    def section(self, report: Array, record: Record) -> dict[str, Array]:
-        """The last returns to the Poincare section by the names of their variables, arrays [n, returns]."""
+    def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
+        """The last returns to the Poincare section by the names of their variables, arrays [n, returns]: ``report`` and
+        ``table`` as for the features."""
 
     @abstractmethod
     def returns(self, section: Mapping[str, Array]) -> Array:

@@ -76,16 +76,25 @@ def impedance(parameters: Parameters) -> Any:
     return polar * np.sqrt(steel.density * steel.shear_modulus)
 
 
-def reflection(law: Gains, pipe: float, frequency: Any) -> Any:
+def reflection(law: Gains, pipe: float, frequency: Any, motor: tuple[float, float] | None = None) -> Any:
     """What share of the velocity of a torsional wave from below comes back from the drive, complex, at a ``frequency``
     w [rad/s], a number or an array: (z - Z) / (z + Z) with the impedance z of the ``pipe`` [N m s/rad] and
-    Z = K_p + i (w J - K_i / w) of the drive. None where the law has gains on the motion of the bit: the drive is no
-    impedance then. Source: continuity of speed and torque of the wave at the top, where the drive's torque is Z times
-    its speed."""
+    Z = K_p + i (w J - K_i / w) of the drive; of a DC ``motor`` with this :func:`circuit` i w J + K / (1 + i w T). None
+    where the law has gains on the motion of the bit: the drive is no impedance then. Source: continuity of speed and
+    torque of the wave at the top, where the drive's torque is Z times its speed."""
     if law.twist_gain or law.speed_gain:
         return None
     drive = law.damping + 1j * (frequency * law.inertia - law.stiffness / frequency)
+    if motor is not None:
+        damping, time = motor
+        drive = drive + damping / (1.0 + 1j * frequency * time)
     return (pipe - drive) / (pipe + drive)
+
+
+def circuit(parameters: Parameters) -> tuple[float, float] | None:
+    """(motor damping K [N m s/rad], time constant T of the circuit [s]) of a DC motor; None of other drives."""
+    drive = parameters.drive
+    return (float(drive.motor_damping), float(drive.circuit_time)) if drive.kind == "dc_motor" else None
 
 
 def gains(parameters: Parameters, k: Coefficients) -> Gains:

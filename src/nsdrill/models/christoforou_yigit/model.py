@@ -79,6 +79,9 @@ class ChristoforouYigit(Model):
     def starts(self, points: Values, number: Array | int) -> Array:
         return starting_states(points.parameters, cast("Initial", points.initial), *points.operation, number)
 
+    def held(self, parameters: Parameters) -> tuple[str, ...]:
+        return rhs.held(parameters)
+
     def sizes(self, table: Array, variant: Variant) -> Array:
         return rhs.sizes(table, Options(*variant))
 
@@ -103,7 +106,7 @@ class ChristoforouYigit(Model):
         spacing = section.REVOLUTION / (parameters.bit.lobes if record.section == "lobe" else 1)
         return layout.new_store(lanes, record.peaks, record.poincare, spacing, more)
 
-    def report_width(self, record: Record) -> int:
+    def report_width(self, record: Record, variant: Variant) -> int:
         return layout.report_width(record.peaks, record.poincare)
 
     def features(self, report: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
@@ -113,7 +116,7 @@ class ChristoforouYigit(Model):
         heights = reduce.peaks(report, record.peaks)
         return {name: heights[:, i] for i, name in enumerate(variable.name for variable in PEAKS)}
 
-    def section(self, report: Array, record: Record) -> dict[str, Array]:
+    def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         return section.coordinates(reduce.section(report, record.peaks, record.poincare))
 
     def returns(self, section: Mapping[str, Array]) -> Array:
