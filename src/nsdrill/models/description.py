@@ -5,7 +5,7 @@ A description imports nothing that compiles, so a study is checked and a file is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
@@ -145,6 +145,26 @@ class Description:
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
+
+    def unknown(self) -> list[str]:
+        """What it names that is none of its own variables: ``drawn.panels: twist_max``."""
+        drawn, names = self.drawn, {variable.name for variable in self.variables}
+        traced = {variable.name for variable in self.trace}
+        named: dict[str, tuple[Iterable[str], set[str]]] = {
+            "check_features": (self.check_features, names),
+            "shown": (self.shown, names),
+            "told": (self.told, names),
+            "compared": (self.compared, names),
+            "drawn.panels": ((name for one in drawn.panels for name in (one.peaks, one.greatest)), names),
+            "drawn.panels of a trace": ((one.trace for one in drawn.panels), traced),
+            "drawn.histories": (drawn.histories, traced),
+            "drawn.planes": ((name for plane in drawn.planes for name in plane), traced),
+            "drawn.section": (drawn.section, names),
+            "drawn.section_planes": ((name for plane in drawn.section_planes for name in plane), names),
+            "drawn.summary": (drawn.summary, names),
+            "drawn.attractors": ((name for one in drawn.attractors for name in one[:2] if name), names),
+        }
+        return [f"{where}: {name}" for where, (those, own) in named.items() for name in those if name not in own]
 
     @property
     def sections(self) -> dict[str, type]:

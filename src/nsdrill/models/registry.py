@@ -13,6 +13,7 @@ from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
 from nsdrill.data import frozen_modes
+from nsdrill.errors import InputError
 from nsdrill.variables import MODEL
 
 if TYPE_CHECKING:
@@ -47,8 +48,14 @@ def _at(place: str) -> Any:
 
 @lru_cache
 def described(name: str) -> Description:
-    """The description of the model of this name. KeyError where there is none."""
+    """The description of the model of this name. KeyError where there is none, InputError where it names variables that
+    the model has not."""
     found: Description = _at(_HOME[name][0])
+    if unknown := found.unknown():
+        raise InputError(
+            f"the model {name}: found {'; '.join(unknown)} in its description; allowed: what stands there among its "
+            "features, labels, peaks, section and own_trace."
+        )
     return found
 
 
