@@ -145,7 +145,8 @@ def study_keys() -> str:
             cells = [code(leaf.key), unit(leaf), default, allowed(leaf) + ramp, leaf.usual, leaf.meaning]
             text += "| " + " | ".join(cells) + " |\n"
         if section == "initial":  # the slice is no leaf
-            form = "two of the states above, each `{from, to, points}`, in its unit"
+            states = ", ".join(map(code, keys_of().slices))
+            form = f"two of {states}, each `{{from, to, points}}`, in its unit"
             text += f"| `{SLICE}` | | none | {form} | | {MEANINGS[SLICE]} |\n"
     return text
 

@@ -326,7 +326,7 @@ def plot(
     ``window``. InputError where the kind, or an argument, does not fit.
     """
     from nsdrill.data import Trace
-    from nsdrill.models.registry import model_in
+    from nsdrill.models.registry import drawn_in
     from nsdrill.plot import cut, draw, draw_window, needed
     from nsdrill.plot.kinds import is_study
     from nsdrill.study.study import Study
@@ -356,7 +356,7 @@ def plot(
         drawn = read_for_window(data_in(data, None) if is_dataset(data) else name_in(data), severity)  # type: ignore[arg-type]
     else:
         drawn = data_in(data, needed(outline, kind, chosen, start))
-    behind = None if over is None else results_in(over, "over", ("status", *model_in(outline.attrs).drawn.peaks))
+    behind = None if over is None else results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
 
     def picture() -> Figure:
         if severity is not None:

@@ -203,8 +203,8 @@ def test_trace_file(shared: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
-        ("wob", [30e3], "is not that of its points"),
-        ("procedure", "up", "is not that of its points"),
+        ("wob", [30e3], "found other values of wob than in its study"),
+        ("procedure", "up", "found procedure up and down, of up in its study"),
         ("rotary_speed", {"from": 1.0, "to": 8.0, "points": 10**12}, "at most 8"),
         ("rotary_speed", {"from": 1.0, "to": 1e300, "points": 8}, "at most 1000 rad/s"),
         ("procedure", "over", "found over along"),

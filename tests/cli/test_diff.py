@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -92,6 +93,11 @@ def test_traces(call: Call, shared: Path) -> None:
     assert answer.code == 1
     assert "  rotary_speed  3.0 rad/s  4.0 rad/s" in answer.out
     assert "Compared: all 101 samples." in answer.out
+    other.variables.update({name: values.copy() for name, values in one.variables.items()})
+    other.variables["wall_friction"] = -other["wall_friction"]
+    assert not other["wall_friction"].any(), "the collar is off the wall"
+    write_trace("signs.h5", other)
+    assert re.search(r"wall_friction +101 +the sign of zero alone", call("diff", "one.h5", "signs.h5").out)
     answer = call("diff", shared / "small.h5", "one.h5", "--exit-code")
     assert answer.code == 1
     assert "One is a sweep, the other a trace" in answer.out

@@ -172,7 +172,8 @@ def test_simulate(call: Call, small: Path) -> None:
         "--duration", "2 s", "--sample", "5 ms",
     )  # fmt: skip
     assert answer.code == 0
-    assert (answer.out, answer.err) == ("", "trace.h5: 401 samples over 2 s.\n")
+    assert answer.out == ""
+    assert answer.err == "Point: 1000 ft, 5 klbf, 60 rpm.\ntrace.h5: 401 samples over 2 s.\n"
     trace = read_trace("trace.h5")
     assert trace.attrs["depth"] == pytest.approx(304.8, rel=1e-12)
     assert trace.attrs["wob"] == pytest.approx(22241.108, rel=1e-7)  # 5000 x 0.45359237 x 9.80665
@@ -309,7 +310,7 @@ def test_export_csv(call: Call, shared: Path) -> None:
             assert (row[f"{label}_words"] == "unknown") == (status != 1), "a failed run has no label"
         assert np.array_equal(float(row["bit_speed_min [rad s-1]"]), least, equal_nan=True)
     assert "axial_peaks_3 [m]" in rows[0]
-    assert "final_state_twist" in rows[0]
+    assert "final_state_twist [rad]" in rows[0]
 
 
 def test_export_netcdf(call: Call, shared: Path) -> None:

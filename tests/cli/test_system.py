@@ -16,7 +16,7 @@ from nsdrill.units import from_si, to_si
 
 from .helpers import Call
 
-KLBF, FOOT, INCH, RPM = 4448.2216152605, 0.3048, 0.0254, np.pi / 30
+KLBF, FOOT, INCH, RPM, TURN = 4448.2216152605, 0.3048, 0.0254, np.pi / 30, 2 * np.pi
 
 
 def both(call: Call, *words: object) -> tuple[Any, Any]:
@@ -80,6 +80,17 @@ def test_show_of_one_axis_and_of_failed_points(call: Call, shared: Path) -> None
     assert field["intervals"][0]["from"] == pytest.approx(si["intervals"][0]["from"] / RPM)
 
 
+def test_simulate_says_its_point(call: Call, small: Path) -> None:
+    for words, said in (
+        ((), "Point: 10000 ft, 22.24 kN, 3 rad/s."),
+        (("--units", "field"), "Point: 10000 ft, 4.99975 klbf, 28.6479 rpm."),
+    ):
+        answer = call(
+            "simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft", *words, "--overwrite"
+        )
+        assert answer.err.startswith(f"Point: 10000 ft, {said}")
+
+
 def test_a_trace(call: Call, small: Path) -> None:
     assert call("simulate", small, "-o", "t.h5", "--duration", "1 s", "--depth", "10000 ft").code == 0
     assert "depth          10000 ft (3048 m)" in call("show", "t.h5", "--units", "field").out
@@ -129,8 +140,8 @@ def test_csv(call: Call, shared: Path) -> None:
     assert len(rows) == len(others) == 20
     changed = {
         "wob [N]": ("wob [klbf]", KLBF), "depth [m]": ("depth [ft]", FOOT),
-        "axial_peaks_0 [m]": ("axial_peaks_0 [in]", INCH),
-        "initial_state_x": ("initial_state_x [in]", INCH), "bit_speed_max [rad s-1]": ("bit_speed_max [rpm]", RPM),
+        "axial_peaks_0 [m]": ("axial_peaks_0 [in]", INCH), "final_state_twist [rad]": ("final_state_twist [rev]", TURN),
+        "initial_state_x [m]": ("initial_state_x [in]", INCH), "bit_speed_max [rad s-1]": ("bit_speed_max [rpm]", RPM),
     }  # fmt: skip
     for head, (other, scale) in changed.items():
         column, same = heads.index(head), shown.index(other)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+import csv
 import os
 import re
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 from typing import Any
 
@@ -72,23 +75,31 @@ record: {peaks: 4}
 """
 
 
-def test_a_model_of_another_package_runs_through_the_commands(blocks: list[Path], tmp_path: Path) -> None:
-    """Installed as the page says, with an entry point: each command in a process of its own finds it."""
-    folder = tmp_path / "installed"
+def installed(folder: Path, model: str) -> str:
+    """A package with this model, installed in ``folder``; the path on which Python finds it."""
     (folder / "mypackage").mkdir(parents=True)
     (folder / "mypackage" / "__init__.py").write_text("")
-    (folder / "mypackage" / "spring.py").write_text(blocks[3].read_text())
+    (folder / "mypackage" / "spring.py").write_text(model)
     about = folder / "mypackage-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: mypackage\nVersion: 1.0\n")
     (about / "entry_points.txt").write_text("[nsdrill.models]\nspring = mypackage.spring\n")
-    path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+    return os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+
+
+def command(folder: Path, path: str, *words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-m", "nsdrill", *words],
+        cwd=folder, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+def test_a_model_of_another_package_runs_through_the_commands(blocks: list[Path], tmp_path: Path) -> None:
+    """Installed as the page says, with an entry point: each command in a process of its own finds it."""
+    path = installed(tmp_path / "installed", blocks[3].read_text())
 
     def nsdrill(*words: str) -> str:
-        made = subprocess.run(
-            [sys.executable, "-m", "nsdrill", *words],
-            cwd=tmp_path, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False,
-        )  # fmt: skip
+        made = command(tmp_path, path, *words)
         assert made.returncode == 0, made.stderr
         return made.stdout + made.stderr
 
@@ -107,3 +118,57 @@ def test_a_model_of_another_package_runs_through_the_commands(blocks: list[Path]
     nsdrill("window", "out.h5")
     nsdrill("export", "out.h5", "-o", "out.csv")
     assert "spring.stiffness" in nsdrill("diff", "out.h5", "map.h5")
+
+
+def extended(blocks: list[Path]) -> str:
+    """The model of the page with what the page adds to it."""
+    text, added = blocks[3].read_text(), blocks[4].read_text()
+
+    def after(found: str, more: str) -> None:
+        nonlocal text
+        assert text.count(found) == 1, found
+        text = text.replace(found, found + more)
+
+    after('rate_of="twist"', ", level=6.0")
+    lines = re.findall(r"^((?:TimeAbove|Extremes)\(.*\))$", added, re.M)
+    assert len(lines) == 2
+    after('        Mean("bit speed", "bit_speed_mean"),\n', "".join(f"        {line},\n" for line in lines))
+    after("Mean, Names", ", TimeAbove")
+    after("from nsdrill.ranges import Checked, parameter\n", added.splitlines()[0] + "\n")
+    method = re.search(r"^def classify.*?\n\n", added, re.M | re.S)
+    assert method is not None
+    after('    name = "spring"\n', textwrap.indent(method.group(), "    ") + "\n")
+    ends = {"labels": 'BY_NAME["stick_slip_severity"]', "peaks": 'peaks=(BY_NAME["bit_speed_peaks"]',
+            "features": "features=(*(BY_NAME[name] for name in FEATURES)", "summary": 'summary=("stick_slip_index"',
+            "panels": '"bit_speed_peaks", "bit_speed_max")'}  # fmt: skip
+    text = text.replace("features=tuple(BY_NAME[name] for name in FEATURES)", ends["features"] + ",)")
+    more = {one.target.id: one.value for one in ast.parse(added).body if isinstance(one, ast.AugAssign)}
+    assert more.keys() == ends.keys()
+    for name, end in ends.items():
+        after(end, "".join(f", {ast.unparse(item)}" for item in more[name].elts))
+    return text
+
+
+def test_a_feature_a_label_and_a_panel_of_ones_own(blocks: list[Path], tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_text(STUDY)
+    model = extended(blocks)
+    path = installed(tmp_path / "installed", model)
+    for words in (("run", "study.yaml"), ("plot", "out.h5", "-o", "out.svg"), ("export", "out.h5", "-o", "out.csv")):
+        made = command(tmp_path, path, *words, *(["-o", "out.h5"] if words[0] == "run" else []))
+        assert made.returncode == 0, made.stderr
+    assert "Last local maxima of the twist [rad]" in (tmp_path / "out.svg").read_text()
+    with open(tmp_path / "out.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        assert row["fast_words"] == ("fast" if float(row["fast_fraction [1]"]) > 0.1 else "slow")
+    assert {row["fast_words"] for row in rows} == {"fast", "slow"}
+
+    for out, words in (
+        ('TimeAbove("bit speed", "fast_fraction"),', "found fast_fraction among the features of its description"),
+        (", feature('twist_max', 'rad', 'greatest twist')", "found drawn.panels: twist_max in its description"),
+    ):
+        assert model.count(out) == 1
+        path = installed(tmp_path / words.split()[1].strip(":"), model.replace(out, ""))
+        made = command(tmp_path, path, "run", "study.yaml", "-o", "other.h5", "--overwrite")
+        assert made.returncode == 2
+        assert f"the model spring: {words}" in made.stderr

@@ -114,7 +114,7 @@ def test_labels_have_units(speeds: Results, units: str, labels: list[str], x: st
 
 
 def test_field_units_are_exact(speeds: Results) -> None:
-    [drive] = drawn(plot.draw(speeds, units="field"), "drive_speed")
+    [drive] = drawn(plot.draw(speeds, units="field"), "set speed")
     np.testing.assert_allclose(drive.get_xdata(), speeds.coords["rotary_speed"] * 30 / np.pi, rtol=1e-14)
 
 

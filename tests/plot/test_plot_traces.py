@@ -54,7 +54,7 @@ def test_histories_keep_every_extreme(name: str) -> None:
 
 def test_reference_lines(trace: Trace) -> None:
     figure = plot.draw(trace, "histories")
-    assert line(figure, "drive speed").get_ydata()[0] == 3.0
+    assert line(figure, "set speed").get_ydata()[0] == 3.0
     assert line(figure, "wall").get_ydata()[0] == pytest.approx(GAP * 1e3)
 
 

@@ -216,13 +216,24 @@ def test_a_file_that_xarray_wrote_is_read(path, tmp_path):
     with open_results(path) as data:
         data.to_netcdf(tmp_path / "same.nc", engine="h5netcdf")
         data.sel(procedure="up").isel(wob=slice(1, None)).to_netcdf(tmp_path / "part.nc", engine="h5netcdf")
-        data.transpose("depth", ...).to_netcdf(tmp_path / "other.nc", engine="h5netcdf")
     alike(read_results(tmp_path / "same.nc"), collect(log))
     part = read_results(tmp_path / "part.nc")
     assert part.coords["procedure"].tolist() == ["up"]
     np.testing.assert_array_equal(part["final_state"], collect(log)["final_state"][1:, :, 1:])
-    with pytest.raises(FileError, match="in another order than the attribute dimensions"):
-        read_results(tmp_path / "other.nc")
+    for name, of, words in (
+        ("other.nc", ("depth", ...), "in another order than the attribute dimensions says. Another program"),
+        ("peaks.nc", ("peak", "crossing", ...), "it should have shape .* and real numbers. Another program"),
+    ):
+        with open_results(path) as data:
+            data.transpose(*of).to_netcdf(tmp_path / name, engine="h5netcdf")
+        with pytest.raises(FileError, match=words):
+            read_results(tmp_path / name)
+        with xr.open_dataset(tmp_path / name, engine="h5netcdf") as data:  # what the message says
+            again = data.transpose(
+                *data.attrs["dimensions"].split(), "peak", "crossing", "state", missing_dims="ignore"
+            )
+            again.to_netcdf(tmp_path / f"mended_{name}", engine="h5netcdf")
+        alike(read_results(tmp_path / f"mended_{name}"), collect(log))
 
 
 @pytest.mark.parametrize(

@@ -196,6 +196,8 @@ def _summarize_trace(trace: Trace) -> dict[str, Any]:
         **{name: value.item() if hasattr(value, "item") else value for name, value in plain.items()},
         **({"at": json.loads(trace.attrs["at"])} if "at" in trace.attrs else {}),
         "overrides": overrides(trace.attrs),
+        "drive": drive_kind(trace.attrs),
+        "frozen": list(frozen_modes(trace.attrs)),
         **({"ramps": {n: {"time": times, "value": values} for n, (times, values) in ramps.items()}} if ramps else {}),
         "samples": len(trace.time),
         "duration": float(trace.time[-1]) if len(trace.time) else 0.0,

@@ -15,6 +15,7 @@ from nsdrill.data import IN_MEMORY, Array
 from nsdrill.errors import FileError
 from nsdrill.study.resolved import study_from_resolved
 from nsdrill.study.study import Study
+from nsdrill.sweep.plan import Plan
 
 
 def stored_study(path: str | os.PathLike[str], attrs: Mapping[str, Any], coords: Mapping[str, Array]) -> Study:
@@ -31,10 +32,26 @@ def stored_study(path: str | os.PathLike[str], attrs: Mapping[str, Any], coords:
         json.loads(attrs["study_resolved"]), attrs.get("study", ""), str(path), overrides_of(attrs), **bound
     )
     plan = plan_of(study)
-    same = tuple(coords["procedure"]) == plan.procedures and plan.starts == len(coords.get("start", ()))
-    if not same or not all(np.array_equal(values, coords.get(name, ())) for name, values in plan.dimensions.items()):
+    if other := _others(plan, coords):
         raise FileError(
-            f"{path}: the study in it is not that of its points; allowed: all points of the run, and the study that "
-            "was run. Take the results whole, or make the file again."
+            f"{path}: found {'; '.join(other)}; allowed: all points of the run, as its study numbers "
+            "these, and labels and replays are made from the study. Take the whole results and select afterwards; of a "
+            "file that was edited, make it again."
         )
     return study
+
+
+def _others(plan: Plan, coords: Mapping[str, Array]) -> list[str]:
+    """Where the ``coords`` are not those of the ``plan`` of their study."""
+    told = []
+    if tuple(coords["procedure"]) != plan.procedures:
+        told.append(f"procedure {' and '.join(coords['procedure'])}, of {' and '.join(plan.procedures)} in its study")
+    if (starts := len(coords.get("start", ()))) != plan.starts:
+        told.append(f"{starts or 'no'} starts, of {plan.starts or 'none'} in its study")
+    for name, values in plan.dimensions.items():
+        there = coords.get(name, np.empty(0))
+        if len(there) != len(values):
+            told.append(f"{len(there)} values of {name}, of {len(values)} in its study")
+        elif not np.array_equal(values, there):
+            told.append(f"other values of {name} than in its study")
+    return told

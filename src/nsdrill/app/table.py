@@ -67,12 +67,10 @@ def _in_field_units(rows: Iterator[list[str]]) -> Iterator[list[str]]:
 
 
 def _field_unit(head: str) -> str | None:
-    """The field unit of the column with this heading, ``axial_peaks_0 [m]`` say; None where it stays as it is. States
-    have no unit in theirs."""
+    """The field unit of the column with this heading, ``axial_peaks_0 [m]`` say; None where it stays as it is, as all
+    without a unit do."""
     match = _HEADING.fullmatch(head)
-    name = match["name"] if match else head
-    state = name.removeprefix("initial_state_").removeprefix("final_state_")
-    if match is None or (match["units"] is None and state == name):
+    if match is None or match["units"] is None:
         return None
-    one = find(state)
+    one = find(match["name"].removeprefix("initial_state_").removeprefix("final_state_"))
     return one.unit("field") if one is not None and one.unit("field") != one.units else None

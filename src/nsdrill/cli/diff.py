@@ -157,7 +157,9 @@ def _row(row: dict[str, Any], swept: list[str], units: str) -> tuple[str, ...]:
     largest, relative = row.get("largest"), row.get("relative")
     count = f"{row['points']}" + (f" ({row['undefined']} without a number)" if row.get("undefined") else "")
     told = "" if largest is None else f"{largest:.3g}{unit}"
-    if largest is not None and units == "field" and (one := find(row["name"])) is not None and one.units:
+    if largest == 0.0:  # 0 and -0: other bits of the same number
+        told = "the sign of zero alone"
+    elif largest is not None and units == "field" and (one := find(row["name"])) is not None and one.units:
         told = amount(largest, one.unit(units), 3)
     return (row["name"], count, told, "" if relative is None else f"{relative:.2g}", where)
 

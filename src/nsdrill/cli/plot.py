@@ -153,10 +153,10 @@ def _sweep(file: str, output: str, trace: Results | Trace) -> Results:
     """The peaks of the sweep to draw a ramp over."""
     from nsdrill.cli.reading import read
     from nsdrill.data import Trace
-    from nsdrill.models.registry import model_in
+    from nsdrill.models.registry import drawn_in
 
     options.keep_apart(file, output)
-    peaks = model_in(trace.attrs).drawn.peaks
+    peaks = drawn_in(trace.attrs).peaks
     data = read(file, ("status", *peaks))
     if isinstance(data, Trace):
         raise InputError(f"{file}: this is a trace; --over takes the results of a sweep.")

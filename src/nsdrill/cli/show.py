@@ -73,10 +73,7 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         if axis["points"] > 1:
             text += f" to {value_text(name, axis['to'], units)}, {axis['points']} values"
         yield f"  {label:14s} {text}"
-    if s["drive"] != "ideal":
-        yield f"  drive          {in_words(s['drive'])}"
-    if s["frozen"]:
-        yield f"  frozen         {' and '.join(s['frozen'])} motion"
+    yield from _show_string(s)
     status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
     if starts := s.get("starts"):
         kind = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"
@@ -132,6 +129,14 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
 def _show_overrides(overrides: dict[str, str]) -> Iterator[str]:
     if overrides:
         yield f"  overrides      {'; '.join(f'{key} = {value}' for key, value in overrides.items())}"
+
+
+def _show_string(s: dict[str, Any]) -> Iterator[str]:
+    """What is not as usual about the string: its drive, and the motions that it does without."""
+    if s["drive"] != "ideal":
+        yield f"  drive          {in_words(s['drive'])}"
+    if s["frozen"]:
+        yield f"  frozen         {' and '.join(s['frozen'])} motion"
 
 
 CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
@@ -238,6 +243,7 @@ def _show_trace(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
     for key, value in s.get("at", {}).items():
         yield f"  {label_of(key):14s} {value_text(key, value, units)}"
+    yield from _show_string(s)
     if "procedure" in s:
         yield f"  procedure      {s['procedure']}"
     yield (

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -38,10 +40,12 @@ ENDINGS = {
 )
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
 @options.settings
+@options.units
 @options.overwrite
 def command(
     study: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None, at: tuple[str, ...],
-    start: int | None, duration: float | None, sample: float | None, overrides: tuple[str, ...], overwrite: bool,
+    start: int | None, duration: float | None, sample: float | None, overrides: tuple[str, ...], units: str,
+    overwrite: bool,
 ) -> int:  # fmt: skip
     """Simulate one operating point of STUDY, or along its ramps, and write the trajectory.
 
@@ -71,7 +75,19 @@ def command(
         duration=duration,
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )  # fmt: skip
+    click.echo(f"Point: {_point(result.trace.attrs, given, units)}.", err=True)
     return finish(result, output, overwrite)
+
+
+def _point(attrs: Mapping[str, Any], given: Mapping[str, float], units: str) -> str:
+    """The operating values of a trace, in words; of one that moves its knots."""
+    from nsdrill.cli.words import as_asked, knots_text, label_of, point_text
+    from nsdrill.variables import AXES
+
+    ramps = json.loads(attrs.get("ramps", "{}"))
+    fixed = {name: as_asked(name, float(attrs[name]), given) for name in AXES if name not in ramps}
+    moving = [f"{label_of(name)} {knots_text(name, times, values, units)}" for name, (times, values) in ramps.items()]
+    return "; ".join(part for part in (point_text(fixed, units), *moving) if part)
 
 
 def finish(result: Trajectory, output: str, overwrite: bool) -> int:

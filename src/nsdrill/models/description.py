@@ -5,8 +5,8 @@ A description imports nothing that compiles, so a study is checked and a file is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
@@ -53,6 +53,9 @@ class Drawn:
     one axis; ``attractors``: features of attractors, each (least or None, greatest, words). The set speed is drawn
     where ``bit_speed`` is, the wall of the hole where ``radius`` is, the path of the collar centre where ``x`` and
     ``y`` are among the variables.
+
+    ``modes`` says to which mode a variable belongs, where a study may freeze modes; it is not drawn of a string without
+    that mode. A panel names its own.
     """
 
     panels: tuple[Panel, ...] = ()
@@ -62,6 +65,26 @@ class Drawn:
     section_planes: tuple[tuple[str, str], ...] = ()
     summary: tuple[str, ...] = ()
     attractors: tuple[tuple[str | None, str, str], ...] = ()
+    modes: Mapping[str, str] = field(default_factory=dict)
+
+    def without(self, frozen: Collection[str]) -> Drawn:
+        """The same of a string whose modes ``frozen`` stand still."""
+        if not frozen:
+            return self
+
+        def moves(name: str) -> bool:
+            return self.modes.get(name) not in frozen
+
+        return replace(
+            self,
+            panels=tuple(panel for panel in self.panels if panel.mode not in frozen),
+            histories=tuple(filter(moves, self.histories)),
+            planes=tuple(plane for plane in self.planes if all(map(moves, plane))),
+            section=tuple(filter(moves, self.section)),
+            section_planes=tuple(plane for plane in self.section_planes if all(map(moves, plane))),
+            summary=tuple(filter(moves, self.summary)),
+            attractors=tuple(one for one in self.attractors if moves(one[1])),
+        )
 
     @property
     def peaks(self) -> tuple[str, ...]:
@@ -122,6 +145,26 @@ class Description:
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
+
+    def unknown(self) -> list[str]:
+        """What it names that is none of its own variables: ``drawn.panels: twist_max``."""
+        drawn, names = self.drawn, {variable.name for variable in self.variables}
+        traced = {variable.name for variable in self.trace}
+        named: dict[str, tuple[Iterable[str], set[str]]] = {
+            "check_features": (self.check_features, names),
+            "shown": (self.shown, names),
+            "told": (self.told, names),
+            "compared": (self.compared, names),
+            "drawn.panels": ((name for one in drawn.panels for name in (one.peaks, one.greatest)), names),
+            "drawn.panels of a trace": ((one.trace for one in drawn.panels), traced),
+            "drawn.histories": (drawn.histories, traced),
+            "drawn.planes": ((name for plane in drawn.planes for name in plane), traced),
+            "drawn.section": (drawn.section, names),
+            "drawn.section_planes": ((name for plane in drawn.section_planes for name in plane), names),
+            "drawn.summary": (drawn.summary, names),
+            "drawn.attractors": ((name for one in drawn.attractors for name in one[:2] if name), names),
+        }
+        return [f"{where}: {name}" for where, (those, own) in named.items() for name in those if name not in own]
 
     @property
     def sections(self) -> dict[str, type]:

@@ -12,11 +12,13 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
+from nsdrill.data import frozen_modes
+from nsdrill.errors import InputError
 from nsdrill.variables import MODEL
 
 if TYPE_CHECKING:
     from nsdrill.models.base import Model
-    from nsdrill.models.description import Description
+    from nsdrill.models.description import Description, Drawn
 
 # Where each has its description and what computes: imported when it is asked for.
 _HOME = {
@@ -46,8 +48,14 @@ def _at(place: str) -> Any:
 
 @lru_cache
 def described(name: str) -> Description:
-    """The description of the model of this name. KeyError where there is none."""
+    """The description of the model of this name. KeyError where there is none, InputError where it names variables that
+    the model has not."""
     found: Description = _at(_HOME[name][0])
+    if unknown := found.unknown():
+        raise InputError(
+            f"the model {name}: found {'; '.join(unknown)} in its description; allowed: what stands there among its "
+            "features, labels, peaks, section and own_trace."
+        )
     return found
 
 
@@ -62,3 +70,8 @@ def model_in(attrs: Mapping[str, Any]) -> Description:
     """The description of the model that a file with the root attributes ``attrs`` was made with; of files that name
     none the default one."""
     return described(str(attrs.get("model") or MODEL))
+
+
+def drawn_in(attrs: Mapping[str, Any]) -> Drawn:
+    """What pictures show of a file with the root attributes ``attrs``: nothing of motions that are frozen."""
+    return model_in(attrs).drawn.without(frozen_modes(attrs))

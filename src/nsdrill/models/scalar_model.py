@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from nsdrill.errors import InputError
 from nsdrill.models.base import Array, Model, Ramps, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
@@ -201,7 +202,13 @@ class ScalarModel(Model):
         from nsdrill.observe.findings import measured
 
         sizes = self.sizes(table, variant)
-        return measured(self.names(variant), self.declaration(variant), report, table, sizes, observe)
+        found = measured(self.names(variant), self.declaration(variant), report, table, sizes, observe)
+        if lacking := [one.name for one in described(self.name).features if one.name not in found]:
+            raise InputError(
+                f"the model {self.name}: found {', '.join(lacking)} among the features of its description; allowed: "
+                "what its declaration measures."
+            )
+        return found
 
     def peaks(self, report: Array, record: Record) -> dict[str, Array]:
         from nsdrill.observe.findings import peaks_of

@@ -19,12 +19,12 @@ from matplotlib.patches import Patch
 from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges
 from nsdrill.plot.starts import flat, words
-from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, new_figure
+from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, new_figure, put_title
 from nsdrill.variables import OK, has_failed
 
 HEIGHT = 4.4
@@ -60,7 +60,7 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
     axes.set_xlabel(quantity(names[0], units).label)
     axes.set_ylabel(quantity(names[1], units).label)
     point = operating_point(fixed_values(results), units)
-    figure.suptitle(heading(results.attrs, f"{point}; {counts['starts']} starts"), parse_math=False)
+    put_title(figure, heading(results.attrs, f"{point}; {counts['starts']} starts"))
     legend_below(figure, _handles(found, counts, colours, cells=bool(results.slice)), 2)
     return figure
 
@@ -73,7 +73,7 @@ def _states(results: Results, asked: Sequence[str] | None) -> tuple[str, str]:
             raise InputError(f"--states: found {','.join(asked)}; allowed: those of the slice, {','.join(plane)}.")
         across, up = tuple(asked) if asked else plane
         return across, up
-    names, usual = results["state"].tolist(), model_in(results.attrs).drawn.planes[0]
+    names, usual = results["state"].tolist(), drawn_in(results.attrs).planes[0]
     chosen = tuple(asked or usual)
     if len(chosen) != 2 or len(set(chosen)) != 2 or not set(chosen) <= set(names):
         found, example = ",".join(chosen), ",".join(usual)

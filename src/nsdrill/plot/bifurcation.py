@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from nsdrill.data import Results, frozen_modes
-from nsdrill.models.registry import model_in
+from nsdrill.data import Results
+from nsdrill.models.registry import drawn_in
 from nsdrill.plot.columns import WORDS, frame, is_open, legend_below, outcome_handles, shade_hysteresis
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.slices import Line
@@ -27,9 +27,7 @@ WALL_IN_SIGHT = 0.4  # the wall is drawn where the motion comes this near to it,
 
 
 def draw(results: Results, units: str = "si") -> Figure:
-    frozen = frozen_modes(results.attrs)
-    all_panels = model_in(results.attrs).drawn.panels
-    panels = [panel for panel in all_panels if panel.mode not in frozen] or list(all_panels)
+    panels = drawn_in(results.attrs).panels
     figure, lines, columns = frame(results, units, len(panels), WORDS + (HEIGHT - WORDS) * len(panels) / 3)
     handles = outcome_handles(lines, markers=True)
     spans = steady = 0
@@ -41,7 +39,7 @@ def draw(results: Results, units: str = "si") -> Figure:
             y = quantity(panel.peaks, units)
             steady += draw_peaks(axes, one, panel.peaks, panel.greatest, x, y, markers > MANY_MARKERS)
     rows = {panel.mode: [column[1 + row] for column in columns] for row, panel in enumerate(panels)}
-    speed = draw_drive_speed(lines, rows["torsional"], units) if "torsional" in rows else []
+    speed = draw_set_speed(lines, rows["torsional"], units) if "torsional" in rows else []
     wall = draw_wall(results, rows["lateral"], units) if "lateral" in rows else []
     for axes, panel in zip(columns[0][1:], panels, strict=True):
         axes.set_ylabel(quantity(panel.peaks, units).label)
@@ -132,17 +130,17 @@ def marker_size(points: int, axes: Axes) -> float:
     return float(np.clip(spacing, 1.7, 3.2))
 
 
-def draw_drive_speed(lines: list[Line], panels: list[Axes], units: str) -> list[Artist]:
-    """The speed of the drive as a line: the bit turns with it where nothing happens."""
+def draw_set_speed(lines: list[Line], panels: list[Axes], units: str) -> list[Artist]:
+    """The speed that the drive is set to, as a line: the bit turns with it where nothing happens."""
     y = quantity("rotary_speed", units)
     style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2), "zorder": 1.5}
     for one, axes in zip(lines, panels, strict=True):
         if one.axis == "rotary_speed" and len(one.x) > 1:
-            axes.plot(one.x / y.scale, one.x / y.scale, gid="drive_speed", **style)
+            axes.plot(one.x / y.scale, one.x / y.scale, gid="set speed", **style)
         else:
             place = one.place[3] if isinstance(one.place[3], int) else 0
-            axes.axhline(float(one.results.coords["rotary_speed"][place]) / y.scale, gid="drive_speed", **style)
-    return [Line2D([], [], label="drive speed", **style)]
+            axes.axhline(float(one.results.coords["rotary_speed"][place]) / y.scale, gid="set speed", **style)
+    return [Line2D([], [], label="set speed", **style)]
 
 
 def draw_wall(results: Results, panels: list[Axes], units: str) -> list[Artist]:

@@ -28,6 +28,7 @@ from nsdrill.plot.style import (
     WINE,
     house_style,
     new_figure,
+    put_title,
     settle,
     target,
 )
@@ -67,7 +68,7 @@ def draw(
             handles = _drive_card(axes, chart, units)
         else:
             handles = _drive_tuning(figure, axes, chart, units)
-        figure.suptitle(heading(attrs, operating_point(point, units)), parse_math=False)
+        put_title(figure, heading(attrs, operating_point(point, units)))
         legend_below(figure, handles, 3)
         settle(figure)
     return figure

@@ -16,12 +16,12 @@ from matplotlib.lines import Line2D
 
 from nsdrill.analysis.attractors import Attractor
 from nsdrill.data import Array, Results
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import drawn_in
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges, robust_limits, spaced
 from nsdrill.plot.starts import along, matched
-from nsdrill.plot.style import FULL_WIDTH, REFERENCE, RESPONSES, new_figure
+from nsdrill.plot.style import FULL_WIDTH, REFERENCE, RESPONSES, new_figure, put_title
 
 HEIGHT = 6.0
 LARGEST, SMALLEST = 7.0, 1.6  # points of diameter, of the share 1 and of a single start among many
@@ -33,7 +33,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     x = quantity(axis, units)
     centres = np.asarray(results.coords[axis], float) / x.scale
     figure = new_figure(FULL_WIDTH, HEIGHT)
-    shown = model_in(results.attrs).drawn.attractors
+    shown = drawn_in(results.attrs).attractors
     grid = figure.add_gridspec(len(shown), 1)
     panels: list[Axes] = []
     joined = matched(results)
@@ -61,7 +61,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     figure.align_ylabels(panels)
     starts = len(results.coords["start"])
     point = operating_point(fixed_values(results), units)
-    figure.suptitle(heading(results.attrs, f"{point}; {starts} starts each"), parse_math=False)
+    put_title(figure, heading(results.attrs, f"{point}; {starts} starts each"))
     legend_below(figure, _handles([one for some, _ in found for one in some], joined=joined), 4)
     return figure
 

@@ -20,7 +20,7 @@ from nsdrill.data import Results
 from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import Line, edges, line, spaced
-from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, SHADE, new_figure
+from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, SHADE, new_figure, put_title
 
 ROW_OF_STRIP = 0.13  # inches for each procedure
 WORDS = 1.2  # inches that title, axis labels and legend take
@@ -58,7 +58,7 @@ def frame(results: Results, units: str, panels: int, height: float) -> tuple[Fig
         column[-1].set_xlim(*(edges(one.x)[[0, -1]] / x.scale))
         draw_strip(column[0], one, x.scale, name_rows=number == 0)
         column[0].set_title(column_title(one, units), pad=3)
-    figure.suptitle(heading(results.attrs, operating_point(fixed_values(results), units)), parse_math=False)
+    put_title(figure, heading(results.attrs, operating_point(fixed_values(results), units)))
     figure.align_ylabels(columns[0][1:])
     return figure, lines, columns
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import difflib
 import os
 
-from nsdrill.data import Results, Trace
+from nsdrill.data import Results, Trace, frozen_modes
 from nsdrill.errors import InputError
 from nsdrill.models.description import Description
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import drawn_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.schedule import moving
 from nsdrill.variables import POINT, TRUST
@@ -99,11 +99,11 @@ def variables_for(kind: str, model: Description) -> tuple[str, ...]:
 def kinds_for(data: Results | Trace) -> tuple[str, ...]:
     """The kinds in which ``data`` can be drawn, the default first."""
     if isinstance(data, Trace):
-        kinds = tuple(kind for kind in TRACE_KINDS if kind != "orbit" or {"x", "y"} <= data.variables.keys())
+        kinds = tuple(kind for kind in TRACE_KINDS if kind != "orbit" or has_orbit(data))
         return (*kinds, *(RAMP_KINDS if moving(data) else ()))
     if "start" in data.coords:
         return _start_kinds(data)
-    drawn = model_in(data.attrs).drawn
+    drawn = drawn_in(data.attrs)
     first = ("stick_slip_index", *ALIASES, "whirl_ratio")  # the named ones before the rest
     values = tuple(dict.fromkeys((*first, *(name for name in _VALUES if name in data.variables))))
     values = tuple(kind for kind in values if ALIASES.get(kind, kind) in data.variables)
@@ -120,6 +120,11 @@ def kinds_for(data: Results | Trace) -> tuple[str, ...]:
     if lengths[0] <= FEW:  # a handful of values is a comparison, not a plane
         return (*lines, *dict.fromkeys((*returns, *maps)), *values)
     return (*maps, *values)
+
+
+def has_orbit(trace: Trace) -> bool:
+    """Whether the collar centre of the trace has a path in the hole."""
+    return {"x", "y"} <= trace.variables.keys() and "lateral" not in frozen_modes(trace.attrs)
 
 
 def fits_columns(data: Results) -> bool:
@@ -179,11 +184,7 @@ def _advice(data: Results | Trace, kind: str) -> str:
         if "start" not in data.coords:
             return " (it needs several starts of every operating point: initial.ensemble or initial.slice)"
         return " (it shows one axis: select a value of the others)" if data.swept else " (it needs a swept axis)"
-    if (
-        kind == "bifurcation"
-        and isinstance(data, Results)
-        and model_in(data.attrs).drawn.peaks[0] not in data.variables
-    ):
+    if kind == "bifurcation" and isinstance(data, Results) and drawn_in(data.attrs).peaks[0] not in data.variables:
         return " (no peaks were recorded: run with record.peaks)"
     if kind in ("lyapunov_exponent", "lyapunov_error") and isinstance(data, Results):
         return " (it was not measured: run with record.exponent: true)"
@@ -193,4 +194,6 @@ def _advice(data: Results | Trace, kind: str) -> str:
         return f" (it shows one axis, or two of which one has at most {FEW} values: select one value of the others)"
     if kind in RAMP_KINDS and isinstance(data, Trace):
         return " at one operating point (it shows a run along a ramp)"
+    if kind == "orbit" and "lateral" in frozen_modes(data.attrs):
+        return " of a string whose lateral motion is frozen (it shows the collar centre, which stays in the middle)"
     return ""

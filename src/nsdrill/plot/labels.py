@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -68,8 +67,9 @@ def fixed_values(results: Results) -> dict[str, float]:
 
 
 def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
-    """The title of the study and, on lines of their own, what ``--set`` changed and the operating values."""
-    title = textwrap.fill(" ".join(str(attrs.get("title") or "").split()), width)
+    """The title of the study and, on lines of their own, what ``--set`` changed, in ``width`` characters, and the
+    operating values."""
+    title = " ".join(str(attrs.get("title") or "").split())
     return "\n".join(line for line in (title, changed(attrs, width), "; ".join([point, *_kind(attrs)])) if line)
 
 

@@ -42,6 +42,7 @@ from nsdrill.plot.style import (
     VERMILLION,
     WINE,
     new_figure,
+    put_title,
 )
 from nsdrill.variables import INFERRED
 
@@ -175,9 +176,7 @@ def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[lis
     spaced(panels[0], planes.results.coords[planes.x], planes.results.coords[planes.y])
     panels[0].set_xlim(across[0], across[-1])
     panels[0].set_ylim((down[-1], down[0]) if planes.y == "depth" else (down[0], down[-1]))
-    figure.suptitle(
-        heading(planes.results.attrs, operating_point(fixed_values(planes.results), units)), parse_math=False
-    )
+    put_title(figure, heading(planes.results.attrs, operating_point(fixed_values(planes.results), units)))
     return figure, [panels[row * columns : (row + 1) * columns] for row in range(rows)]
 
 

@@ -20,18 +20,18 @@ from matplotlib.ticker import MaxNLocator
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.description import Drawn
-from nsdrill.models.registry import model_in
-from nsdrill.plot.bifurcation import draw_drive_speed, draw_wall, marker_size
+from nsdrill.models.registry import drawn_in
+from nsdrill.plot.bifurcation import draw_set_speed, draw_wall, marker_size
 from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
 from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import Line, text
-from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, MOTIONS, REFERENCE, new_figure
+from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, MOTIONS, REFERENCE, new_figure, put_title
 from nsdrill.variables import OK
 
 
 def draw(results: Results, units: str = "si") -> Figure:
     """Every recorded return along one axis."""
-    shown = model_in(results.attrs).drawn.section
+    shown = drawn_in(results.attrs).section
     figure, lines, columns = frame(results, units, len(shown), 1.5 * len(shown) + 1.5)
     markers = len(shown) * int(np.isfinite(results[shown[0]]).sum())
     present: set[int] = set()
@@ -48,7 +48,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     if {"up", "down"} <= set(lines[0].procedures):
         handles += [_marker("up: filled", REFERENCE), _marker("down: open", "none")]
     wall = draw_wall(results, rows["section_radius"], units) if "section_radius" in rows else []
-    speed = draw_drive_speed(lines, rows["section_bit_speed"], units) if "section_bit_speed" in rows else []
+    speed = draw_set_speed(lines, rows["section_bit_speed"], units) if "section_bit_speed" in rows else []
     legend_below(figure, [*handles, *speed, *wall, *outcome_handles(lines, markers=False)], 4)
     return figure
 
@@ -115,7 +115,7 @@ def draw_point(results: Results, units: str = "si") -> Figure:
     names = [text(name) for name in results.coords["procedure"]]
     figure = new_figure(FULL_WIDTH, 0.4 + 2.2 * len(names))
     rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
-    gap, drawn = results.attrs.get("gap"), model_in(results.attrs).drawn
+    gap, drawn = results.attrs.get("gap"), drawn_in(results.attrs)
     for row, name in enumerate(names):
         here = {key: results[key][row].ravel() for key in results.variables if key.startswith("section_")}
         code = int(results["motion"][row].ravel()[0])
@@ -126,18 +126,18 @@ def draw_point(results: Results, units: str = "si") -> Figure:
         label = {"up": "carried up: ", "down": "carried down: "}.get(name, "")
         rows[row].suptitle(f"{label}{words}, {count} returns", fontsize="medium")
         _draw_planes(rows[row], here, drawn, units, gap, MOTIONS[code].colour)
-    figure.suptitle(heading(results.attrs, operating_point(fixed_values(results), units)), parse_math=False)
+    put_title(figure, heading(results.attrs, operating_point(fixed_values(results), units)))
     return figure
 
 
 def draw_trace(trace: Trace, units: str, title: str) -> Figure:
     """The section of a trace: its returns after the transient, if there is time for three."""
-    section, drawn = section_of(trace), model_in(trace.attrs).drawn
+    section, drawn = section_of(trace), drawn_in(trace.attrs)
     figure = new_figure(FULL_WIDTH, 2.7)
     begin = _observed_from(trace)
     words = f"{len(section['section_bit_speed'])} returns" + (f" after {begin:g} s" if begin else "")
     _draw_planes(figure, section, drawn, units, trace.attrs.get("gap"), BLUE)
-    figure.suptitle(f"{title}; {words}", parse_math=False)
+    put_title(figure, f"{title}; {words}")
     return figure
 
 
@@ -152,7 +152,7 @@ def _draw_planes(
         "markeredgewidth": 0.0,
         "color": colour,
     }
-    orbit = "section_radius" in section
+    orbit = "section_radius" in section and "section_radius" in drawn.section
     panels = list(np.atleast_1d(figure.subplots(1, orbit + len(drawn.section_planes))))
     if orbit:
         _draw_orbit(panels[0], section, units, gap, style)

@@ -16,12 +16,12 @@ from matplotlib.lines import Line2D
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import drawn_in
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import heading, operating_point, quantity
 from nsdrill.plot.schedule import moving, point_words, rate_words, set_values
 from nsdrill.plot.slices import line, ordered
-from nsdrill.plot.style import BLUE, FULL_WIDTH, GREY, MANY_MARKERS, REFERENCE, VERMILLION, new_figure
+from nsdrill.plot.style import BLUE, FULL_WIDTH, GREY, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, put_title
 from nsdrill.variables import AXES, OK
 
 SWEPT = "#D9D9D9"  # the sweep lies behind, paler than anything of the ramp
@@ -31,7 +31,7 @@ WALL_IN_SIGHT = 0.4
 def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure:
     axis = moving(trace)[0]
     x = quantity(axis, units)
-    drawn = model_in(trace.attrs).drawn.panels
+    drawn = drawn_in(trace.attrs).panels
     figure = new_figure(FULL_WIDTH, 1.2 + 1.7 * len(drawn))
     panels = list(np.atleast_1d(figure.subplots(len(drawn), 1, sharex=True)))
     value = set_values(trace, axis)
@@ -68,7 +68,7 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
     panels[-1].set_xlim((value.min() - margin) / x.scale, (value.max() + margin) / x.scale)
     panels[-1].set_xlabel(x.label)
     rate = rate_words(trace, axis, units)
-    figure.suptitle(heading(trace.attrs, f"{point_words(trace, units)}{'; ' + rate if rate else ''}"), parse_math=False)
+    put_title(figure, heading(trace.attrs, f"{point_words(trace, units)}{'; ' + rate if rate else ''}"))
     figure.align_ylabels(panels)
     legend_below(figure, handles, 4)
     return figure
@@ -122,7 +122,7 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
             else "x", "markersize": 3.0 if procedure != "down" else 2.2, "markeredgewidth": 0.0 if procedure != "down"
             else 0.4, "zorder": 1.0,
         }  # fmt: skip
-        for axes, peaks in zip(panels, model_in(trace.attrs).drawn.peaks, strict=True):
+        for axes, peaks in zip(panels, drawn_in(trace.attrs).peaks, strict=True):
             heights = np.where(fine[row][:, None], one[peaks][row], np.nan) / quantity(peaks, units).scale
             at = np.broadcast_to((one.x / x.scale)[:, None], heights.shape)
             axes.plot(
@@ -138,19 +138,19 @@ def draw_sweep(panels: list[Axes], results: Results, trace: Trace, axis: str, un
 
 
 def _references(panels: list[Axes], trace: Trace, axis: str, units: str) -> list[Artist]:
-    """The drive's speed and the wall of the hole, as lines."""
+    """The set speed and the wall of the hole, as lines, where their motions are drawn."""
     style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2), "zorder": 3}
     handles: list[Artist] = []
-    speed = trace["drive_speed"] / quantity("bit_speed", units).scale
+    speed = set_values(trace, "rotary_speed") / quantity("bit_speed", units).scale
     ends = np.array([speed.min(), speed.max()])
-    modes = [panel.mode for panel in model_in(trace.attrs).drawn.panels]
-    torsion = panels[modes.index("torsional")]
-    if axis == "rotary_speed":
-        torsion.plot(ends, ends, gid="drive speed", **style)
-        handles.append(Line2D([], [], label="drive speed", **style))
-    elif ends[0] == ends[1]:
-        torsion.axhline(ends[0], gid="drive speed", **style)
-        handles.append(Line2D([], [], label="drive speed", **style))
+    modes = [panel.mode for panel in drawn_in(trace.attrs).panels]
+    if "torsional" in modes and (axis == "rotary_speed" or ends[0] == ends[1]):
+        torsion = panels[modes.index("torsional")]
+        if axis == "rotary_speed":
+            torsion.plot(ends, ends, gid="set speed", **style)
+        else:
+            torsion.axhline(ends[0], gid="set speed", **style)
+        handles.append(Line2D([], [], label="set speed", **style))
     gap, r = trace.attrs.get("gap"), quantity("radius", units)
     if gap is None or "lateral" not in modes:
         return handles

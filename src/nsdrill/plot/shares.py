@@ -25,7 +25,7 @@ from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges, spaced
 from nsdrill.plot.starts import along, matched
-from nsdrill.plot.style import FULL_WIDTH, RESPONSES, new_figure
+from nsdrill.plot.style import FULL_WIDTH, RESPONSES, new_figure, put_title
 
 HEIGHT = 3.6
 LEAST = 0.02  # borders of attractors with a smaller share are not drawn: their columns would be all border
@@ -59,7 +59,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     axes.set_ylabel("Share of the slice [%]" if results.slice else "Share of the starts [%]")
     starts = len(results.coords["start"])
     point = operating_point(fixed_values(results), units)
-    figure.suptitle(heading(results.attrs, f"{point}; {starts} starts each"), parse_math=False)
+    put_title(figure, heading(results.attrs, f"{point}; {starts} starts each"))
     handles: list[Artist] = [Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
     if divided:
         handles.append(Line2D([], [], color="white", linewidth=1, label="between attractors", path_effects=_outlined()))

@@ -7,6 +7,7 @@ that a picture survives a grey printer.
 from __future__ import annotations
 
 import io
+import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -22,6 +23,7 @@ from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
 NOTEBOOK_DPI = 110
+SHORTEST_LINE = 20  # characters of a title
 RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF and SVG
 MANY_MARKERS = 20_000  # above this a vector file is slow to open, so its markers become an image; the text stays text
 
@@ -30,7 +32,7 @@ WINE, GREY, BLACK = "#882255", "#ABABAB", "#000000"
 SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale enough to carry every marker colour
 # Cells reach a hair over their borders: else viewers of PDF and SVG show the page between neighbours.
 SEAMLESS: dict[str, Any] = {"edgecolors": "face", "linewidth": 0.6}
-REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the drive speed
+REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the set speed
 DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}  # colours belong to the responses
 
 RC: dict[str, Any] = {
@@ -92,7 +94,7 @@ RESPONSES: tuple[ResponseStyle, ...] = (
 )
 # Indexed by the kind of motion. Paul Tol's muted colours: none of them stands for a response.
 MOTIONS: tuple[ResponseStyle, ...] = (
-    ResponseStyle("undetermined", GREY, "."),
+    ResponseStyle("undetermined", "#999933", "."),
     ResponseStyle("equilibrium", BLACK, "_"),
     ResponseStyle("periodic", "#332288", "o"),
     ResponseStyle("quasi-periodic", "#44AA99", "D"),
@@ -135,6 +137,22 @@ def new_figure(width: float, height: float) -> Figure:
     assert isinstance(engine, ConstrainedLayoutEngine)
     engine.set(w_pad=0.03, h_pad=0.03, hspace=0.02, wspace=0.02)
     return figure
+
+
+def put_title(figure: Figure, text: str) -> None:
+    """Give the figure a title, its lines broken where they are wider than the figure."""
+    title = figure.suptitle(text, parse_math=False)
+    if title is None:  # drawn into the axes of others, whose title it is
+        return
+    room, lines = figure.bbox.width - 6.0 * figure.dpi / 72, []
+    for line in text.split("\n"):
+        count = len(line)
+        title.set_text(line)
+        while (width := title.get_window_extent().width) > room and count > SHORTEST_LINE:
+            count = max(SHORTEST_LINE, min(count - 1, int(count * room / width) + 2))
+            title.set_text(textwrap.fill(line, count))
+        lines.append(title.get_text())
+    title.set_text("\n".join(lines))
 
 
 def settle(figure: Figure) -> None:

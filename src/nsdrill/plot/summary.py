@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nsdrill.data import Results
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import drawn_in
 from nsdrill.plot.bands import bounds, words
 from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
 from nsdrill.plot.kinds import value_name
@@ -24,7 +24,7 @@ SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
 def draw(results: Results, kind: str = "summary", units: str = "si") -> Figure:
-    names = model_in(results.attrs).drawn.summary if kind == "summary" else (value_name(kind) or kind,)
+    names = drawn_in(results.attrs).summary if kind == "summary" else (value_name(kind) or kind,)
     figure, lines, columns = frame(results, units, len(names), 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9)
     for row, name in enumerate(names, start=1):
         y = quantity(name, units)

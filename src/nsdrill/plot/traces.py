@@ -12,11 +12,12 @@ from matplotlib.patches import Circle
 
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import drawn_in
 from nsdrill.plot.decimation import envelope, last_part
+from nsdrill.plot.kinds import has_orbit
 from nsdrill.plot.labels import heading, quantity
-from nsdrill.plot.schedule import moving, point_words
-from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, VERMILLION, new_figure
+from nsdrill.plot.schedule import moving, point_words, set_values
+from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, put_title
 from nsdrill.variables import SCHEDULED
 
 ROOM_FOR_HISTORY = 1.2  # inches of page
@@ -30,8 +31,9 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
     if len(trace.time) < 2:
         raise InputError(f"trace: found {len(trace.time)} samples; allowed: two or more.")
     title = title_of(trace, units)
-    more, planes = ROOM_FOR_SCHEDULE * len(moving(trace)), len(model_in(trace.attrs).drawn.planes)
-    more -= ROOM_FOR_HISTORY * (6 - len(model_in(trace.attrs).drawn.histories))
+    drawn = drawn_in(trace.attrs)
+    more, planes = ROOM_FOR_SCHEDULE * len(moving(trace)), len(drawn.planes)
+    more -= ROOM_FOR_HISTORY * (6 - len(drawn.histories))
     if kind == "histories":
         figure = new_figure(FULL_WIDTH, 7.2 + more)
         draw_histories(figure, trace, units)
@@ -45,7 +47,7 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
         figure = new_figure(FULL_WIDTH, 8.6 + more)
         left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
         draw_histories(left, trace, units)
-        orbit = {"x", "y"} <= trace.variables.keys()
+        orbit = has_orbit(trace)
         panels = list(
             np.atleast_1d(right.subplots(orbit + planes, 1, height_ratios=[*[1.55] * orbit, *[1.0] * planes]))
         )
@@ -53,7 +55,7 @@ def draw(trace: Trace, kind: str = "trace", units: str = "si") -> Figure:
             draw_orbit(panels[0], trace, units)
         draw_planes(panels[orbit:], trace, units)
         right.align_ylabels(panels[orbit:])
-    figure.suptitle(title if kind != "orbit" else title_of(trace, units, width=50), parse_math=False)
+    put_title(figure, title if kind != "orbit" else title_of(trace, units, width=50))
     return figure
 
 
@@ -71,7 +73,7 @@ def _point(trace: Trace, units: str) -> str:
 def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None:
     """The motions and the contact forces against time, and what of the operating point moves, one below the other."""
     scheduled = [SCHEDULED[name] for name in moving(trace)]
-    names = (*model_in(trace.attrs).drawn.histories, *scheduled)
+    names = (*drawn_in(trace.attrs).histories, *scheduled)
     panels = list(np.atleast_1d(figure.subplots(len(names), 1, sharex=True)))
     time = quantity("time", units)
     for axes, name in zip(panels, names, strict=True):
@@ -81,14 +83,15 @@ def draw_histories(figure: Figure | SubFigure, trace: Trace, units: str) -> None
         axes.set_ylabel(y.label)
         axes.margins(x=0)
     speed, gap = trace.attrs.get("rotary_speed"), trace.attrs.get("gap")
-    if "drive_speed" in scheduled:
-        t, values = envelope(trace.time, trace["drive_speed"] / quantity("bit_speed", units).scale, BINS)
+    if "bit_speed" in names and "drive_speed" in scheduled:
+        speeds = set_values(trace, "rotary_speed") / quantity("bit_speed", units).scale
+        t, values = envelope(trace.time, speeds, BINS)
         panels[names.index("bit_speed")].plot(
-            t / time.scale, values, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3, gid="drive speed"
+            t / time.scale, values, color=REFERENCE, linewidth=0.7, dashes=(4, 2), zorder=3, gid="set speed"
         )
-    elif speed is not None:
-        _reference(panels[names.index("bit_speed")], float(speed) / quantity("bit_speed", units).scale, "drive speed")
-    if gap is not None:
+    elif "bit_speed" in names and speed is not None:
+        _reference(panels[names.index("bit_speed")], float(speed) / quantity("bit_speed", units).scale, "set speed")
+    if "radius" in names and gap is not None:
         _reference(panels[names.index("radius")], float(gap) / quantity("radius", units).scale, "wall")
     panels[-1].set_xlabel(time.label)
     figure.align_ylabels(panels)
@@ -153,7 +156,7 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
 def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
     """Velocity over position for each motion."""
     part, words = shown_part(trace)
-    for axes, (across, up) in zip(panels, model_in(trace.attrs).drawn.planes, strict=True):
+    for axes, (across, up) in zip(panels, drawn_in(trace.attrs).planes, strict=True):
         x, y = quantity(across, units), quantity(up, units)
         axes.plot(
             trace[across][part] / x.scale,
@@ -166,9 +169,8 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
         axes.set(xlabel=x.label, ylabel=y.label)
         if words:
             axes.set_title(words)
-    gap = trace.attrs.get("gap")
-    if gap is not None:
-        r = quantity("radius", units)
-        low, high = panels[-1].get_xlim()
-        if low < float(gap) / r.scale < high:
-            panels[-1].axvline(float(gap) / r.scale, color=REFERENCE, linewidth=0.7, dashes=(4, 2), gid="wall")
+        gap = trace.attrs.get("gap")
+        if across == "radius" and gap is not None:
+            low, high = axes.get_xlim()
+            if low < float(gap) / x.scale < high:
+                axes.axvline(float(gap) / x.scale, color=REFERENCE, linewidth=0.7, dashes=(4, 2), gid="wall")

@@ -23,7 +23,7 @@ from nsdrill.plot.kinds import MAX_PANELS
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.maps import WRAP, hatch
 from nsdrill.plot.slices import edges, spaced
-from nsdrill.plot.style import BLACK, FULL_WIDTH, SEAMLESS, new_figure
+from nsdrill.plot.style import BLACK, FULL_WIDTH, SEAMLESS, new_figure, put_title
 
 SAFE_COLOUR, RIM_COLOUR, CRITICAL_COLOUR, UNKNOWN_COLOUR = "#D3ECFA", "#E69F00", "#6E6E6E", "#FFFFFF"
 COLOURS = ListedColormap([UNKNOWN_COLOUR, CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR], name="window")
@@ -78,9 +78,7 @@ def _frame(found: Classes, shown: list[int], units: str) -> tuple[Figure, list[A
     spaced(panels[0], found.values(found.x), found.values(found.y) if found.y else None)
     panels[0].set_xlim(across[0], across[-1])
     panels[0].set_ylim((up[-1], up[0]) if found.y == "depth" else (up[0], up[-1]))
-    figure.suptitle(
-        heading(found.results.attrs, operating_point(fixed_values(found.results), units), width=80), parse_math=False
-    )
+    put_title(figure, heading(found.results.attrs, operating_point(fixed_values(found.results), units), width=80))
     return figure, panels
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from nsdrill.data import Array, Results
 from nsdrill.files import replacing
-from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.store import hdf5
 from nsdrill.units import CF
 from nsdrill.variables import CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
@@ -31,7 +31,8 @@ def to_csv(
     """One row per point: its coordinates, every variable, and the flags once more in words, ``unknown`` for labels that
     a point has not, because its run failed or was not made.
 
-    Peaks, returns to the section and states take a column per entry, ``axial_peaks_0 [m]``, if asked for.
+    Peaks, returns to the section and states take a column per entry, ``axial_peaks_0 [m]``, ``final_state_lag [rad]``,
+    if asked for.
     Numbers have as many digits as give back the same bits; a missing one is ``nan``. Written row by row.
     """
     asked = {"peaks": peaks, "section": section, "states": states}
@@ -92,8 +93,9 @@ def _headings(results: Results, chosen: Iterable[Variable]) -> list[str]:
     for variable in chosen:
         extra = variable.dims[len(POINT) :]
         if extra:
-            units = "" if variable.room == "states" else variable.units
-            names.extend(_heading(f"{variable.name}_{item}", units) for item in results.coords[extra[0]])
+            for item in results.coords[extra[0]].tolist():
+                units = IN_TRACE[item].units if variable.room == "states" else variable.units
+                names.append(_heading(f"{variable.name}_{item}", units))
         elif variable.flag_meanings is not None:
             names.extend((variable.name, f"{variable.name}_words"))
         else:

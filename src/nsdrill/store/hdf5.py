@@ -35,6 +35,10 @@ from nsdrill.units import plain_units
 from nsdrill.variables import FORMAT_VERSION, PROCEDURES, Axis, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
+TURNED = (
+    "Another program has transposed it. Give it that order again before it is written; in xarray, of a Dataset data, "
+    "data.transpose(*data.attrs['dimensions'].split(), 'peak', 'crossing', 'state', missing_dims='ignore')."
+)
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _SEAL = struct.Struct("<8sQ32s")
 _SEAL_MAGIC = b"nsdrill\x1a"
@@ -43,6 +47,7 @@ _PROBE_SECONDS = 20.0
 _RATIO = 2000  # of numbers to the bytes that hold them; deflate reaches 1032
 _MOST_MEMBERS = 1000
 _MOST_NAMES = {"procedure": len(PROCEDURES), "state": 1000}
+_TURNED = 3  # exit code of the probe: a variable has other dimensions than the file says
 _PROBE = f"""
 import os, resource, sys
 resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
@@ -58,7 +63,8 @@ def look(name, thing):
             raise ValueError(name + " claims more numbers than the file can hold")
         named = [dim[0].name.strip("/") if order and len(dim) else "" for dim in thing.dims]
         if all(named) and [item for item in named if item in order] != [item for item in order if item in named]:
-            raise ValueError(name + " has its dimensions in another order than the attribute dimensions")
+            print(name)
+            sys.exit({_TURNED})
         for part in thing.iter_chunks() if thing.chunks else [()]:
             thing[part]
 with h5py.File(sys.argv[1], "r") as file:
@@ -257,6 +263,11 @@ def _probe(path: str | os.PathLike[str]) -> None:
         raise damaged(path, "reading it does not end") from error
     if child.returncode < 0:
         raise damaged(path, f"the HDF5 library crashes on it (signal {-child.returncode})")
+    if child.returncode == _TURNED:
+        raise FileError(
+            f"{path}: {printable(child.stdout.strip())} has its dimensions in another order than the attribute "
+            f"dimensions says. {TURNED}"
+        )
     if child.returncode:
         said = child.stderr.strip().splitlines() or ["no reason given"]
         raise damaged(path, said[-1])
@@ -298,7 +309,8 @@ def check_shape(path: str | os.PathLike[str], file: Any, name: str, shape: tuple
     if dataset.shape != shape or dataset.dtype.kind not in kinds:
         raise FileError(
             f"{path}: {name} has shape {dataset.shape} and type {dataset.dtype}; it should have shape {shape} and "
-            f"{'real' if kinds == 'f' else 'whole'} numbers. {EDITED}"
+            f"{'real' if kinds == 'f' else 'whole'} numbers. "
+            + (TURNED if dataset.shape != shape and sorted(dataset.shape) == sorted(shape) else EDITED)
         )
     return dataset
 

@@ -37,6 +37,14 @@ def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Any]
     return {"gap": float(derive(at.parameters, *at.operation).gap)}
 
 
+# Of what is drawn, that which stands still with a mode. The torque on the bit follows the load as well as the speed.
+MODES = {
+    "axial": ("z", "vz", "bit_force", "section_axial", "section_axial_velocity", "axial_max", "lift_off_fraction"),
+    "torsional": ("twist", "bit_speed", "section_twist", "section_bit_speed", "stick_slip_index"),
+    "lateral": ("x", "y", "radius", "radial_velocity", "wall_force", "section_radius", "section_radial_velocity",
+                "section_whirl_angle", "radius_max", "wall_contact_fraction", "whirl_ratio"),
+}  # fmt: skip
+
 DESCRIPTION = Description(
     name=MODEL,
     title="The axial, torsional and lateral oscillator of Christoforou and Yigit: rock, wall, lobes",
@@ -90,5 +98,6 @@ DESCRIPTION = Description(
             ("axial_min", "axial_max", "Axial range"),
             (None, "stick_slip_index", "Stick-slip index"),
         ),
+        modes={name: mode for mode, names in MODES.items() for name in names},
     ),
 )

@@ -131,7 +131,7 @@ def _initial(check: Any) -> Iterator[Fault]:
 
 def _modes(check: Any) -> Iterator[Fault]:
     """Some mode is free, and no value and no axis is of a frozen one alone."""
-    if not check.sound("modes", "drive"):
+    if not check.sound("modes", "drive", "drive.kind", *(f"modes.{mode}" for mode in FROZEN)):
         return
     stay = [name for name in FROZEN if check.value(f"modes.{name}") == "frozen"]
     if len(stay) == len(FROZEN):
@@ -200,7 +200,7 @@ def _exponent(check: Any) -> Iterator[Fault]:
 def _law(check: Any) -> Iterator[Fault]:
     """No value and no axis that the friction law of the bit does not read."""
     section = "bit.friction."
-    if not check.sound("bit.friction"):
+    if not check.sound("bit.friction", "bit.friction.law"):
         return
     law = check.value(f"{section}law")
     allowed = f"what the law {law} reads: {', '.join(READ_BY_LAW[law])}"
@@ -218,7 +218,7 @@ def _law(check: Any) -> Iterator[Fault]:
 
 def _drive(check: Any) -> Iterator[Fault]:
     """No value and no axis that the kind of drive does not read."""
-    if not check.sound("drive"):
+    if not check.sound("drive", "drive.kind"):
         return
     kind = check.value("drive.kind")
     allowed = f"what a drive of the kind {kind} reads: {', '.join(READ_BY[kind]) or 'nothing'}"
