@@ -19,7 +19,7 @@ from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.kernel.settings import LONGEST, Simulation
 from nsdrill.models.leaves import OPERATION, Values, values_at
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import model_named
+from nsdrill.models.registry import described, model_named
 from nsdrill.models.schedule import Schedule
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.trace import make_tracer, samples_of, trace_store
@@ -266,7 +266,9 @@ def _trace(
     }
     told = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
     point = history if schedule.ramps else start
-    return Trajectory(Trace(time, {**state, **model.outputs(study.parameters, point, state), **told}, attrs), status)
+    known = {variable.name for variable in described(study.model).trace}
+    shown = {name: values for name, values in state.items() if name in known}
+    return Trajectory(Trace(time, {**shown, **model.outputs(study.parameters, point, state), **told}, attrs), status)
 
 
 def _points(study: Study, operation: Operation) -> Values:

@@ -136,7 +136,7 @@ class Model(ABC):
         """The observer's store, with room for ``more`` numbers of other observers at its end."""
 
     @abstractmethod
-    def report_width(self, record: Record) -> int:
+    def report_width(self, record: Record, variant: Variant) -> int:
         """How many columns the observer reports."""
 
     @abstractmethod
@@ -149,12 +149,16 @@ class Model(ABC):
         """The last local maxima by the names of their variables, each an array [n, peaks], NaN where fewer."""
 
     @abstractmethod
-    def section(self, report: Array, record: Record) -> dict[str, Array]:
+    def section(self, report: Array, record: Record, variant: Variant) -> dict[str, Array]:
         """The last returns to the Poincare section by the names of their variables, arrays [n, returns]."""
 
     @abstractmethod
     def returns(self, section: Mapping[str, Array]) -> Array:
         """The states at the returns, shape (n, returns, states), in a frame in which what repeats is seen to."""
+
+    def seen(self, sizes: Array) -> Array:
+        """The natural sizes of what :meth:`returns` gives, from those of the states: of the first ones, here."""
+        return sizes
 
     @abstractmethod
     def classify(

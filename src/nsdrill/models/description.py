@@ -76,7 +76,9 @@ class Description:
     ``parameters`` is the dataclass tree of its numbers, each field a section of the study; ``initial`` that of its
     start; ``meanings`` says in one line what each key of these means. ``states`` gives the names of the states that
     a string with these parameters has, the angle of the drive last: one of ``state_sets``, of which the first is the
-    usual one. ``own_trace`` has the variables of a trace, the states among them.
+    usual one. A model whose number of states depends on its parameters says in ``states_allowed`` whether a file may
+    have such states, and in ``sliced`` which a slice of starts may vary. ``own_trace`` has the variables of a trace;
+    the states that are not among them are not shown.
 
     ``labels`` stand after ``response``, which has a bit for each of ``responses``, those that the model can show;
     ``check_features`` are the features from which the responses are made; ``shown`` those whose range ``show`` prints.
@@ -97,6 +99,8 @@ class Description:
     features: tuple[Variable, ...]
     own_trace: tuple[Variable, ...]
     state_sets: tuple[tuple[str, ...], ...]
+    states_allowed: Callable[[tuple[str, ...]], bool] | None = None
+    sliced: tuple[str, ...] = ()
     labels: tuple[Variable, ...] = ()
     peaks: tuple[Variable, ...] = ()
     section: tuple[Variable, ...] = ()
@@ -120,6 +124,10 @@ class Description:
     def all_states(self) -> tuple[str, ...]:
         """Every state that a string of this model may have."""
         return max(self.state_sets, key=len)
+
+    def may_have(self, states: tuple[str, ...]) -> bool:
+        """Whether a string of this model may have these states, by their names in order."""
+        return states in self.state_sets or (self.states_allowed is not None and self.states_allowed(states))
 
     @property
     def trace(self) -> tuple[Variable, ...]:

@@ -107,9 +107,17 @@ class ScalarModel(Model):
         columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names))
         return np.stack(columns, axis=1)
 
+    def given(self, variant: Variant) -> tuple[str, ...]:
+        """The names of what a start gives: fields of the study's section, in the order in which they are drawn."""
+        return (*self.states(variant), "drive_angle")
+
+    def started(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """All states by their names and the drive's angle, from what a start gives."""
+        return values
+
     def starts(self, points: Values, number: Array | int) -> Array:
         variant, initial = self.variant(points.parameters), points.initial
-        names = (*self.states(variant), "drive_angle")
+        names = self.given(variant)
         steady = self.steady(points)
         values = {name: steady[name] if getattr(initial, name) is None else getattr(initial, name) for name in names}
         number = np.atleast_1d(np.asarray(number))
@@ -123,6 +131,7 @@ class ScalarModel(Model):
             words = np.random.Philox(key=initial.seed).random_raw(initial.starts * len(names))
             uniform = np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(initial.starts, len(names))
             values |= self.drawn(points, uniform[number])
+        values, names = self.started(points, values), (*self.states(variant), "drive_angle")
         columns = [np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names]
         points_of = np.broadcast_arrays(*columns, *(np.atleast_1d(value) for value in points.operation), number)
         return np.stack(points_of[: len(names)], axis=1)
@@ -167,10 +176,10 @@ class ScalarModel(Model):
         returns = record.poincare
         return new_store(lanes, self.names(variant), self.declaration(variant), record.peaks, returns, more)
 
-    def report_width(self, record: Record) -> int:
+    def report_width(self, record: Record, variant: Variant) -> int:
         from nsdrill.observe.findings import report_width
 
-        return report_width(self.names(()), self.declaration(()), record.peaks, record.poincare)
+        return report_width(self.names(variant), self.declaration(variant), record.peaks, record.poincare)
 
     def features(self, report: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
         from nsdrill.observe.findings import measured
@@ -183,10 +192,10 @@ class ScalarModel(Model):
 
         return peaks_of(self.declaration(()), report, record.peaks)
 
-    def section(self, report: Array, record: Record) -> dict[str, Array]:
+    def section(self, report: Array, record: Record, variant: Variant) -> dict[str, Array]:
         from nsdrill.observe.findings import returns_of
 
-        names, declaration = self.names(()), self.declaration(())
+        names, declaration = self.names(variant), self.declaration(variant)
         found = returns_of(names, declaration, report, record.peaks, record.poincare)
         return {f"section_{name}": found[..., number] for number, name in enumerate(names.states)}
 
@@ -213,10 +222,10 @@ class ScalarModel(Model):
         settled = features["half_difference"] <= thresholds.settled.tolerance
         labels = {"response": response, **severities(features, response, thresholds), "settled": settled}
         labels = {name: np.where(status == OK, value, 0).astype(np.int8) for name, value in labels.items()}
-        if f"section_{self.names(()).states[0]}" in features:
-            still = self.still(features, sizes, thresholds.motion.absolute)
+        if any(name.startswith("section_") for name in features):
+            still, seen = self.still(features, sizes, thresholds.motion.absolute), self.seen(sizes)
             returns = self.returns(features)
-            labels |= motions(features, status, labels["settled"], returns, sizes, still, thresholds)
+            labels |= motions(features, status, labels["settled"], returns, seen, still, thresholds)
         return labels
 
     def scales(self, table: Array) -> dict[str, Array]:

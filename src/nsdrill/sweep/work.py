@@ -87,7 +87,7 @@ class Work:
         model, record, rows = self.kind, self.record, self.variant.rows
         more = scratch_size(rows, len(model.contacts)) if record.exponent else 0
         store = model.store(lanes, self.parameters, record, more)
-        width = model.report_width(record)
+        width = model.report_width(record, self.variant.fixed)
         if record.exponent:
             store[GROWTH_HEADER : GROWTH_HEADER + 2] = growth_header(self.simulation.observe)
             width += len(GROWTH_REPORT)
@@ -137,7 +137,7 @@ class Work:
             measured |= _where(ok, exponent_of(growth, self.simulation.observe, bias))
         size = model.sizes(done.parameters, self.variant.fixed)
         if record.poincare:
-            measured |= _where(ok, model.section(done.report, record))
+            measured |= _where(ok, model.section(done.report, record, self.variant.fixed))
             measured["zero_one"] = self._zero_one(model.returns(measured), size)
         labels = model.classify(measured, done.status, self.thresholds, size)
         return {
@@ -154,7 +154,7 @@ class Work:
 
     def _zero_one(self, returns: Array, size: Array) -> Array:
         """The 0-1 test where it says something: on motions without a period."""
-        size = size[:, : returns.shape[-1]]  # not all states need be seen at a return
+        size = self.kind.seen(size)[:, : returns.shape[-1]]  # not all states need be seen at a return
         index = np.full(len(size), np.nan)
         open_ = np.flatnonzero(period(returns, size, self.thresholds.motion) == 0)
         index[open_] = zero_one(returns[open_], size[open_])

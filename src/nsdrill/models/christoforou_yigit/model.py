@@ -93,7 +93,7 @@ class ChristoforouYigit(Model):
         spacing = section.REVOLUTION / (parameters.bit.lobes if record.section == "lobe" else 1)
         return layout.new_store(lanes, record.peaks, record.poincare, spacing, more)
 
-    def report_width(self, record: Record) -> int:
+    def report_width(self, record: Record, variant: Variant) -> int:
         return layout.report_width(record.peaks, record.poincare)
 
     def features(self, report: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
@@ -103,7 +103,7 @@ class ChristoforouYigit(Model):
         heights = reduce.peaks(report, record.peaks)
         return {name: heights[:, i] for i, name in enumerate(variable.name for variable in PEAKS)}
 
-    def section(self, report: Array, record: Record) -> dict[str, Array]:
+    def section(self, report: Array, record: Record, variant: Variant) -> dict[str, Array]:
         return section.coordinates(reduce.section(report, record.peaks, record.poincare))
 
     def returns(self, section: Mapping[str, Array]) -> Array:

@@ -1,0 +1,125 @@
+"""What this model tells those who do not compute with it."""
+
+from __future__ import annotations
+
+from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.segments.names import DEFAULT, names_of
+from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters
+from nsdrill.models.segments.relations import ORDERS, relations
+from nsdrill.variables import at_section, feature, flag, in_trace, last_peaks
+
+
+def states_of(pipes: int, collars: int) -> tuple[str, ...]:
+    """The names of the states with so many segments, the angle of the drive last."""
+    return (*names_of(pipes, collars).states, "drive_angle")
+
+
+def states(parameters: Parameters) -> tuple[str, ...]:
+    """The names of the states of a string."""
+    return states_of(parameters.drillstring.pipe_segments, parameters.drillstring.collar_segments)
+
+
+def are_states(found: tuple[str, ...]) -> bool:
+    """Whether these are the states of a string with any allowed number of segments. (The names tell of all segments
+    together only.)"""
+    last = (len(found) - 2) // 4 - 1
+    return 2 <= last <= 2 * MOST_SEGMENTS and found == states_of(1, last - 1)
+
+
+_SEVERITIES = "none torsional_oscillation medium onset_of_full_stall severe"
+DESCRIPTION = Description(
+    name="segments",
+    title="A string of segments in the axial and the torsional direction, with mud, hoist and an electric motor",
+    parameters=Parameters,
+    initial=Initial,
+    meanings={
+        "drillstring": "The string", "drillstring.kelly": "The kelly, a rigid body",
+        "hoist": "What the string hangs from", "mud": "The drilling fluid", "mud.density": "Density",
+        "mud.flow": "Mean flow", "well": "The hole", "bit": "The bit on its lobed surface",
+        "bit.lobes": "Lobes a turn: 3 for a roller cone, 1 for a PDC bit",
+        "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2",
+        "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set speed",
+        "bit.friction": "Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w)",
+        "drive": "What turns the string; each kind reads its own keys",
+        "drive.kind": "Motor at constant voltage, a drive that keeps its speed, or a controlled motor",
+        "initial.z": "Bit above its mean cutting surface; null: where it rests under the weight on bit",
+        "initial.bit_speed": "Bit speed; null: the set speed; a string at rest 0",
+    },
+    states=states,
+    state_sets=(states_of(*DEFAULT),),
+    states_allowed=are_states,
+    sliced=("z", "twist", "bit_speed", "drive_angle"),
+    responses=("bit_bounce", "stick_slip"),
+    check_features=("lift_off_fraction", "stick_slip_index"),
+    labels=(
+        flag("stick_slip_severity", "severity band of the stick-slip index", _SEVERITIES),
+        flag("bounce_severity", "severity band of the time off the rock", "none light moderate strong severe"),
+    ),
+    features=(
+        feature("bit_speed_min", "rad s-1", "least bit speed"),
+        feature("bit_speed_max", "rad s-1", "greatest bit speed"),
+        feature("bit_speed_mean", "rad s-1", "mean bit speed"),
+        feature("stick_slip_index", "percent", "stick-slip index (max - min) / (2 mean) of bit speed"),
+        feature("stuck_fraction", "1", "fraction of time with the bit stuck"),
+        feature("axial_min", "m", "lowest bit position"),
+        feature("axial_max", "m", "highest bit position"),
+        feature("lift_off_fraction", "1", "fraction of time with the bit off the rock"),
+        feature("bit_force_max", "N", "greatest force on the bit"),
+        feature("surface_torque_min", "N m", "least torque at the surface"),
+        feature("surface_torque_max", "N m", "greatest torque at the surface"),
+        feature("surface_torque_mean", "N m", "mean torque at the surface"),
+        feature("drive_speed_min", "rad s-1", "least speed of the drive"),
+        feature("drive_speed_max", "rad s-1", "greatest speed of the drive"),
+        feature("current_min", "A", "least current of the motor"),
+        feature("current_max", "A", "greatest current of the motor"),
+        feature("hook_load_change_min", "N", "least hook load, less that off bottom"),
+        feature("hook_load_change_max", "N", "greatest hook load, less that off bottom"),
+    ),
+    peaks=(
+        last_peaks("axial_peaks", "m", "last local maxima of the bit position"),
+        last_peaks("bit_speed_peaks", "rad s-1", "last local maxima of the bit speed"),
+    ),
+    section=(
+        at_section("axial", "m", "bit position"),
+        at_section("axial_velocity", "m s-1", "axial velocity"),
+        at_section("twist", "rad", "twist of the string"),
+        at_section("bit_speed", "rad s-1", "bit speed"),
+        at_section("drive_speed", "rad s-1", "speed of the drive"),
+        at_section("current", "A", "current of the motor"),
+    ),
+    own_trace=(
+        in_trace("z", "m", "bit position above its mean cutting surface, positive up"),
+        in_trace("vz", "m s-1", "axial velocity of the bit"),
+        in_trace("twist", "rad", "twist of the string: bit angle less drive angle"),
+        in_trace("bit_speed", "rad s-1", "bit speed"),
+        in_trace("lag", "rad", "lag of the drive: its angle less that of the set speed"),
+        in_trace("drive_speed", "rad s-1", "speed of the drive"),
+        in_trace("current", "A", "current of the motor"),
+        in_trace("drive_angle", "rad", "drive angle at the top"),
+        in_trace("bit_force", "N", "force of the rock on the bit"),
+        in_trace("bit_torque", "N m", "torque of the rock on the bit"),
+        in_trace("surface_torque", "N m", "torque at the surface"),
+        in_trace("hook_load_change", "N", "hook load less that off bottom"),
+    ),
+    shown=("stick_slip_index", "stuck_fraction", "lift_off_fraction", "bit_force_max", "surface_torque_max"),
+    orders=ORDERS,
+    relations=relations,
+    example_axis=("drillstring.torsional_damping_time", "1 ms", "10 ms"),
+    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 26 rad/s, points: 9}}",
+    drawn=Drawn(
+        panels=(
+            Panel("axial", "z", "axial_peaks", "axial_max"),
+            Panel("torsional", "bit_speed", "bit_speed_peaks", "bit_speed_max"),
+        ),
+        histories=("z", "bit_speed", "drive_speed", "bit_force", "bit_torque", "current"),
+        planes=(("z", "vz"), ("twist", "bit_speed")),
+        section=("section_axial", "section_twist", "section_bit_speed"),
+        section_planes=(("section_axial", "section_axial_velocity"), ("section_twist", "section_bit_speed")),
+        summary=("stick_slip_index", "stuck_fraction", "lift_off_fraction"),
+        attractors=(
+            ("bit_speed_min", "bit_speed_max", "Swing of the bit"),
+            (None, "lift_off_fraction", "Time off the rock"),
+            (None, "stick_slip_index", "Stick-slip index"),
+        ),
+    ),
+)  # fmt: skip
