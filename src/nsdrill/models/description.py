@@ -77,8 +77,8 @@ class Description:
     start; ``meanings`` says in one line what each key of these means. ``states`` gives the names of the states that
     a string with these parameters has, the angle of the drive last: one of ``state_sets``, of which the first is the
     usual one. A model whose number of states depends on its parameters says in ``states_allowed`` whether a file may
-    have such states, and in ``sliced`` which a slice of starts may vary. ``own_trace`` has the variables of a trace;
-    the states that are not among them are not shown.
+    have such states, and in ``sliced`` which a slice of starts may vary. ``own_trace`` has the variables of a trace,
+    ``untraced`` the states that a trace leaves out.
 
     ``labels`` stand after ``response``, which has a bit for each of ``responses``, those that the model can show;
     ``check_features`` are the features from which the responses are made; ``shown`` those whose range ``show`` prints.
@@ -101,6 +101,7 @@ class Description:
     state_sets: tuple[tuple[str, ...], ...]
     states_allowed: Callable[[tuple[str, ...]], bool] | None = None
     sliced: tuple[str, ...] = ()
+    untraced: tuple[Variable, ...] = ()
     labels: tuple[Variable, ...] = ()
     peaks: tuple[Variable, ...] = ()
     section: tuple[Variable, ...] = ()
@@ -134,6 +135,11 @@ class Description:
         """Every variable of a trace, in the order of files: those of the model, then the operating point."""
         own = {variable.name for variable in self.own_trace}
         return (*self.own_trace, *(variable for variable in _OPERATION if variable.name not in own))
+
+    @property
+    def trace_and_states(self) -> tuple[Variable, ...]:
+        """Every variable of a trace, then the states that it leaves out."""
+        return (*self.trace, *self.untraced)
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:

@@ -26,6 +26,17 @@ def are_states(found: tuple[str, ...]) -> bool:
     return 2 <= last <= 2 * MOST_SEGMENTS and found == states_of(1, last - 1)
 
 
+# The states between surface and bit, which a trace leaves out.
+_INNER = (
+    in_trace("u_0", "m", "position of the top, from that in steady drilling, positive up"),
+    in_trace("v_0", "m s-1", "axial velocity of the top"),
+    *(variable for node in range(1, 2 * MOST_SEGMENTS) for variable in (
+        in_trace(f"u_{node}", "m", f"position of node {node}, from where it is in steady drilling, positive up"),
+        in_trace(f"v_{node}", "m s-1", f"axial velocity of node {node}"),
+        in_trace(f"angle_{node}", "rad", f"angle of node {node} less that of the set speed"),
+        in_trace(f"speed_{node}", "rad s-1", f"turning speed of node {node}"),
+    )),
+)  # fmt: skip
 _SEVERITIES = "none torsional_oscillation medium onset_of_full_stall severe"
 DESCRIPTION = Description(
     name="segments",
@@ -72,8 +83,8 @@ DESCRIPTION = Description(
         feature("drive_speed_max", "rad s-1", "greatest speed of the drive"),
         feature("current_min", "A", "least current of the motor"),
         feature("current_max", "A", "greatest current of the motor"),
-        feature("hook_load_change_min", "N", "least hook load, less that off bottom"),
-        feature("hook_load_change_max", "N", "greatest hook load, less that off bottom"),
+        feature("hook_load_change_min", "N", "least hook load, less that of steady drilling"),
+        feature("hook_load_change_max", "N", "greatest hook load, less that of steady drilling"),
     ),
     peaks=(
         last_peaks("axial_peaks", "m", "last local maxima of the bit position"),
@@ -99,8 +110,9 @@ DESCRIPTION = Description(
         in_trace("bit_force", "N", "force of the rock on the bit"),
         in_trace("bit_torque", "N m", "torque of the rock on the bit"),
         in_trace("surface_torque", "N m", "torque at the surface"),
-        in_trace("hook_load_change", "N", "hook load less that off bottom"),
+        in_trace("hook_load_change", "N", "hook load less that of steady drilling"),
     ),
+    untraced=_INNER,
     shown=("stick_slip_index", "stuck_fraction", "lift_off_fraction", "bit_force_max", "surface_torque_max"),
     orders=ORDERS,
     relations=relations,
