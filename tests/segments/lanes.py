@@ -26,7 +26,7 @@ def string(**values: Any) -> Parameters:
 
 
 QUIET = {"bit__surface_amplitude": 0.0, "mud__pulsation": 0.0}
-RINGING = {**QUIET, "mud__flow": 0.0, "mud__viscosity": 0.0, "drillstring__axial_damping_time": 0.0,
+RINGING = {**QUIET, "mud__flow": 0.0, "mud__viscosity": 0.0, "mud__density": 0.0, "drillstring__axial_damping_time": 0.0,
            "drillstring__torsional_damping_time": 0.0, "bit__friction__level": 0.0, "bit__cutting__zeta": 0.0}  # fmt: skip
 
 
@@ -82,7 +82,8 @@ class Slopes:
 
 def frequencies(matrix: Any) -> Any:
     """The imaginary parts of the eigenvalues that are above zero, ascending."""
-    return np.sort(found[(found := np.linalg.eigvals(matrix).imag) > 1e-6])
+    found = np.linalg.eigvals(matrix).imag
+    return np.sort(found[found > 1e-6])
 
 
 def run(

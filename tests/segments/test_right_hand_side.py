@@ -117,13 +117,16 @@ def test_steady_drilling() -> None:
 
 
 def test_the_mud_damps_axial_motion_as_the_derivative_of_its_drag() -> None:
-    """Two a Q/A_o + 2 b Q/A_b over all nodes: 36791.06 N s/m, of another program."""
-    parameters = string(**{**RINGING, "mud__flow": 0.022})
+    """2 a Q/A_o + 2 b Q/A_b, summed over all segments: 36797 N s/m."""
+    parameters = string(**{**RINGING, "mud__flow": 0.022, "mud__density": 1198.0})
     slopes, plain = Slopes(parameters), Plain(pulsation=0.0)
-    matrix = slopes.jacobian(slopes.steady() + 1.0, 1e-3)
+    lifted = slopes.steady()
+    lifted[2 * slopes.nodes - 2] = 1.0
+    matrix = slopes.jacobian(lifted, 1e-3)
     velocities = np.arange(1, 2 * slopes.nodes, 2)
     pushed = matrix[velocities][:, velocities].sum(axis=1)
-    assert -float(plain.m @ pushed) == pytest.approx(36791.06, rel=1e-6)
+    exact = sum(2 * 0.022 * (a / A_o + b / A_b) for _, a, b, A_o, A_b in plain.halves)
+    assert -float(plain.m @ pushed) == pytest.approx(exact, rel=1e-8)
 
 
 def test_the_motor_has_its_two_poles() -> None:
