@@ -25,6 +25,10 @@ STUDIES = {
     "map": "map_wob_speed",
 }  # fmt: skip
 DRIVES = {"torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning"}
+CHARTS = {
+    "critical-speeds": "fig5_speed_67kN", "buckling": "fig5_speed_67kN", "drive-card": "soft_torque_speed_67kN",
+    "drive-tuning": "soft_torque_speed_67kN",
+}  # fmt: skip
 COEXISTENCE = {"ensemble_speed_22kN": ("shares", "attractors"), "basin_slice": ("basin",)}
 WIDTH = 1400  # pixels, for the screen
 BLOCK = re.compile(r"(<!-- result: (\w+) -->\n).*?(<!-- end of result -->)", re.DOTALL)
@@ -81,7 +85,16 @@ def result(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def charts(folder: Path) -> None:
+    """The charts, for which nothing is run."""
+    for kind, config in CHARTS.items():
+        drawn = folder / f"{kind}.png"
+        nsdrill("plot", str(CONFIGS / f"{config}.yaml"), "--kind", kind, "-o", str(drawn), "--overwrite")
+        shrink(drawn, HERE / "pictures" / f"chart_{kind.replace('-', '_')}.png")
+
+
 def main(folder: Path) -> None:
+    charts(folder)
     summaries = {}
     for name, config in STUDIES.items():
         results = folder / f"{name}.h5"

@@ -20,11 +20,13 @@ from nsdrill.app.check import MEANINGS as COEFFICIENTS
 from nsdrill.cli.main import COMMANDS, group
 from nsdrill.models.christoforou_yigit.coefficients import UNITS
 from nsdrill.models.christoforou_yigit.figures import figures
+from nsdrill.models.christoforou_yigit.further import further_figures
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described
 from nsdrill.plot.kinds import (
     ALIASES,
+    CHART_KINDS,
     MAP_KINDS,
     POINT_KINDS,
     RAMP_KINDS,
@@ -241,11 +243,16 @@ def check_figures() -> str:
     return table(["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items()))
 
 
+def further() -> str:
+    found = further_figures(Parameters(), Operation())
+    return table(["name", "units", "meaning"], ([code(n), f.units, f.meaning] for n, f in found.items()))
+
+
 def kinds() -> str:
     rows = (("a sweep over one axis", SWEEP_KINDS), ("a sweep with `record.poincare`", SECTION_KINDS),
             ("one point of such a sweep", POINT_KINDS), ("several starts", START_KINDS),
             ("a sweep over two or three axes", {k: v for k, v in MAP_KINDS.items() if k not in SECTION_KINDS}),
-            ("a trace", TRACE_KINDS), ("a trace of a ramp", RAMP_KINDS))  # fmt: skip
+            ("a trace", TRACE_KINDS), ("a trace of a ramp", RAMP_KINDS), ("a study (.yaml)", CHART_KINDS))  # fmt: skip
     listed = [[code(name), of, words] for of, named in rows for name, words in named.items()]
     short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())
     values = ["any feature by its name", "a sweep", f"one value along the axis, or as a map; short names: {short}"]
@@ -357,6 +364,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "coordinates": coordinates,
     "coefficients": coefficients,
     "check figures": check_figures,
+    "further figures": further,
     "plot kinds": kinds,
     "command line": command_line,
     "python functions": python_functions,

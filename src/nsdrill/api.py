@@ -312,7 +312,7 @@ def plot(
     over: ResultsLike | None = None,
     severity: int | None = None,
 ) -> Figure:
-    """Draw results, an unfinished run or a trace, and give the matplotlib Figure.
+    """Draw results, an unfinished run or a trace, or a :func:`chart` of a study, and give the matplotlib Figure.
 
     A notebook shows the figure where it is the value of a cell; ``figure.savefig`` or :func:`save` writes it to a file.
     pyplot knows nothing of it. ``kind`` says what to draw, by default what fits the data; a wrong one is told with all
@@ -327,7 +327,18 @@ def plot(
     from nsdrill.data import Trace
     from nsdrill.models.registry import model_in
     from nsdrill.plot import cut, draw, draw_window, needed
+    from nsdrill.plot.kinds import is_study
+    from nsdrill.study.study import Study
 
+    if is_study(data) or isinstance(data, Study):
+        given = {"at": at, "depth": depth, "wob": wob, "rotary_speed": rotary_speed, "start": start, "states": states,
+                 "over": over, "severity": severity}  # fmt: skip
+        for name, value in given.items():
+            if value is not None:
+                raise InputError(
+                    f"{name}: found with a study; allowed: with results. nsdrill.chart takes set and along."
+                )
+        return chart(data, kind, ax=ax, units=units)
     chosen = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     start = number_in("start", start)
     outline = outline_in(data)
@@ -358,6 +369,38 @@ def plot(
         from nsdrill.plot.into import into_axes
 
         return into_axes(picture, ax, kind)
+
+
+@_in_words_of_python
+def chart(
+    study: StudyLike,
+    kind: str | None = None,
+    *,
+    along: str | None = None,
+    set: Settings = None,
+    ax: Axes | None = None,
+    units: str = "si",
+) -> Figure:
+    """Draw a chart of a study, for which nothing is run, and give the matplotlib Figure.
+
+    ``kind``: ``"critical-speeds"`` against depth, or ``along`` another axis that the study sweeps; ``"buckling"`` loads
+    against the inclination of the hole, or ``along`` an axis; ``"drive-card"``, how much of a torsional wave each drive
+    throws back; ``"drive-tuning"``, the fall of friction that a soft-torque drive holds, over its gain and frequency.
+    ``set`` changes keys of the study, as in :func:`load_study`; ``ax`` and ``units`` are as in :func:`plot`. InputError
+    where the kind is not known, or the study does not have what it shows.
+    """
+    from nsdrill.app.charts import draw_chart
+
+    loaded = study_in(study, set)
+
+    def picture() -> Figure:
+        return draw_chart(loaded, kind, along, units=units)
+
+    if ax is None:
+        return picture()
+    from nsdrill.plot.into import into_axes
+
+    return into_axes(picture, ax, kind)
 
 
 @_in_words_of_python
@@ -407,10 +450,10 @@ def attractors(results: ResultsLike) -> list[dict[str, Any]]:
 def check(study: StudyLike, set: Settings = None) -> Report:
     """Check a study without running it.
 
-    The report has the ``coefficients`` at the study's ``operation`` in SI units (``report.coefficients.k_t``),
-    ``figures`` that follow from them, ``warnings`` in plain sentences, the numbers of ``points`` and ``chains``, and
-    the bytes of ``disk`` and ``memory`` that a run takes; ``report.as_json()`` is all of it as plain data. ``set``
-    changes keys of the study, as in :func:`load_study`.
+    The report has the ``coefficients`` at the study's ``operation`` in SI units (``report.coefficients.k_t``; None of a
+    model without them), ``figures`` that follow from them, ``warnings`` in plain sentences, the numbers of ``points``
+    and ``chains``, and the bytes of ``disk`` and ``memory`` that a run takes; ``report.as_json()`` is all of it as
+    plain data. ``set`` changes keys of the study, as in :func:`load_study`.
     """
     from nsdrill.app import check as app
 

@@ -72,8 +72,7 @@ class Results:
     @property
     def slice(self) -> dict[str, Any]:
         """Where the starts are a slice, its two states, {state: {from, to, points}} in SI; else empty."""
-        resolved = json.loads(self.attrs.get("study_resolved") or "{}")
-        return dict(resolved.get("initial", {}).get("slice", {}))
+        return dict(resolved_study(self.attrs).get("initial", {}).get("slice", {}))
 
     @property
     def swept(self) -> list[str]:
@@ -98,18 +97,19 @@ class Trace:
 def frozen_modes(attrs: Mapping[str, Any]) -> tuple[str, ...]:
     """The motions that the string of a file with the root attributes ``attrs`` does without: of axial, torsional and
     lateral."""
-    modes = _resolved(attrs).get("modes")
+    modes = resolved_study(attrs).get("modes")
     return tuple(name for name, word in modes.items() if word == "frozen") if isinstance(modes, dict) else ()
 
 
 def drive_kind(attrs: Mapping[str, Any]) -> str:
     """The kind of drive in a file with the root attributes ``attrs``, as a study names it."""
-    drive = _resolved(attrs).get("drive")
+    drive = resolved_study(attrs).get("drive")
     kind = drive.get("kind") if isinstance(drive, dict) else None
     return kind if isinstance(kind, str) else "ideal"
 
 
-def _resolved(attrs: Mapping[str, Any]) -> dict[str, Any]:
+def resolved_study(attrs: Mapping[str, Any]) -> dict[str, Any]:
+    """The resolved study in the root attributes ``attrs``; empty where there is none."""
     try:
         found = json.loads(attrs.get("study_resolved") or "{}")
     except (TypeError, ValueError):

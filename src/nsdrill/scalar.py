@@ -22,6 +22,7 @@ from numba import types
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
 from nsdrill.generate import constants, define
 
+STEP = 2.0**-20  # of a deviation: a power of two, so that scaling costs no bit
 Slopes = Callable[..., Sequence[float]]
 
 
@@ -31,7 +32,8 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
     ``t`` is the time, ``y`` the tuple of the own states and ``p`` that of the parameters, in the order of ``rows``. The
     result is the tuple of the slopes: for each pair of position and velocity the velocity's, then those of the states
     of first order. Where the layout has companions, ``deviation(t, y, d, p)`` gives the slopes of a deviation ``d``
-    from the motion: the Jacobian times ``d``.
+    from the motion: the Jacobian times ``d``. Without it the difference of the slopes at two states, ``STEP`` times
+    ``d`` apart about the motion, takes its place: as ``d`` has natural sizes, its error is about 1e-8 of them.
     """
     W, own = lanes, rows.own
     state = _row("stage", range(own))
@@ -53,10 +55,15 @@ def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = 
     ]
     known = {"slopes": inlined(slopes)}
     if rows.companions:
-        if deviation is None:
-            raise ValueError("the layout has companions, but no function gives their slopes")
-        lines.append(f"        ({follows}) = deviation(t, y, ({deviated}), p)")
-        known["deviation"] = inlined(deviation)
+        if deviation is not None:
+            lines.append(f"        ({follows}) = deviation(t, y, ({deviated}), p)")
+            known["deviation"] = inlined(deviation)
+        else:
+            for name, sign in (("above", "+"), ("below", "-")):
+                moved = (f"b[stage + {n} * W + i] {sign} {STEP!r} * b[stage + {own + n} * W + i], " for n in range(own))
+                lines.append(f"        {name} = slopes(t, ({''.join(moved)}), p)")
+            parts = (f"(above[{n}] - below[{n}]) * {0.5 / STEP!r}, " for n in range(rows.own_slopes))
+            lines.append(f"        ({follows}) = ({''.join(parts)})")
     function = define("right_hand_side", "\n".join(lines) + "\n", **known)
     return compiled(types.void(BUFFER), W, *astuple(rows))(function)
 

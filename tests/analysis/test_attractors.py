@@ -10,8 +10,10 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial.distance import cdist
 from scipy.stats import binomtest
 
-from nsdrill.analysis.attractors import UNSETTLED_SHARE, describe, label, linked, places, scaled, wilson
+from nsdrill.analysis.attractors import UNSETTLED_SHARE, describe, label, linked, places, wilson
 from nsdrill.analysis.branches import number
+from nsdrill.models.christoforou_yigit.compare import WEIGHTS, extent, scaled
+from nsdrill.models.christoforou_yigit.variables import TOLD
 from nsdrill.variables import (
     BIT_BOUNCE,
     CHAOTIC,
@@ -41,12 +43,21 @@ def starts(count: int, **features: object) -> dict[str, np.ndarray]:
     return {name: np.broadcast_to(np.asarray(value, kinds[name]), count).copy() for name, value in made.items()}
 
 
+def coordinates(variables: dict, speed: np.ndarray, gap: np.ndarray, axial: np.ndarray) -> tuple:
+    """As the main model has them."""
+    apart = scaled(variables, speed[:, None], gap[:, None])
+    return apart, np.concatenate(
+        [apart * WEIGHTS, extent(variables, speed[:, None], gap[:, None], axial[:, None])], axis=-1
+    )
+
+
 def found(*groups: dict[str, np.ndarray], tolerance: float = TOLERANCE) -> list[int]:
     """The numbers of starts of one operating point."""
     one = {name: np.concatenate([group[name] for group in groups])[None] for name in groups[0]}
     speed, gap, axial = np.array([[SPEED], [GAP], [1e-3]])
-    group = label(one, speed, gap, tolerance)
-    numbers = number(places(one, group, speed, gap, axial), (1,), 0.25)
+    apart, along = coordinates(one, speed, gap, axial)
+    group = label(one, apart, tolerance)
+    numbers = number(places(one, group, along), (1,), 0.25)
     return np.concatenate([[0], numbers])[group[0]].tolist()
 
 
@@ -191,7 +202,7 @@ def test_points_are_grouped_each_for_itself() -> None:
         name: np.stack([a, b])
         for (name, a), b in zip(starts(3).items(), starts(3, lift_off_fraction=[0, 0.5, 0.5]).values(), strict=True)
     }
-    first, second = label(one, np.full(2, SPEED), np.full(2, GAP), TOLERANCE).tolist()
+    first, second = label(one, scaled(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)), TOLERANCE).tolist()
     assert first == [1, 1, 1]
     assert second[0] != second[1] == second[2]
     assert scaled(one, np.full((2, 1), SPEED), np.full((2, 1), GAP)).shape == (2, 3, 7)
@@ -226,7 +237,7 @@ def test_what_is_told_of_attractors() -> None:
     ]
     one = {name: np.concatenate([part[name] for part in parts])[None] for name in parts[0]}
     one["attractor"] = np.array([[7] * 6 + [3] * 2 + [0] * 2])
-    (((first, second), counts),) = describe(one)
+    (((first, second), counts),) = describe(one, TOLD)
     assert (first.number, second.number) == (7, 3), "by falling share"
     assert counts == {"starts": 10, "failed": 1, "pending": 1, "unsettled": 2, "ungrouped": 0}
     assert (first.response, first.members, first.unsettled, first.share) == (BIT_BOUNCE, 6, 0, 0.75)

@@ -10,7 +10,7 @@ from nsdrill.analysis.branches import MISSED, OTHER, Places, number
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.variables import CHAOTIC, PERIODIC
 
-from .test_attractors import GAP, SPEED, TOLERANCE, starts
+from .test_attractors import GAP, SPEED, TOLERANCE, coordinates, starts
 
 MATCHING = Attractors().matching
 Table = dict[str, np.ndarray]
@@ -29,8 +29,9 @@ def numbered(variables: Table, shape: tuple[int, ...] | None = None) -> np.ndarr
     """The number of every start, from the groups at each operating point to the branches."""
     n = len(variables["status"])
     speed, gap, axial = np.full(n, SPEED), np.full(n, GAP), np.full(n, 1e-3)
-    group = label(variables, speed, gap, TOLERANCE)
-    found = places(variables, group, speed, gap, axial)
+    apart, along = coordinates(variables, speed, gap, axial)
+    group = label(variables, apart, TOLERANCE)
+    found = places(variables, group, along)
     numbers = number(found, shape or (n,), MATCHING)
     return numbers[np.searchsorted(found.point, np.arange(n))[:, None] + group - 1]
 

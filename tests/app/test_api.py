@@ -386,7 +386,7 @@ def test_the_wall_stiffness_has_the_units_of_its_law() -> None:
         ({"wob": [1.0, 2.0]}, r"^wob: found a list"),
         ({"wob": np.array([1.0, 2.0])}, r"^wob: found a value of the type ndarray"),
         ({"wob": 10**400}, r"^wob: found the number inf"),
-        ({"depth": 10.0}, r"depth: found 10 m, allowed: more than the collar length"),
+        ({"depth": 10.0}, r"depth: found 10 m, allowed: more than the length of the collars"),
         ({"at": {"bit.rockstiffness": 3}}, r"at: found the key 'bit\.rockstiffness'; .*mean bit\.rock_stiffness\?"),
         ({"at": {"bit.rock_stiffness": "3 kN"}}, r"^at\['bit\.rock_stiffness'\]: found '3 kN'"),
         ({"at": {"wob": 3e3}, "wob": 3e3}, "at: found a second value of wob"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -53,6 +54,27 @@ def test_text(call: Call, small: Path) -> None:
         assert any(line.split()[:1] == [name] for line in lines)
 
 
+def test_further_figures(call: Call, small: Path) -> None:
+    further = ("collar_vertical", "euler_fixed_free", "pipe_sinusoidal", "lateral_2", "mud_plane", "axial_rock_wave_4")
+    short, full = (call("check", small, *words).out for words in ([], ["--all"]))
+    figures = json.loads(call("check", small, "--json").out)["figures"]
+    assert "further figures with --all" in short
+    assert "with --all" not in full
+    for name in further:
+        assert name not in short
+        (line,) = (line.split() for line in full.splitlines() if line.split()[:1] == [name])
+        assert float(line[1]) == pytest.approx(figures[name]["value"], rel=1e-5)
+    headings = ("Coefficients", "Axial motion", "Rotation and drive", "Lateral motion", "Buckling")
+    assert [line for line in full.splitlines() if line in headings] == list(headings)
+    shown = {line.split()[0] for line in full.splitlines() if line.startswith("  ")}
+    assert set(figures) <= shown
+    field = call("check", small, "--all", "--units", "field").out
+    # 1820.93 kN, 17.3607 m and 24.8 or so degrees in other units.
+    assert re.search(r"collar_sinusoidal +409\.36\d* klbf", field)
+    assert re.search(r"collar_half_wave +683\.49\d* in .*\(56\.96 ft\)", field)
+    assert re.search(r"wall_inclination .*\(26\.\d degrees\)", field)
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
@@ -60,6 +82,10 @@ def test_text(call: Call, small: Path) -> None:
         (["drillstring.collar.span=40 m", "operation.wob=500 kN"], "Buckled: at 500 kN"),
         (["bit.friction.smoothing=50000 s/rad"], "Slow: "),
         (["drillstring.eccentricity=10 cm"], "Eccentric: the eccentricity (100 mm) exceeds the clearance (76.2 mm)"),
+        (
+            ["drive={kind: pi, stiffness: 900 N m/rad, damping: 1500 N m s/rad, speed_gain: -3000 N m s/rad}"],
+            "Unstable: without any friction at the bit the string and its drive do not come to rest: an eigenvalue is",
+        ),
         (["simulation.observe=20 s"], "Short: at 1 rad/s the observed window of 20 s holds only 3.18 turns"),
         (["simulation.observe=20 s"], "Short: the torsional period at the greatest depth is 5.95 s"),
         # 4000 points of 10 000 returns of 8 numbers of 8 bytes each.
@@ -82,6 +108,21 @@ def test_swept_depth_replaces_a_default_inside_the_collars(call: Call, small: Pa
     )  # fmt: skip
     assert answer.code == 0, answer.err
     assert json.loads(answer.out)["operation"]["depth"]["value"] == 7000.0
+
+
+def test_a_model_without_figures_of_its_own(call: Call) -> None:
+    """The coefficients and figures are those of the main model; what is known of every study is said."""
+    Path("twist.yaml").write_text("model: torsion\nsimulation: {transient: 10 s, observe: 5 s}\n")
+    answer = call("check", "twist.yaml")
+    assert answer.code == 0
+    assert answer.out.startswith("twist.yaml: valid.")
+    assert answer.out.rstrip().endswith("3 rad/s (28.65 rpm).")
+    assert "Short: at 3 rad/s" in answer.err
+    report = json.loads(call("check", "twist.yaml", "--json").out)
+    assert report["coefficients"] == report["figures"] == {}
+    answer = call("plot", "twist.yaml", "--kind", "drive-card", "-o", "a.png")
+    assert answer.code == 2
+    assert "found a study of the model torsion; allowed: christoforou_yigit" in answer.err
 
 
 def test_wrong_study(call: Call, small: Path) -> None:

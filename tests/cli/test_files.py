@@ -191,7 +191,7 @@ def test_simulate_that_ends_early(call: Call, small: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--depth", "100 m"], "more than the collar length, 200 m"),
+        (["--depth", "100 m"], "more than the length of the collars, 200 m"),
         (["--depth", "3 kg"], "in units of mass"),
         (["--wob", "nan kN"], "--wob: found"),
         (["--wob", "-1 kN"], "allowed: at least 0 and at most 10 000 000 N"),

@@ -228,7 +228,7 @@ def test_beyond_the_sweep(call: Call, shared: Path, command: str) -> None:
 def test_a_depth_inside_the_collars_is_told_in_feet(call: Call, small: Path) -> None:
     answer = call("simulate", small, "-o", "t.h5", "--depth", "328 ft")
     assert answer.code == 2
-    assert "depth: found 328 ft, allowed: more than the collar length, 656.168 ft" in answer.err
+    assert "depth: found 328 ft, allowed: more than the length of the collars, 656.168 ft" in answer.err
 
 
 @pytest.mark.parametrize("units", ["si", "field"])

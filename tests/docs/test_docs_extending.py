@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -56,3 +59,51 @@ def test_a_model_is_observed_as_declared(blocks: list[Path], docs: Path, capsys:
     assert found["stuck_fraction"][0] == 0.0
     assert found["bit_speed_max"][0] == pytest.approx(drive, abs=1e-6)
     assert found["stuck_fraction"][1] > 0.1
+
+
+STUDY = """\
+model: spring
+operation: {wob: 60 kN}
+sweep:
+  rotary_speed: {from: 1 rad/s, to: 9 rad/s, points: 5}
+  procedure: up-down
+simulation: {transient: 60 s, observe: 40 s}
+record: {peaks: 4}
+"""
+
+
+def test_a_model_of_another_package_runs_through_the_commands(blocks: list[Path], tmp_path: Path) -> None:
+    """Installed as the page says, with an entry point: each command in a process of its own finds it."""
+    folder = tmp_path / "installed"
+    (folder / "mypackage").mkdir(parents=True)
+    (folder / "mypackage" / "__init__.py").write_text("")
+    (folder / "mypackage" / "spring.py").write_text(blocks[3].read_text())
+    about = folder / "mypackage-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: mypackage\nVersion: 1.0\n")
+    (about / "entry_points.txt").write_text("[nsdrill.models]\nspring = mypackage.spring\n")
+    path = os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+
+    def nsdrill(*words: str) -> str:
+        made = subprocess.run(
+            [sys.executable, "-m", "nsdrill", *words],
+            cwd=tmp_path, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False,
+        )  # fmt: skip
+        assert made.returncode == 0, made.stderr
+        return made.stdout + made.stderr
+
+    (tmp_path / "study.yaml").write_text(STUDY)
+    assert "spring.stiffness" in nsdrill("new", "--model", "spring")
+    nsdrill("run", "study.yaml", "-o", "out.h5")
+    shown = nsdrill("show", "out.h5")
+    assert "stick-slip" in shown
+    assert "whirl" not in shown
+    assert "bit for bit" in nsdrill("replay", "out.h5", "--rotary-speed", "3rad/s", "--procedure", "down", "-o", "r.h5")
+    nsdrill("run", "study.yaml", "--set", "sweep.spring.stiffness=[150 N*m/rad, 197 N*m/rad]", "--set",
+            "sweep.along=rotary_speed", "-o", "map.h5")  # fmt: skip
+    nsdrill("run", "study.yaml", "--set", "record.exponent=true", "-o", "exponent.h5")
+    nsdrill("plot", "out.h5", "-o", "out.png")
+    nsdrill("plot", "r.h5", "-o", "r.png")
+    nsdrill("window", "out.h5")
+    nsdrill("export", "out.h5", "-o", "out.csv")
+    assert "spring.stiffness" in nsdrill("diff", "out.h5", "map.h5")

@@ -9,9 +9,11 @@ import pytest
 from model_tables import FEATURES
 
 from nsdrill.models.christoforou_yigit.classify import responses
-from nsdrill.models.christoforou_yigit.compare import COMPARED, difference, scales
+from nsdrill.models.christoforou_yigit.compare import scales
 from nsdrill.models.christoforou_yigit.parameters import Bit, Drillstring, Mud, Parameters, Well
 from nsdrill.models.christoforou_yigit.rhs import pack, sizes
+from nsdrill.models.christoforou_yigit.variables import COMPARED
+from nsdrill.models.registry import model_named
 from nsdrill.observe.thresholds import Thresholds, Trust
 from nsdrill.observe.trust import (
     AGREES,
@@ -22,7 +24,7 @@ from nsdrill.observe.trust import (
     trust_labels,
     verdict,
 )
-from nsdrill.variables import BIT_BOUNCE, OK, PENDING, STEP_LIMIT, STICK_SLIP, WHIRL
+from nsdrill.variables import BIT_BOUNCE, MODEL, OK, PENDING, STEP_LIMIT, STICK_SLIP, WHIRL
 
 
 def test_differences_are_measured_in_natural_sizes() -> None:
@@ -35,10 +37,10 @@ def test_differences_are_measured_in_natural_sizes() -> None:
     two["axial_min"] = np.array([0, -2e-4, 0, 0])
     two["bit_speed_max"] = np.array([0, 0, 0.9, 0])
     two["stuck_fraction"] = np.array([0, 1e-3, 0.1, 0.4])
-    assert difference(one, two, units) == pytest.approx([0.1, 0.2, 0.3, 0.4])
-    assert difference(two, one, units) == pytest.approx([0.1, 0.2, 0.3, 0.4])
+    assert model_named(MODEL).difference(one, two, units) == pytest.approx([0.1, 0.2, 0.3, 0.4])
+    assert model_named(MODEL).difference(two, one, units) == pytest.approx([0.1, 0.2, 0.3, 0.4])
     two["radius_mean"][3] = np.nan
-    assert np.isnan(difference(one, two, units)).tolist() == [False, False, False, True]
+    assert np.isnan(model_named(MODEL).difference(one, two, units)).tolist() == [False, False, False, True]
 
 
 def test_everything_compared_is_a_feature() -> None:

@@ -4,16 +4,8 @@ How the attractors are numbered along a sweep: :mod:`nsdrill.analysis.branches`.
 Starts are compared by what was measured of their motion, not by their final states, which lie anywhere along the orbit.
 Their labels must agree: response and kind of whirl, and, where it was recorded, whether the motion rests, repeats with
 which period, or shows none. (Whether that is quasi-periodic, chaotic or undetermined does not part: of one motion some
-starts are told and others not.) And their scaled features must be near each other:
-
-===============================  ================================================================================
-lift-off, contact, stuck         the three fractions of time, as they are
-stick-slip index                 over 200 %: the swing of the bit speed over four times its mean
-radius                           ``radius_mean`` over the gap
-whirl                            ``whirl_speed_mean`` times ``radius_mean`` over drive speed times gap: on a small
-                                 orbit the direction of whirl, which then changes slowly, says little
-axial                            half the logarithm of ``axial_acceleration_rms``: 10 % more acceleration is 0.05
-===============================  ================================================================================
+starts are told and others not.) And their scaled features must be near each other,
+those that the model says (:meth:`nsdrill.models.base.Model.coordinates`).
 
 These are means over the observed window where there is one, since the extremes of a window scatter from start to start
 where the motion is chaotic. The distance is the greatest difference of any of them. The settled starts are grouped by
@@ -25,49 +17,19 @@ known less exactly, a step may be ``UNSETTLED_SHARE`` of the lesser of the two `
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.branches import WEIGHTS, Places
+from nsdrill.analysis.branches import Places
 from nsdrill.data import Array
 from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PENDING, PERIODIC, QUASI_PERIODIC, UNDETERMINED
 
-NEEDED = (
-    "status",
-    "response",
-    "whirl_kind",
-    "settled",
-    "lift_off_fraction",
-    "wall_contact_fraction",
-    "stuck_fraction",
-    "stick_slip_index",
-    "radius_mean",
-    "whirl_speed_mean",
-    "axial_acceleration_rms",
-    "half_difference",
-    "axial_min",
-    "axial_max",
-    "radius_max",
-    "bit_speed_min",
-    "bit_speed_max",
-)
-IF_THERE = ("motion", "period")
-_LABELS = ("response", "whirl_kind", "settled", *IF_THERE)
-SHOWN = (
-    "stick_slip_index",
-    "stuck_fraction",
-    "lift_off_fraction",
-    "axial_min",
-    "axial_max",
-    "bit_force_max",
-    "radius_mean",
-    "radius_max",
-    "wall_contact_fraction",
-    "whirl_ratio",
-)
+NEEDED = ("status", "response", "settled", "half_difference")  # beside what a model groups starts by
+IF_THERE = ("whirl_kind", "motion", "period")
+_LABELS = ("response", "settled", *IF_THERE)
 UNSETTLED_SHARE = 1 / 4
 WILSON = 1.959963984540054  # standard deviations that hold 95 % of a normal distribution
 _PAIRS = 1 << 20  # compared at once
@@ -95,14 +57,13 @@ class Attractor:
     features: dict[str, float]
 
 
-def label(variables: Mapping[str, Array], speed: Array, gap: Array, tolerance: float) -> Array:
+def label(variables: Mapping[str, Array], vectors: Array, tolerance: float) -> Array:
     """The group of every start, numbered from 1 at each operating point, 0 for starts that did not end well.
 
-    ``variables`` are :data:`NEEDED`, and :data:`IF_THERE` if recorded, arrays (operating points, starts); ``speed``
-    [rad/s] and ``gap`` [m] those of the operating points. int32 of the same shape.
+    ``variables`` are :data:`NEEDED`, and :data:`IF_THERE` if recorded, arrays (operating points, starts); ``vectors``
+    (operating points, starts, features) the scaled features of the starts. int32 (operating points, starts).
     """
     found = np.zeros(variables["status"].shape, np.int32)
-    vectors = scaled(variables, speed[:, None], gap[:, None])
     for i in range(len(found)):
         # A file that was changed by hand may lack features of a run that ended well.
         ok = np.flatnonzero((variables["status"][i] == OK) & np.all(np.isfinite(vectors[i]), axis=-1))
@@ -111,11 +72,9 @@ def label(variables: Mapping[str, Array], speed: Array, gap: Array, tolerance: f
     return found
 
 
-def places(variables: Mapping[str, Array], groups: Array, speed: Array, gap: Array, axial: Array) -> Places:
-    """Where the ``groups`` that :func:`label` found are, by operating point and number; ``axial`` [m] is the natural
-    size of the bit position at the operating points."""
-    speed, gap, axial = speed[:, None], gap[:, None], axial[:, None]
-    vectors = np.concatenate([scaled(variables, speed, gap) * WEIGHTS, extent(variables, speed, gap, axial)], axis=-1)
+def places(variables: Mapping[str, Array], groups: Array, vectors: Array) -> Places:
+    """Where the ``groups`` that :func:`label` found are, by operating point and number; ``vectors`` (operating points,
+    starts, coordinates) are those by which attractors of neighbouring operating points are matched."""
     vectors = np.nan_to_num(vectors, posinf=_FAR, neginf=-_FAR, nan=_FAR)
     kinds = _kinds(variables)
     found: list[tuple[Any, ...]] = []
@@ -140,32 +99,6 @@ def places(variables: Mapping[str, Array], groups: Array, speed: Array, gap: Arr
         np.array(kind, int),
         np.array(settled, bool),
     )
-
-
-def scaled(variables: Mapping[str, Array], speed: Array, gap: Array) -> Array:
-    """The scaled features of starts, shape (..., 7)."""
-    radius = variables["radius_mean"] / gap
-    columns = (
-        variables["lift_off_fraction"],
-        variables["wall_contact_fraction"],
-        variables["stuck_fraction"],
-        np.minimum(np.nan_to_num(variables["stick_slip_index"], nan=np.inf, posinf=np.inf) / 200, 5.0),
-        radius,
-        variables["whirl_speed_mean"] / speed * radius,
-        0.5 * np.log(np.maximum(variables["axial_acceleration_rms"], 1e-9)),
-    )
-    return np.stack(np.broadcast_arrays(*columns), axis=-1)
-
-
-def extent(variables: Mapping[str, Array], speed: Array, gap: Array, axial: Array) -> Array:
-    """The scaled extremes of the states of starts, shape (..., 4)."""
-    columns = (
-        variables["radius_max"] / gap,
-        0.5 * np.log(variables["axial_max"] - variables["axial_min"] + axial),
-        variables["bit_speed_min"] / (4 * speed),
-        variables["bit_speed_max"] / (4 * speed),
-    )
-    return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
 def linked(vectors: Array, scatter: Array, tolerance: float) -> Array:
@@ -240,7 +173,7 @@ def _kinds(labels: Mapping[str, Array]) -> Array:
 def _groups(vectors: Array, scatter: Array, labels: Mapping[str, Array], tolerance: float) -> Array:
     """Groups of starts of one operating point whose labels agree: first the settled ones, then the others about
     them."""
-    firm = np.stack([labels["response"], labels["whirl_kind"]], axis=1)
+    firm = np.stack([labels[name] for name in ("response", "whirl_kind") if name in labels], axis=1)
     kinds = _kinds(labels)
     settled = labels["settled"].astype(bool) & ((kinds > 0) | ("motion" not in labels))
     group = np.full(len(vectors), -1)
@@ -268,10 +201,10 @@ def _join(vectors: Array, tolerance: float, kinds: Array, group: Array, alike: A
             group[some[found]] = group[allowed[nearest[found]]]
 
 
-def describe(variables: Mapping[str, Array]) -> Iterator[tuple[list[Attractor], dict[str, int]]]:
+def describe(variables: Mapping[str, Array], told: Sequence[str]) -> Iterator[tuple[list[Attractor], dict[str, int]]]:
     """For each operating point its attractors, by falling share there, and the numbers of ``starts``, ``failed`` and
     ``pending`` ones, ``unsettled`` ones, and of those that are not ``grouped`` yet. ``variables``: arrays (operating
-    points, starts) with ``attractor`` and ``settled``, and whatever of :data:`SHOWN` is to be told."""
+    points, starts) with ``attractor`` and ``settled``, and the features that are ``told`` as far as they are there."""
     for i, status in enumerate(variables["status"]):
         ok = status == OK
         of = {name: values[i] for name, values in variables.items()}
@@ -286,20 +219,20 @@ def describe(variables: Mapping[str, Array]) -> Iterator[tuple[list[Attractor], 
             "unsettled": int(np.count_nonzero(ok & (of["settled"] == 0))),
             "ungrouped": int(np.count_nonzero(ok & (of["attractor"] == 0))),
         }
-        yield [_attractor(number, of, total) for number in numbers], counts
+        yield [_attractor(number, of, total, told) for number in numbers], counts
 
 
-def _attractor(number: int, of: Mapping[str, Array], total: int) -> Attractor:
+def _attractor(number: int, of: Mapping[str, Array], total: int, told: Sequence[str]) -> Attractor:
     inside = of["attractor"] == number
     members = int(np.count_nonzero(inside))
     first = int(np.argmax(inside))
     low, high = wilson(members, total)
     motion, period = _most(of, inside) if "motion" in of else (None, None)
-    medians = {name: float(np.median(of[name][inside])) for name in SHOWN if name in of}
+    medians = {name: float(np.median(of[name][inside])) for name in told if name in of}
     return Attractor(
         number,
         int(of["response"][first]),
-        int(of["whirl_kind"][first]),
+        int(of["whirl_kind"][first]) if "whirl_kind" in of else 0,
         motion,
         period,
         members,

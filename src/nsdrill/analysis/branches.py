@@ -1,19 +1,9 @@
 """One number for one attractor along the axes of a sweep: attractors of neighbouring operating points are matched.
 
 The place of an attractor has the medians over its members of two kinds of coordinates: the scaled features by which
-starts are grouped (:mod:`nsdrill.analysis.attractors`), and the scaled extremes of the states. One final state lies
-anywhere along the orbit; the extremes say where in state space the orbit lies:
-
-===============================  ================================================================================
-radius                           ``radius_max`` over the gap
-bit position                     half the logarithm of the axial range plus its natural size: 65 % more is 0.25
-bit speed                        ``bit_speed_min`` and ``bit_speed_max`` over four times the drive speed
-===============================  ================================================================================
-
-Three features have a smaller weight than between starts of one operating point, since they change much along one
-branch: the contact fraction, which goes from 0 to 1 while the radius grows by a hundredth; the mean whirl speed, which
-counts turns about the axis of the hole and jumps where the orbit crosses it; and the acceleration, which in smooth
-drilling doubles from one speed to the next where the axial motion resonates.
+starts are grouped (:mod:`nsdrill.analysis.attractors`), and the scaled extremes of the states, as the model has them
+(:meth:`nsdrill.models.base.Model.coordinates`). One final state lies anywhere along the orbit; the extremes say where
+in state space the orbit lies.
 
 The distance of two attractors is the greatest difference of any coordinate. It is larger by ``OTHER`` of ``matching``
 where both kinds of motion are known and differ, and by as much where most starts of only one of the two are settled: a
@@ -39,7 +29,6 @@ import numpy as np
 
 from nsdrill.data import Array
 
-WEIGHTS = np.array([1, 1 / 4, 1, 1, 1, 1 / 4, 1 / 2])  # of the scaled features, in their order
 OTHER = 1 / 3
 MISSED = 2  # an attractor of share 1/64 is missed by 64 starts at two operating points with a probability of 1/8
 MOST = 1000  # attractors of an operating point that are matched, the largest; to pair n of them takes n^3

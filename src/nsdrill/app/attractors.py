@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.attractors import IF_THERE, NEEDED, SHOWN, Attractor, describe, label, places
+from nsdrill.analysis.attractors import IF_THERE, NEEDED, Attractor, describe, label, places
 from nsdrill.analysis.branches import Places, number
 from nsdrill.data import IN_MEMORY, Array, Results
 from nsdrill.errors import FileError
+from nsdrill.models.description import Description
 from nsdrill.models.leaves import values_at
-from nsdrill.models.registry import model_named
+from nsdrill.models.registry import described, model_in, model_named
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Attractors
 from nsdrill.store import Sink, columns, flag_words, points_in_block, read_results
@@ -22,14 +23,19 @@ from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.variables import OK
 
-TOLD = (*dict.fromkeys((*NEEDED, *IF_THERE, *SHOWN, "settled", "attractor")),)
 _BLOCK = 1 << 14  # starts in memory at once
+
+
+def names_needed(model: Description) -> tuple[str, ...]:
+    """The variables from which starts of this model are grouped; some need not be there."""
+    return tuple(dict.fromkeys((*NEEDED, *IF_THERE, *model.compared, *model.grouped)))
 
 
 def mark(study: Study, plan: Plan, log: Sink) -> None:
     """Write the attractor of every start into the finished ``log``."""
     step = points_in_block(log.kept)
-    names = [name for name in (*NEEDED, *IF_THERE) if log.kept.has(BY_NAME[name])]
+    kept = {variable.name for variable in log.kept.variables}
+    names = [name for name in names_needed(described(study.model)) if name in kept]
     per_block = max(1, _BLOCK // plan.starts) * plan.starts
     ranges = [(begin, min(begin + per_block, plan.points)) for begin in range(0, plan.points, per_block)]
     found = _numbers(study, plan, (columns(log, names, *ends) for ends in ranges), study.thresholds.attractors)
@@ -44,7 +50,7 @@ def mark(study: Study, plan: Plan, log: Sink) -> None:
 
 def labels_of(study: Study, plan: Plan, variables: Mapping[str, Array], thresholds: Attractors) -> Array:
     """The attractors of the points of ``plan``, on the grid; ``variables`` on the grid as well."""
-    needed = {name: variables[name].ravel() for name in (*NEEDED, *IF_THERE) if name in variables}
+    needed = {name: variables[name].ravel() for name in names_needed(described(study.model)) if name in variables}
     return _numbers(study, plan, [needed], thresholds).reshape(plan.grid)
 
 
@@ -59,10 +65,9 @@ def _numbers(study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], th
         points = np.arange(done, done + size)
         at = values_at(study.parameters, study.initial, plan.values(points * plan.starts))
         table = model.pack(at, study.thresholds)
-        natural, scale = model.sizes(table, fixed), model.scales(table)
-        speed, gap = scale["drive_speed"], scale["gap"]
-        group = label(variables, speed, gap, thresholds.tolerance)
-        place = places(variables, group, speed, gap, natural[:, model.states(fixed).index("z")])
+        apart, along = model.coordinates(variables, table, fixed)
+        group = label(variables, apart, thresholds.tolerance)
+        place = places(variables, group, along)
         groups.append(group)
         found.append(replace(place, point=done + place.point))
         done += size
@@ -93,7 +98,9 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
             "initial.ensemble, say --set initial.ensemble=64."
         )
     starts = len(results.coords["start"])
-    flat = {name: results[name].reshape(-1, starts) for name in TOLD if name in results.variables}
+    told = model_in(results.attrs).told
+    names = dict.fromkeys((*NEEDED, *IF_THERE, *told, "attractor"))
+    flat = {name: results[name].reshape(-1, starts) for name in names if name in results.variables}
     sampled = not results.slice
     places = np.ndindex(*results.shape[1:-1])
     return [
@@ -102,7 +109,7 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
             **counts,
             "attractors": [plain(one, sampled) for one in found],
         }
-        for place, (found, counts) in zip(places, describe(flat), strict=True)
+        for place, (found, counts) in zip(places, describe(flat, told), strict=True)
     ]
 
 

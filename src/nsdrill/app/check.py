@@ -11,12 +11,14 @@ from typing import Any
 from nsdrill.app.planned import kept_of, plan_of
 from nsdrill.app.size import disk, memory
 from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, derive
-from nsdrill.models.christoforou_yigit.figures import Figure, figures, lateral_stiffness
+from nsdrill.models.christoforou_yigit.figures import Figure, figures, growth_at_rest, lateral_stiffness
+from nsdrill.models.christoforou_yigit.further import further_figures
 from nsdrill.models.leaves import Values, values_at
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.quantity import amount, unit_in
 from nsdrill.study.study import Study
+from nsdrill.variables import MODEL
 
 MEANINGS = {
     "m_c": "modal steel mass of the span",
@@ -42,12 +44,13 @@ LARGE = 2e9  # bytes of results
 
 @dataclass(frozen=True)
 class Report:
-    """What ``check`` finds at the study's ``operation``: coefficients, figures, and warnings in plain sentences. Of a
+    """What ``check`` finds at the study's ``operation``: coefficients (None of a model that has others), figures, and
+    warnings in plain sentences. Of a
     refined sweep ``points`` are those of the finest grid, ``coarse_points`` those that are run in any case. A run takes
     ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0 where a ramp stands in place of a sweep."""
 
     operation: Operation
-    coefficients: Coefficients
+    coefficients: Coefficients | None
     figures: dict[str, Figure]
     warnings: list[str]
     points: int
@@ -66,7 +69,8 @@ class Report:
                 "rotary_speed": {"value": self.operation.rotary_speed, "units": "rad/s"},
             },
             "coefficients": {
-                name: {"value": float(getattr(self.coefficients, name)), "units": UNITS[name]} for name in MEANINGS
+                name: {"value": float(getattr(self.coefficients, name)), "units": UNITS[name]}
+                for name in (MEANINGS if self.coefficients else ())
             },
             "figures": {
                 name: {"value": figure.value, "units": figure.units, "meaning": figure.meaning}
@@ -95,10 +99,11 @@ def check(study: Study, units: str = "si") -> Report:
     whole sweep and its ramps, whose sentences are in the ``units`` "si" or "field". ``points`` and ``chains`` are 0
     where a ramp stands in place of a sweep."""
     plan = plan_of(study)
-    operation = study.operation
-    if "depth" in study.swept and not operation.depth > study.parameters.drillstring.collar.length:
-        operation = replace(operation, depth=float(study.axes["depth"][0]))
-    k = derive(study.parameters, operation.depth, operation.wob, operation.rotary_speed)
+    operation = operation_of(study)
+    k, shown = None, {}
+    if study.model == MODEL:
+        k = derive(study.parameters, operation.depth, operation.wob, operation.rotary_speed)
+        shown = {**figures(study.parameters, operation), **further_figures(study.parameters, operation)}
     points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.chains)
     coarse = points
     for axis in study.refined:
@@ -106,7 +111,7 @@ def check(study: Study, units: str = "si") -> Report:
     return Report(
         operation,
         k,
-        figures(study.parameters, operation),
+        shown,
         _warnings(study, units),
         points,
         chains,
@@ -117,6 +122,18 @@ def check(study: Study, units: str = "si") -> Report:
     )
 
 
+def operation_of(study: Study) -> Operation:
+    """The operating point of a study; at the least depth of a sweep where its own does not reach below the collars."""
+    operation = study.operation
+    if (
+        study.model == MODEL
+        and "depth" in study.swept
+        and not operation.depth > study.parameters.drillstring.collar.length
+    ):
+        operation = replace(operation, depth=float(study.axes["depth"][0]))
+    return operation
+
+
 def coarse_length(study: Study, axis: str) -> int:
     """How many values of an axis are run before it is refined."""
     values = len(study.axes[axis])
@@ -124,9 +141,10 @@ def coarse_length(study: Study, axis: str) -> int:
 
 
 def _warnings(study: Study, units: str) -> list[str]:
-    found = [_buckled(study, units), _slow(study), _eccentric(study, units)]
+    own = study.model == MODEL
+    found = [_buckled(study, units), _slow(study), _eccentric(study, units), _unstable(study, units)] if own else []
     if study.swept or not study.ramped:  # else there is no observed window
-        found += [_few_turns(study, units), _few_periods(study), _verified(study), _large(study)]
+        found += [_few_turns(study, units), _few_periods(study) if own else None, _verified(study), _large(study)]
     return [warning for warning in found if warning is not None]
 
 
@@ -158,7 +176,8 @@ def _large(study: Study) -> str | None:
     )
 
 
-def _ends(study: Study, axis: str) -> tuple[float, float]:
+def ends_of(study: Study, axis: str) -> tuple[float, float]:
+    """The least and the greatest value that an axis, or the ramp in its place, takes."""
     if axis in study.ramped:
         return min(study.ramps[axis].values), max(study.ramps[axis].values)
     return float(study.axes[axis][0]), float(study.axes[axis][-1])
@@ -166,7 +185,7 @@ def _ends(study: Study, axis: str) -> tuple[float, float]:
 
 def _corners(study: Study) -> list[Values]:
     """What the points have at the ends of all axes and ramps, each with each."""
-    ends = [sorted(set(_ends(study, axis))) for axis in study.axes]
+    ends = [sorted(set(ends_of(study, axis))) for axis in study.axes]
     return [
         values_at(study.parameters, study.initial, dict(zip(study.axes, values, strict=True)))
         for values in product(*ends)
@@ -229,8 +248,30 @@ def _eccentric(study: Study, units: str) -> str | None:
     )
 
 
+def _unstable(study: Study, units: str) -> str | None:
+    """A drive that swings the string by itself, as gains of the wrong sign make it."""
+    if study.parameters.drive.ideal or study.parameters.modes.torsional == "frozen":
+        return None
+    found = [
+        (root, at)
+        for at in _corners(study)
+        if (root := growth_at_rest(at.parameters, derive(at.parameters, *at.operation))) is not None
+    ]
+    if not found:
+        return None
+    root, at = max(found, key=lambda pair: pair[0].real)
+    swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
+    depth = f" at {_told(at.operation[0], 'm', 'm', units)}" if "depth" in study.swept else ""
+    return (
+        f"Unstable: without any friction at the bit the string and its drive{depth} do not come to rest: an eigenvalue "
+        f"is {root.real:.4g}{f' +- {abs(root.imag):.4g}i' if swing else ''} 1/s, so a deviation grows e-fold in "
+        f"{1 / root.real:.3g} s{swing}. Look at the signs and sizes of the gains of drive: "
+        f"{study.parameters.drive.kind}."
+    )
+
+
 def _few_turns(study: Study, units: str) -> str | None:
-    slowest = _ends(study, "rotary_speed")[0]
+    slowest = ends_of(study, "rotary_speed")[0]
     turns = slowest * study.simulation.observe / (2 * math.pi)
     if turns >= LEAST_TURNS:
         return None

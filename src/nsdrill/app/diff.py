@@ -9,7 +9,7 @@ from typing import Any
 
 from nsdrill.analysis.comparison import compare_results, compare_traces
 from nsdrill.app.reading import read_any
-from nsdrill.data import Results, Trace
+from nsdrill.data import Results, Trace, resolved_study
 from nsdrill.errors import FileError
 from nsdrill.store.hdf5 import EDITED
 from nsdrill.study.written import changes
@@ -92,7 +92,7 @@ def _kind(data: Results | Trace) -> str:
 
 def _study(attrs: Mapping[str, Any]) -> dict[str, Any]:
     """The study of a file, with the thresholds in force; empty where it has none."""
-    study = dict(json.loads(attrs.get("study_resolved") or "{}"))
+    study = resolved_study(attrs)
     if study and "classification_resolved" in attrs:
         study["classify"] = json.loads(attrs["classification_resolved"])
     return study

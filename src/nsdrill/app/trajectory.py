@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -62,12 +63,13 @@ def simulate(
     try:
         schedule = scheduled(study, {name: None if value is None else float(value) for name, value in given.items()})
         operation = schedule.start
-        if operation.depth <= study.parameters.drillstring.collar.length:
-            length = study.parameters.drillstring.collar.length
+        for one in described(study.model).orders:
+            if one.upper != "operation.depth" or operation.depth > (length := attrgetter(one.lower)(study.parameters)):
+                continue
             found, least = f"{operation.depth:g} m", f"{length:g} m"
             if isinstance(depth, Asked):
                 found, least = readable(depth, "m"), readable(Asked(length, depth.unit), "m")
-            raise ValueError(f"depth: found {found}, allowed: more than the collar length, {least}")
+            raise ValueError(f"depth: found {found}, allowed: more than {one.words}, {least}")
     except ValueError as error:
         raise InputError(f"The operating point is outside the model. {error}.") from error
     simulation = study.simulation

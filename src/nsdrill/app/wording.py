@@ -27,7 +27,7 @@ _RULES: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"(?<![\w-])--set(?![\w-])", "set"),
     (r"(?<![\w-])--(overwrite|resume)(?![\w-])", r"\1=True"),
     (r"(?<![\w-])--retry-failed(?![\w-])", "retry_failed=True"),
-    (r"(?<![\w-])--(engine|kind) (\w+)", r"\1='\2'"),
+    (r"(?<![\w-])--(engine|kind) (\w+(?:-\w+)*)", r"\1='\2'"),
     (r"(?<![\w-])--at ([\w.]+)=([-\d.][^\s;,]*[^\s;,.])", r"at={'\1': '\2'}"),
     (r"(?<![\w-])--at ([\w.]+)=\.\.\.", r"at={'\1': ...}"),
     (r"(?<![\w-])--(depth|wob) ([-\d.]\S*[^\s;,.])", r"\1='\2'"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import click
@@ -19,29 +20,35 @@ if TYPE_CHECKING:
         "check study.yaml",
         "check study.yaml --set 'operation.depth=2000 m' --json | jq .coefficients.k_t.value",
         "check study.yaml --units field",
+        "check study.yaml --all",
         "new | nsdrill check -",
     ),
 )
 @options.study_argument
 @click.option("--json", "as_json", is_flag=True, help="The same for programs; warnings included.")
+@click.option(
+    "--all", "everything", is_flag=True,
+    help="Further figures: buckling, higher lateral modes, standing waves, damping by the mud.",
+)  # fmt: skip
 @options.units
 @options.settings
-def command(study: str, as_json: bool, units: str, overrides: tuple[str, ...]) -> int:
+def command(study: str, as_json: bool, everything: bool, units: str, overrides: tuple[str, ...]) -> int:
     """Validate STUDY and print its derived coefficients, what follows from them, and warnings. Runs nothing.
 
     The coefficients are those at the point `operation` of the study, at the start of its ramps; warnings are about its
-    whole sweep and its ramps.
+    whole sweep and its ramps. The JSON has the further figures in any case.
     """
     from nsdrill.cli.reading import load
 
     loaded = load(study, overrides)
 
     from nsdrill.app.check import MEANINGS, check
-    from nsdrill.cli.words import cell, count, in_units, knots_text, label_of, value_text
+    from nsdrill.cli.words import count, in_units, knots_text, label_of, value_text
     from nsdrill.data import json_text
     from nsdrill.errors import printable
     from nsdrill.files import amount
     from nsdrill.models.christoforou_yigit.coefficients import UNITS
+    from nsdrill.models.christoforou_yigit.figures import GROUPS
 
     report = check(loaded, units)
     if as_json:
@@ -63,26 +70,44 @@ def command(study: str, as_json: bool, units: str, overrides: tuple[str, ...]) -
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
         knots = knots_text(name, ramp.times, ramp.values, units)
         click.echo(f"Ramp, for nsdrill simulate: {label_of(name)} {knots}{replaced}.")
+    shown = {name: figure for name, figure in report.figures.items() if everything or not figure.further}
     start = "At the start of the ramp: " if loaded.ramped else "At "
     depth = value_text("depth", operation.depth, units)
     others = [value_text(name, getattr(operation, name), units, both=True) for name in ("wob", "rotary_speed")]
-    click.echo(f"\n{start}{', '.join((depth, *others))}:")
-    width = 9 if units == "si" else 13
-    for name, meaning in MEANINGS.items():
-        value, unit = cell(float(getattr(report.coefficients, name)), UNITS[name], units)
-        click.echo(f"  {name:17s} {value:12.6g} {unit:{width}s}  {meaning}")
-    click.echo("")
-    for name, figure in report.figures.items():
-        value, unit = cell(0.0 if figure.value is None else figure.value, figure.units, units)
-        number = f"{value:12.6g}" if figure.value is not None else f"{'none':>12s}"
-        also = ""
-        if figure.units == "rad/s" and figure.value is not None:
-            other = f"{figure.value * 30 / math.pi:.4g} rpm" if units == "si" else f"{figure.value:.4g} rad/s"
-            also = f" ({other}, {figure.value / (2 * math.pi):.4g} Hz)"
-        click.echo(f"  {name:17s} {number} {unit:{width}s}  {figure.meaning}{also}")
+    click.echo(f"\n{start}{', '.join((depth, *others))}{':' if shown else '.'}")
+    if report.coefficients is not None:
+        rows = [(name, float(getattr(report.coefficients, name)), UNITS[name], MEANINGS[name]) for name in MEANINGS]
+        _table("Coefficients", rows, units, shown)
+    for group, title in GROUPS.items():
+        if found := [(name, f.value, f.units, f.meaning) for name, f in shown.items() if f.group == group]:
+            _table(title, found, units, shown)
+    if more := len(report.figures) - len(shown):
+        click.echo(
+            f"\n{more} further figures with --all: buckling, higher lateral modes, standing waves, damping by the mud."
+        )
     for warning in report.warnings:
         click.echo(f"Warning: {warning}", err=True)
     return 0
+
+
+def _table(title: str, rows: Sequence[tuple[str, float | None, str, str]], units: str, shown: Collection[str]) -> None:
+    """Figures with their units and meanings below a title, aligned with the other ones that are ``shown``."""
+    from nsdrill.cli.words import cell
+
+    wide, width = max(17, *map(len, shown)), 9 if units == "si" else 13
+    click.echo(f"\n{title}")
+    for name, number, si, meaning in rows:
+        value, unit = cell(0.0 if number is None else number, si, units)
+        text = f"{value:12.6g}" if number is not None else f"{'none':>12s}"
+        also = ""
+        if si == "rad/s" and number is not None:
+            other = f"{number * 30 / math.pi:.4g} rpm" if units == "si" else f"{number:.4g} rad/s"
+            also = f" ({other}, {number / (2 * math.pi):.4g} Hz)"
+        elif name.endswith("_half_wave") and units == "field":
+            also = f" ({value / 12:.4g} ft)"
+        elif name.endswith("_inclination") and number is not None:
+            also = f" ({math.degrees(number):.3g} degrees)"
+        click.echo(f"  {name:{wide}s} {text} {unit:{width}s}  {meaning}{also}")
 
 
 def _sweep(study: Study, chains: int, units: str) -> str:

@@ -9,12 +9,13 @@ from nsdrill.cli import options
 
 @click.command("new", epilog=options.examples("new -o study.yaml", "new | less", "new | nsdrill check -"))
 @options.output("Study file to write. Default, and -: standard output.", required=False, stream=True)
+@options.model
 @options.overwrite
-def command(output: str | None, overwrite: bool) -> int:
+def command(output: str | None, model: str | None, overwrite: bool) -> int:
     """Write a commented study to start from, with every key, its unit and its default."""
     from nsdrill.study import template_text
 
-    text = template_text()
+    text = template_text(options.known_model(model))
     if output is None or output == "-":
         click.echo(text, nl=False)
         return 0

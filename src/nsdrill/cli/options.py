@@ -146,6 +146,19 @@ def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
     return found
 
 
+model = click.option("--model", metavar="NAME", help="The model of the string; by default the one of all motions.")
+
+
+def known_model(name: str | None) -> str:
+    """The model that was asked for, the default one for none; InputError where there is none such."""
+    from nsdrill.models.registry import NAMES
+    from nsdrill.variables import MODEL
+
+    if name is not None and name not in NAMES:
+        raise InputError(f"--model: found {name}; allowed: {', '.join(NAMES)}.")
+    return name or MODEL
+
+
 start = click.option(
     "--start", type=int, metavar="K", help="Number of the start, from 0, where every operating point has several."
 )

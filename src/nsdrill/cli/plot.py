@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
         "plot trace.h5 --kind orbit -o orbit.svg",
         "plot trace.h5 --kind ramp --over out.h5 -o ramp.png",
         "plot ensemble.h5 --kind basin --rotary-speed 3rad/s --states z,vz -o basin.png",
+        "plot study.yaml --kind critical-speeds -o speeds.png",
+        "plot study.yaml --kind drive-tuning --set drive.kind=soft_torque -o tuning.png",
     ),
 )
 @options.file_argument("file")
@@ -38,17 +41,34 @@ if TYPE_CHECKING:
     "--over", type=options.FileName(), metavar="OUT.h5",
     help="With the trace of a ramp and --kind ramp: draw it over the peaks of this sweep.",
 )  # fmt: skip
+@click.option(
+    "--along", metavar="KEY",
+    help="With a study and --kind critical-speeds or buckling: the axis, one that the study sweeps.",
+)  # fmt: skip
+@click.option(
+    "--set", "overrides", multiple=True, metavar="KEY=VALUE",
+    help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
+)  # fmt: skip
 @options.overwrite
 def command(
     file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
     rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None, over: str | None,
-    overwrite: bool,
+    along: str | None, overrides: tuple[str, ...], overwrite: bool,
 ) -> int:  # fmt: skip
-    """Draw FILE: a results file, the .part file of a run that goes on, or a trace."""
+    """Draw FILE: a results file, the .part file of a run that goes on, or a trace; or a chart of a study (.yaml), which
+    is not run."""
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
     from nsdrill.plot import DESCRIPTIONS, check_suffix, cut, draw, kinds_for, needed, save
+    from nsdrill.plot.kinds import is_study
 
+    if is_study(file):
+        unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
+                  "--states": states, "--over": over}  # fmt: skip
+        return _chart(file, output, kind, units, along, overrides, unused, overwrite)
+    for option, found in (("--along", along), ("--set", overrides)):
+        if found:
+            raise InputError(f"{option}: found with {file}; allowed: with a study, a file that ends in .yaml or .yml.")
     chosen = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     if kind == "list":
         data = outline(file)
@@ -78,6 +98,35 @@ def command(
         _say_nearest(data, chosen)
     figure = draw(data, kind, units=units, at=chosen or None, over=behind, start=start, states=pair)
     save(figure, output, overwrite=overwrite)
+    click.echo(f"{output}: drawn.", err=True)
+    return 0
+
+
+def _chart(
+    file: str, output: str | None, kind: str | None, units: str, along: str | None, overrides: tuple[str, ...],
+    unused: Mapping[str, Any], overwrite: bool,
+) -> int:  # fmt: skip
+    """A chart of the study in ``file``."""
+    from nsdrill.cli.reading import load
+    from nsdrill.plot import check_suffix, save
+    from nsdrill.plot.kinds import CHART_KINDS
+
+    if kind == "list":
+        for name, words in CHART_KINDS.items():
+            click.echo(f"{name:<24} {words}")
+        return 0
+    if output is None:
+        raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
+    for option, found in unused.items():
+        if found not in (None, ()):
+            raise InputError(f"{option}: found with a study; allowed: with results. --set changes keys of the study.")
+    from nsdrill.app.charts import draw_chart
+    from nsdrill.store import claim_file
+
+    check_suffix(output)
+    options.keep_apart(file, output)
+    claim_file(output, overwrite)
+    save(draw_chart(load(file, overrides), kind, along, units=units), output, overwrite=overwrite)
     click.echo(f"{output}: drawn.", err=True)
     return 0
 

@@ -9,13 +9,14 @@ from nsdrill.cli import options
 
 @click.command("schema", epilog=options.examples("schema -o study.schema.json", "schema | less"))
 @options.output("Schema file to write. Default, and -: standard output.", required=False, stream=True)
+@options.model
 @options.overwrite
-def command(output: str | None, overwrite: bool) -> int:
+def command(output: str | None, model: str | None, overwrite: bool) -> int:
     """Print the JSON Schema of the study file, for editors and other programs."""
     from nsdrill.data import json_text
     from nsdrill.study import json_schema
 
-    text = json_text(json_schema(), indent=2)
+    text = json_text(json_schema(options.known_model(model)), indent=2)
     if output is None or output == "-":
         click.echo(text)
         return 0

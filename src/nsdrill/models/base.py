@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from nsdrill.models.leaves import Values
+from nsdrill.models.registry import described
 from nsdrill.models.schedule import Schedule
 from nsdrill.observe.thresholds import Record, Thresholds
 
@@ -175,9 +176,17 @@ class Model(ABC):
         """What differences of features are measured in, by name, arrays [n]."""
 
     @abstractmethod
+    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
+        """Of starts with these features, arrays (points, starts), at points with the lane parameters ``table``: the
+        scaled features by which starts of one point are told apart, and the coordinates by which attractors of
+        neighbouring points are matched, each (points, starts, coordinates). A difference of a few hundredths counts."""
+
     def difference(self, one: Mapping[str, Array], two: Mapping[str, Array], units: Mapping[str, Array]) -> Array:
-        """The largest difference of the features of two runs of each point, each measured in its natural size
-        (:meth:`scales`, in ``units``); NaN where a run did not end well."""
+        """The largest difference of the features of two runs of each point by which runs are compared, each measured in
+        its natural size (:meth:`scales`, in ``units``); NaN where a run did not end well."""
+        compared = described(self.name).compared
+        parts = [np.abs(one[name] - two[name]) / (units[scale] if scale else 1.0) for name, scale in compared.items()]
+        return np.asarray(np.max(parts, axis=0))
 
     # One trajectory
 

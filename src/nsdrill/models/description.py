@@ -75,13 +75,16 @@ class Description:
 
     ``parameters`` is the dataclass tree of its numbers, each field a section of the study; ``initial`` that of its
     start; ``meanings`` says in one line what each key of these means. ``states`` gives the names of the states that
-    a string with these parameters has, the angle of the drive last: one of ``state_sets``, of which the first is the
-    usual one. A model whose number of states depends on its parameters says in ``states_allowed`` whether a file may
-    have such states, and in ``sliced`` which a slice of starts may vary. ``own_trace`` has the variables of a trace,
+    a string with these parameters has, the angle of the drive last: one of ``several_states``, where not all strings
+    have the same; where their number depends on the parameters, ``states_allowed`` tells whether a file may have such
+    states. A slice of starts may vary all, or those that are ``sliced``. ``own_trace`` has the variables of a trace,
     ``untraced`` the states that a trace leaves out.
 
     ``labels`` stand after ``response``, which has a bit for each of ``responses``, those that the model can show;
-    ``check_features`` are the features from which the responses are made; ``shown`` those whose range ``show`` prints.
+    ``check_features`` are the features from which the responses are made, ``shown`` those whose range ``show`` prints,
+    ``told`` those that are told of an attractor. By the features ``compared`` two runs of a point are compared, and the
+    starts of a point told apart, each in the scale of this name (:meth:`nsdrill.models.base.Model.scales`), None for a
+    fraction of time; ``grouped`` are more features by which starts are told apart.
 
     ``orders`` and ``relations`` say what values must satisfy together: ``relations(check)`` yields the faults of a
     study, ``check`` is a :class:`nsdrill.study.relations.Checker`. ``units_by`` has the keys whose units depend on a
@@ -98,7 +101,6 @@ class Description:
     states: Callable[[Any], tuple[str, ...]]
     features: tuple[Variable, ...]
     own_trace: tuple[Variable, ...]
-    state_sets: tuple[tuple[str, ...], ...]
     states_allowed: Callable[[tuple[str, ...]], bool] | None = None
     sliced: tuple[str, ...] = ()
     untraced: tuple[Variable, ...] = ()
@@ -108,6 +110,10 @@ class Description:
     responses: tuple[str, ...] = RESPONSES
     check_features: tuple[str, ...] = ()
     shown: tuple[str, ...] = ()
+    several_states: tuple[tuple[str, ...], ...] = ()
+    compared: Mapping[str, str | None] = field(default_factory=dict)
+    grouped: tuple[str, ...] = ()
+    told: tuple[str, ...] = ()
     orders: tuple[Order, ...] = ()
     relations: Callable[[Any], Iterator[Any]] | None = None
     units_by: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
@@ -120,6 +126,11 @@ class Description:
     def sections(self) -> dict[str, type]:
         """The sections of the study that hold the parameters, in file order."""
         return {item.name: item.default_factory for item in fields(self.parameters)}  # type: ignore[misc]
+
+    @cached_property
+    def state_sets(self) -> tuple[tuple[str, ...], ...]:
+        """The states that strings of this model may have, the usual ones first."""
+        return self.several_states or (self.states(self.parameters()),)
 
     @property
     def all_states(self) -> tuple[str, ...]:

@@ -1,10 +1,15 @@
-"""The models by the names that a study gives them. A new one is a folder or a file beside these and a line here."""
+"""The models by the names that a study gives them.
+
+A new one is a folder or a file beside these and a line here; or a module of another package that has an entry point of
+the group ``nsdrill.models``: its name is that of the model, and the module holds a ``DESCRIPTION`` and a ``MODEL``.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import lru_cache
 from importlib import import_module
+from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any
 
 from nsdrill.variables import MODEL
@@ -25,6 +30,15 @@ _HOME = {
     ),
     "torsion": ("nsdrill.models.torsion:DESCRIPTION", "nsdrill.models.torsion:Torsion"),
 }
+
+
+def _installed() -> dict[str, tuple[str, str]]:
+    """The models of other packages; none replaces one of these."""
+    found = entry_points(group="nsdrill.models")
+    return {one.name: (f"{one.value}:DESCRIPTION", f"{one.value}:MODEL") for one in found if one.name not in _HOME}
+
+
+_HOME |= _installed()
 NAMES = tuple(_HOME)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from nsdrill.models.base import Array, Model, Variant
 from nsdrill.models.leaves import Values
+from nsdrill.models.registry import described
 from nsdrill.models.starts import slice_values
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -31,10 +32,6 @@ class ScalarModel(Model):
     frames: ClassVar[Mapping[str, str]] = {}
     """Position -> lane parameter that is taken off its rate: a twist counted from the drive has {"twist":
     "drive_speed"}."""
-    compared: ClassVar[Mapping[str, str | None]] = {}
-    """Features by which two runs of a point are compared, each with the lane parameter that it is measured in; None for
-    a fraction of time."""
-
     # What a model says
 
     @abstractmethod
@@ -71,7 +68,8 @@ class ScalarModel(Model):
         raise NotImplementedError
 
     def deviation(self, variant: Variant) -> Callable[..., Sequence[float]] | None:
-        """The function ``deviation(t, y, d, p)`` of :func:`nsdrill.scalar.in_lanes`, for a Lyapunov exponent."""
+        """The function ``deviation(t, y, d, p)`` of :func:`nsdrill.scalar.in_lanes`, for a Lyapunov exponent; None for
+        the difference of two slopes."""
         return None
 
     # What follows
@@ -100,6 +98,18 @@ class ScalarModel(Model):
         from nsdrill.scalar import in_lanes
 
         return in_lanes(self.slopes(variant), lanes, self.rows(variant, tangent=True), self.deviation(variant))
+
+    def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
+        """Of no contact: the slopes at two states see what changes between them."""
+        from numba import types
+
+        from nsdrill.abi import BUFFER, compiled
+
+        @compiled(types.void(BUFFER), lanes, place)
+        def none(b):  # type: ignore[no-untyped-def]
+            pass
+
+        return none
 
     def pack(self, points: Values, thresholds: Thresholds) -> Array:
         values = self.columns(points, thresholds)
@@ -230,10 +240,13 @@ class ScalarModel(Model):
 
     def scales(self, table: Array) -> dict[str, Array]:
         found = self._by_name(table, ())
-        return {name: found[name] for name in self.compared.values() if name}
+        return {name: found[name] for name in described(self.name).compared.values() if name}
 
-    def difference(self, one: Mapping[str, Array], two: Mapping[str, Array], units: Mapping[str, Array]) -> Array:
-        parts = [
-            np.abs(one[name] - two[name]) / (units[scale] if scale else 1.0) for name, scale in self.compared.items()
+    def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
+        units = self.scales(table)
+        columns = [
+            features[name] / units[scale][:, None] if scale else features[name]
+            for name, scale in described(self.name).compared.items()
         ]
-        return np.asarray(np.max(parts, axis=0))
+        apart = np.stack(columns, axis=-1)
+        return apart, apart

@@ -1,9 +1,8 @@
 """A string that only twists: one degree of freedom, friction at the bit that falls with speed. The smallest model.
 
-J omega' = -k_t psi - c_t omega - T(omega), psi' = omega - Omega, with T = W (2/3) r g(omega) [(mu_s - mu_d) / (1 + tau
-|omega|) + mu_d] and the smoothed direction g(v) = (2/pi) atan(eps v): Dawson, Lin & Spanos 1987, SPE 16660, with the
-friction of Leine et al. 1998 and a rough disc of radius r as the bit. Inertia and stiffness are those of a pipe that
-bears a third of its mass at its end, below a drive that turns with the set speed whatever the torque.
+J omega' = -k_t psi - c_t omega - T(omega) and psi' = omega - Omega, with T = W (2/3) r g(omega) [(mu_s - mu_d) / (1 +
+tau |omega|) + mu_d] and the smoothed direction g(v) = (2/pi) atan(eps v): Dawson, Lin & Spanos 1987, SPE 16660, with
+the friction of Leine et al. 1998 under a disc of radius r. The pipe bears a third of its inertia at its end.
 """
 
 from __future__ import annotations
@@ -15,25 +14,28 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.parameters import BitFriction, Collar, Material, Pipe
+from nsdrill.models.christoforou_yigit.parameters import BitFriction
 from nsdrill.models.description import Description, Drawn, Order, Panel
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.starts import Starts, state
+from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Names, Section, TimeAbove
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.ranges import Checked, parameter
-from nsdrill.variables import at_section, feature, flag, in_trace, last_peaks
 
 
 @dataclass(frozen=True)
 class Drillstring(Checked):
-    """Pipe and collars."""
+    """A steel pipe with an inertia at its end."""
 
-    collar: Collar = field(default_factory=Collar)
-    pipe: Pipe = field(default_factory=Pipe)
-    material: Material = field(default_factory=Material)
-    torsional_damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500")
+    collar_inertia: float = parameter(
+        415.7, "kg m^2", "9 in by 3 in, 200 m", low=1e-6, high=1e7, meaning="Rotary inertia of the collars"
+    )
+    collar_length: float = parameter(200.0, "m", "J, B", high=1e4, meaning="Length of the collars, which do not twist")
+    outer_diameter: float = parameter(0.127, "m", "J", low=1e-4, high=10.0, meaning="Outer diameter of the pipe")
+    inner_diameter: float = parameter(0.1086, "m", "J", high=10.0, meaning="Inner diameter of the pipe")
+    damping: float = parameter(50.0, "N m s/rad", "CY, J as reported", high=1e7, meaning="Torsional damping")
 
 
 @dataclass(frozen=True)
@@ -61,17 +63,9 @@ class Initial(Starts):
     drive_angle: float = state(0.0, "rad", 1e9, "any")
 
 
-def inertia_and_stiffness(string: Drillstring, depth: Any) -> tuple[Any, Any]:
-    """J [kg m^2] and k_t [N m/rad] at a depth [m]."""
-    collar, pipe, steel = string.collar, string.pipe, string.material
-    polar = [math.pi / 32 * (ring.outer_diameter**4 - ring.inner_diameter**4) for ring in (collar, pipe)]
-    length = depth - collar.length
-    inertia = steel.density * (polar[0] * collar.length + polar[1] * length / 3)
-    return inertia, steel.shear_modulus * polar[1] / length
-
-
+STATES = ("twist", "bit_speed", "drive_angle")
 NAMES = Names(
-    states=("twist", "bit_speed"),
+    states=STATES[:2],
     slopes=("bit_acceleration",),
     parameters=("inertia", "stiffness", "damping", "drive_speed", "torque", "smoothing", "decay", "dynamic", "stuck"),
 )
@@ -98,13 +92,24 @@ DECLARATION = Declaration(
 )  # fmt: skip
 
 
+def pipe(string: Drillstring, depth: Any) -> tuple[Any, Any]:
+    """Rotary inertia [kg m^2] and torsional stiffness [N m/rad] of the pipe above the collars."""
+    polar, length = math.pi / 32 * (string.outer_diameter**4 - string.inner_diameter**4), depth - string.collar_length
+    return 7850.0 * polar * length, 79.6e9 * polar / length
+
+
+def torque(bit: Bit, wob: Any, speed: Any) -> Any:
+    """The torque of the rock [N m] at a bit speed [rad/s], in plain numpy."""
+    law = bit.friction
+    falling = (law.static - law.dynamic) / (1 + law.decay * abs(speed)) + law.dynamic
+    return wob * 2 / 3 * bit.radius * falling * 2 / math.pi * np.arctan(law.smoothing * speed)
+
+
 class Torsion(ScalarModel):
     """The model: one trajectory's slopes, and what stands in its lane parameters."""
 
     name = "torsion"
     frames: ClassVar = {"twist": "drive_speed"}
-    compared: ClassVar = {"bit_speed_min": "drive_speed", "bit_speed_max": "drive_speed", "bit_speed_mean": "drive_speed",
-                "stuck_fraction": None}  # fmt: skip
 
     def names(self, variant: Any) -> Names:
         return NAMES
@@ -118,19 +123,17 @@ class Torsion(ScalarModel):
         def torsion(t, y, p):  # type: ignore[no-untyped-def]
             twist, speed = y
             inertia, stiffness, damping, _, torque, smoothing, decay, dynamic, _ = p
-            law = (1.0 - dynamic) / (1.0 + decay * abs(speed)) + dynamic
-            friction = torque * direction(smoothing * speed) * law
-            return ((-damping * speed - stiffness * twist - friction) / inertia,)
+            falling = (1.0 - dynamic) / (1.0 + decay * abs(speed)) + dynamic
+            return ((-damping * speed - stiffness * twist - torque * direction(smoothing * speed) * falling) / inertia,)
 
         return torsion
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation
-        inertia, stiffness = inertia_and_stiffness(string, depth)
-        law = bit.friction
-        return dict(zip(NAMES.parameters, (
-            inertia, stiffness, string.torsional_damping, speed, wob * 2 / 3 * bit.radius * law.static, law.smoothing,
-            law.decay, law.dynamic / law.static, thresholds.stuck_below), strict=True))  # fmt: skip
+        law, own, (inertia, stiffness) = bit.friction, thresholds.stuck_below, pipe(string, depth)
+        rest = (string.damping, speed, wob * 2 / 3 * bit.radius * law.static, law.smoothing, law.decay)
+        inertia = string.collar_inertia + inertia / 3
+        return dict(zip(NAMES.parameters, (inertia, stiffness, *rest, law.dynamic / law.static, own), strict=True))
 
     def natural(self, table: Mapping[str, Any]) -> Any:
         return 0.1, 0.1 * table["drive_speed"]
@@ -142,56 +145,37 @@ class Torsion(ScalarModel):
         return {"bit_speed": points.operation[2]}
 
     def drawn(self, points: Values, shape: Any) -> Mapping[str, Any]:
-        """Twists from none to one and a half times that of the torque at rest, bit speeds from 0 to twice that of the
-        drive, closer to its speed with a smaller spread."""
+        """Twists up to one and a half times that of the torque at rest, bit speeds up to twice that of the drive."""
         q, table = points.initial.spread, self.columns(points, Thresholds())
         wound = (table["torque"] + table["damping"] * table["drive_speed"]) / table["stiffness"]
-        return {"twist": -1.5 * q * wound * shape[:, 0],
-                "bit_speed": points.operation[2] * (1 + q * (2 * shape[:, 1] - 1)),
-                "drive_angle": 2 * math.pi * shape[:, 2]}  # fmt: skip
+        return {"twist": -1.5 * q * wound * shape[:, 0], "drive_angle": 2 * math.pi * shape[:, 2],
+                "bit_speed": points.operation[2] * (1 + q * (2 * shape[:, 1] - 1))}  # fmt: skip
 
     def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Any]) -> dict[str, Any]:
-        law, speed = parameters.bit.friction, state["bit_speed"]
-        falling = (law.static - law.dynamic) / (1 + law.decay * abs(speed)) + law.dynamic
-        smooth = 2 / math.pi * np.arctan(law.smoothing * speed)
-        stiffness = inertia_and_stiffness(parameters.drillstring, point.depth)[1]
-        return {"bit_torque": point.wob * 2 / 3 * parameters.bit.radius * falling * smooth,
-                "surface_torque": -stiffness * state["twist"]}  # fmt: skip
+        rock = torque(parameters.bit, point.wob, state["bit_speed"])
+        return {"bit_torque": rock, "surface_torque": -pipe(parameters.drillstring, point.depth)[1] * state["twist"]}
 
 
-STATES = ("twist", "bit_speed", "drive_angle")
+FEATURES = ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction")
 DESCRIPTION = Description(
     name="torsion",
     title="A string that only twists, with friction at the bit: stick-slip and nothing else",
     parameters=Parameters,
     initial=Initial,
-    meanings={"drillstring": "The string", "bit": "The bit, a disc that rubs on the rock"},
+    meanings={"drillstring": "The string: a pipe with an inertia at its end", "bit": "A disc that rubs on the rock"},
     states=lambda parameters: STATES,
-    state_sets=(STATES,),
     responses=("stick_slip",),
     check_features=("stick_slip_index",),
-    labels=(flag("stick_slip_severity", "severity band of the stick-slip index",
-                 "none torsional_oscillation medium onset_of_full_stall severe"),),
-    features=(
-        feature("bit_speed_min", "rad s-1", "least bit speed"),
-        feature("bit_speed_max", "rad s-1", "greatest bit speed"),
-        feature("bit_speed_mean", "rad s-1", "mean bit speed"),
-        feature("stick_slip_index", "percent", "stick-slip index (max - min) / (2 mean) of bit speed"),
-        feature("stuck_fraction", "1", "fraction of time with the bit stuck"),
-        feature("surface_torque_min", "N m", "least torque at the surface"),
-        feature("surface_torque_max", "N m", "greatest torque at the surface"),
-    ),
-    peaks=(last_peaks("bit_speed_peaks", "rad s-1", "last local maxima of the bit speed"),),
-    section=(at_section("twist", "rad", "twist of the string"), at_section("bit_speed", "rad s-1", "bit speed")),
-    own_trace=(
-        in_trace("twist", "rad", "twist of the string: bit angle less drive angle"),
-        in_trace("bit_speed", "rad s-1", "bit speed"),
-        in_trace("drive_angle", "rad", "drive angle at the top"),
-        in_trace("bit_torque", "N m", "torque of the rock on the bit"),
-        in_trace("surface_torque", "N m", "torque at the surface"),
-    ),
-    shown=("stick_slip_index", "stuck_fraction", "surface_torque_max"),
-    orders=(Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
+    labels=(BY_NAME["stick_slip_severity"],),
+    # A name means the same in every model that has it: what there is already is taken from the others.
+    features=tuple(BY_NAME[name] for name in (*FEATURES, "surface_torque_min", "surface_torque_max")),
+    peaks=(BY_NAME["bit_speed_peaks"],),
+    section=(BY_NAME["section_twist"], BY_NAME["section_bit_speed"]),
+    own_trace=tuple(IN_TRACE[name] for name in (*STATES, "bit_torque", "surface_torque")),
+    shown=(*FEATURES[3:], "surface_torque_max"),
+    compared={**dict.fromkeys(FEATURES[:3], "drive_speed"), "stuck_fraction": None},
+    told=FEATURES,
+    orders=(Order("drillstring.collar_length", "operation.depth", words="the length of the collars"),
             Order("bit.friction.dynamic", "bit.friction.static", True, "lower")),
     example_axis=("bit.friction.static", "0.2", "0.8"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 9 rad/s, points: 9}}",

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+from nsdrill.data import resolved_study
 from nsdrill.observe.thresholds import Thresholds
 
 # variable -> section of the thresholds, its four bounds in ascending order, and the words for the five bands
@@ -41,8 +42,8 @@ def bounds(attrs: Mapping[str, Any], name: str) -> tuple[float, ...]:
     classify: dict[str, Any] = asdict(Thresholds())
     if "classification_resolved" in attrs:
         classify = json.loads(attrs["classification_resolved"])
-    elif "study_resolved" in attrs:
-        classify = json.loads(attrs["study_resolved"]).get("classify", classify)
+    else:
+        classify = resolved_study(attrs).get("classify", classify)
     found = {**asdict(Thresholds())[section], **classify.get(section, {})}
     return tuple(float(found[key]) for key in keys)
 

@@ -41,7 +41,7 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
         many = ", ".join(f"{len(results.coords[name])} values of {name}" for name in results.swept)
         raise InputError(f"plot kind 'basin': found {many}; allowed: one operating point. Select it with {options}.")
     variables = flat(results)
-    ((found, counts),) = describe(variables)
+    ((found, counts),) = describe(variables, model_in(results.attrs).told)
     if counts["ungrouped"]:
         raise InputError(
             "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
@@ -46,13 +47,25 @@ TRACE_KINDS = {
 RAMP_KINDS = {
     "ramp": "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp"
 }
+CHART_KINDS = {
+    "critical-speeds": "lateral, torsional and axial critical speeds against depth, or along another axis",
+    "buckling": "loads at which collars and pipe buckle against the inclination of the hole, or along an axis",
+    "drive-card": "how much of a torsional wave each drive throws back, and the slope of friction that it holds",
+    "drive-tuning": "the slope of friction that a soft-torque drive holds, over its gain and its frequency",
+}
 _VALUES = {name: v.long_name for name, v in BY_NAME.items() if v.dtype == "f8" and v.dims == POINT}
 _VALUES |= {alias: _VALUES[name] for alias, name in ALIASES.items()}
 
 DESCRIPTIONS = {
     **SWEEP_KINDS, **SECTION_KINDS, **POINT_KINDS, **MAP_KINDS, **START_KINDS, **TRACE_KINDS, **RAMP_KINDS,
+    **CHART_KINDS,
     **{k: f"{words}: one value" for k, words in _VALUES.items()},
 }  # fmt: skip
+
+
+def is_study(path: object) -> bool:
+    """Whether this is the name of a study file, of which charts are drawn, rather than one of results."""
+    return isinstance(path, str | os.PathLike) and str(os.fspath(path)).lower().endswith((".yaml", ".yml"))
 
 
 def value_name(kind: str) -> str | None:
@@ -126,6 +139,8 @@ def _start_kinds(data: Results) -> tuple[str, ...]:
 def choose_kind(data: Results | Trace, kind: str | None) -> str:
     """The kind to draw: the one asked for, the default if none was; an error that lists the choices otherwise."""
     allowed = kinds_for(data)
+    if kind in CHART_KINDS:
+        raise InputError(f"plot kind: found {kind!r} with {_what(data)}; allowed: with a study, a YAML file.")
     if kind is None:
         return allowed[0]
     if kind in allowed:

@@ -8,15 +8,16 @@ import json
 import numpy as np
 
 from nsdrill.analysis.attractors import Attractor, describe
-from nsdrill.data import Array, Results
+from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
+from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.style import RESPONSES
 
 
 def along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, int]]]]:
     """The swept axis, and the attractors and counts of every operating point along it."""
-    found = list(describe(flat(results)))
+    found = list(describe(flat(results), model_in(results.attrs).told))
     if not any(attractors for attractors, _ in found):
         raise InputError(
             "The starts are not grouped into attractors yet: this is done when all points are there. Finish the run."
@@ -27,7 +28,7 @@ def along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, 
 def matched(results: Results) -> bool:
     """Whether one number is one attractor along the axes; in files of older versions it is so at each operating point
     only, until they are classified again."""
-    study = json.loads(results.attrs.get("study_resolved") or "{}")
+    study = resolved_study(results.attrs)
     thresholds = json.loads(results.attrs.get("classification_resolved") or "null") or study.get("classify", {})
     return "matching" in thresholds.get("attractors", {})
 

@@ -6,14 +6,13 @@ those that vary, in the order in which the study names the axes; the others are 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from nsdrill.data import Array, json_text
+from nsdrill.data import Array, json_text, resolved_study
 from nsdrill.errors import printable
 from nsdrill.models.kept import Kept
 from nsdrill.models.vocabulary import IN_TRACE
@@ -65,10 +64,7 @@ def layout_of(lengths: Mapping[str, int], attrs: Mapping[str, Any]) -> Layout:
 
 def _sweep(attrs: Mapping[str, Any]) -> Mapping[str, Any]:
     """The section ``sweep`` of the resolved study in ``attrs``, in its order; empty where there is none."""
-    try:
-        found = json.loads(attrs.get("study_resolved") or "{}").get("sweep")
-    except (ValueError, AttributeError):
-        return {}
+    found = resolved_study(attrs).get("sweep")
     return found if isinstance(found, dict) else {}
 
 

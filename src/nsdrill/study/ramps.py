@@ -18,12 +18,6 @@ LEAST_LEG = 1e-3  # s between knots: to a drill string a jump
 Knots = list[list[float]]
 
 
-def has_ramp(data: Any) -> bool:
-    """Whether the raw document has a ramp, sound or not."""
-    operation = data.get("operation") if isinstance(data, dict) else None
-    return isinstance(operation, dict) and any(isinstance(operation.get(name), dict) for name in AXES)
-
-
 def pair(raw: Any) -> Any:
     """``raw`` if it may be a knot; :class:`QuantityError` otherwise."""
     if not isinstance(raw, list):

@@ -69,8 +69,8 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
         length = np.max(collar.length)
         raise ValueError(f"depth: found {np.min(depth):g} m, allowed: more than the collar length, {length:g} m")
 
-    area_c, second_c = _ring(collar.outer_diameter, collar.inner_diameter)
-    area_p, second_p = _ring(pipe.outer_diameter, pipe.inner_diameter)
+    area_c, second_c = ring(collar.outer_diameter, collar.inner_diameter)
+    area_p, second_p = ring(pipe.outer_diameter, pipe.inner_diameter)
     half_span = collar.span / 2
     m_c = steel.density * area_c * half_span
     inside, outside = power(collar.inner_diameter, 2), power(collar.outer_diameter, 2)
@@ -103,7 +103,7 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
     return Coefficients(**plain)
 
 
-def _ring(outer: Float, inner: Float) -> tuple[Any, Any]:
+def ring(outer: Float, inner: Float) -> tuple[Any, Any]:
     """Area [m^2] and second moment of area [m^4] of a ring."""
     return math.pi / 4 * (power(outer, 2) - power(inner, 2)), math.pi / 64 * (power(outer, 4) - power(inner, 4))
 

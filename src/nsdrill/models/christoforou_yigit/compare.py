@@ -11,15 +11,6 @@ from nsdrill.models.christoforou_yigit.rhs import INDEX, STATES, sizes
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
-# Each feature that is compared, and what its difference is measured in; fractions of time are taken as they are.
-COMPARED = {
-    "bit_speed_min": "drive_speed", "bit_speed_max": "drive_speed", "bit_speed_mean": "drive_speed",
-    "whirl_speed_mean": "drive_speed",
-    "axial_min": "lobe", "axial_max": "lobe",
-    "radius_max": "gap", "radius_mean": "gap",
-    "stuck_fraction": None, "lift_off_fraction": None, "wall_contact_fraction": None,
-}  # fmt: skip
-
 
 def scales(table: Array) -> dict[str, Array]:
     """What differences are measured in at operating points with the lane parameters ``table`` [points, parameters]:
@@ -33,8 +24,51 @@ def scales(table: Array) -> dict[str, Array]:
     }
 
 
-def difference(one: Mapping[str, Array], two: Mapping[str, Array], units: Mapping[str, Array]) -> Array:
-    """The largest difference of the features :data:`COMPARED` between two runs of each point, each measured in its
-    natural size (:func:`scales`, in ``units``); NaN where a run did not end well."""
-    parts = [np.abs(one[name] - two[name]) / (units[scale] if scale else 1.0) for name, scale in COMPARED.items()]
-    return np.asarray(np.max(parts, axis=0))
+# Of the scaled features when attractors of neighbouring operating points are matched, in their order: three change much
+# along one branch. The contact fraction goes from 0 to 1 while the radius grows by a hundredth; the mean whirl speed
+# counts turns about the axis of the hole and jumps where the orbit crosses it; the acceleration in smooth drilling
+# doubles from one speed to the next where the axial motion resonates.
+WEIGHTS = np.array([1, 1 / 4, 1, 1, 1, 1 / 4, 1 / 2])
+
+
+def scaled(variables: Mapping[str, Array], speed: Array, gap: Array) -> Array:
+    """The scaled features of starts, shape (..., 7), means over the observed window where there is one:
+
+    ===============================  ===========================================================================
+    lift-off, contact, stuck         the three fractions of time, as they are
+    stick-slip index                 over 200 %: the swing of the bit speed over four times its mean
+    radius                           ``radius_mean`` over the gap
+    whirl                            ``whirl_speed_mean`` times ``radius_mean`` over drive speed times gap: on a
+                                     small orbit the direction of whirl, which then changes slowly, says little
+    axial                            half the logarithm of ``axial_acceleration_rms``: 10 % more is 0.05
+    ===============================  ===========================================================================
+    """
+    radius = variables["radius_mean"] / gap
+    columns = (
+        variables["lift_off_fraction"],
+        variables["wall_contact_fraction"],
+        variables["stuck_fraction"],
+        np.minimum(np.nan_to_num(variables["stick_slip_index"], nan=np.inf, posinf=np.inf) / 200, 5.0),
+        radius,
+        variables["whirl_speed_mean"] / speed * radius,
+        0.5 * np.log(np.maximum(variables["axial_acceleration_rms"], 1e-9)),
+    )
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)
+
+
+def extent(variables: Mapping[str, Array], speed: Array, gap: Array, axial: Array) -> Array:
+    """The scaled extremes of the states of starts, shape (..., 4):
+
+    ===============================  ===========================================================================
+    radius                           ``radius_max`` over the gap
+    bit position                     half the logarithm of the axial range plus its natural size: 65 % more is 0.25
+    bit speed                        ``bit_speed_min`` and ``bit_speed_max`` over four times the drive speed
+    ===============================  ===========================================================================
+    """
+    columns = (
+        variables["radius_max"] / gap,
+        0.5 * np.log(variables["axial_max"] - variables["axial_min"] + axial),
+        variables["bit_speed_min"] / (4 * speed),
+        variables["bit_speed_max"] / (4 * speed),
+    )
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)

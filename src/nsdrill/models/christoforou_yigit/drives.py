@@ -49,6 +49,18 @@ def impedance(parameters: Parameters) -> Any:
     return polar * np.sqrt(steel.density * steel.shear_modulus)
 
 
+def reflection(law: Gains, pipe: float, frequency: Any) -> Any:
+    """What share of the velocity of a torsional wave from below comes back from the drive, complex, at a ``frequency``
+    w [rad/s], a number or an array: (z - Z) / (z + Z) with the impedance z of the ``pipe`` [N m s/rad] and
+    Z = K_p + i (w J - K_i / w) of the drive. None where the law has gains on the motion of the bit: the drive is no
+    impedance then. Source: continuity of speed and torque of the wave at the top, where the drive's torque is Z times
+    its speed."""
+    if law.twist_gain or law.speed_gain:
+        return None
+    drive = law.damping + 1j * (frequency * law.inertia - law.stiffness / frequency)
+    return (pipe - drive) / (pipe + drive)
+
+
 def gains(parameters: Parameters, k: Coefficients) -> Gains:
     """The law of the drive at operating points with the coefficients ``k``; not of an ideal one. InputError where an
     LQR has no gains."""

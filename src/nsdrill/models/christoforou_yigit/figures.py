@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.drives import gains, impedance
+from nsdrill.models.christoforou_yigit.drives import Gains, gains, impedance, reflection
 from nsdrill.models.christoforou_yigit.forces import friction
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
@@ -16,11 +16,19 @@ from nsdrill.models.operation import Operation
 
 @dataclass(frozen=True)
 class Figure:
-    """One number: SI value (None where there is none), SI unit, meaning."""
+    """One number: SI value (None where there is none), SI unit, meaning, and the group of figures it stands in, one of
+    :data:`GROUPS`. A ``further`` one is shown where all are asked for."""
 
     value: float | None
     units: str
     meaning: str
+    group: str = "rotation"
+    further: bool = False
+
+
+GROUPS = {
+    "axial": "Axial motion", "rotation": "Rotation and drive", "lateral": "Lateral motion", "buckling": "Buckling",
+}  # fmt: skip
 
 
 def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
@@ -31,23 +39,25 @@ def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
     torque = mean_torque(parameters, operation, k)
     stiffness = lateral_stiffness(parameters, operation, k)
     return {
-        "axial_free": Figure(math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock"),
-        "axial_contact": Figure(contact, "rad/s", "axial frequency, bit on the rock"),
+        "axial_free": Figure(math.sqrt(k.k_a / k.m_a), "rad/s", "axial frequency, bit off the rock", "axial"),
+        "axial_contact": Figure(contact, "rad/s", "axial frequency, bit on the rock", "axial"),
         "torsional": Figure(math.sqrt(k.k_t / k.J), "rad/s", "torsional frequency"),
         "lateral": Figure(
-            math.sqrt(stiffness / k.m_l) if stiffness > 0 else None, "rad/s", "lateral frequency at this WOB"
+            math.sqrt(stiffness / k.m_l) if stiffness > 0 else None, "rad/s", "lateral frequency at this WOB", "lateral"
         ),
-        "lateral_stiffness": Figure(stiffness, "N/m", "lateral stiffness at this WOB"),
+        "lateral_stiffness": Figure(stiffness, "N/m", "lateral stiffness at this WOB", "lateral"),
         "buckling_margin": Figure(
-            float(1 - operation.wob / k.buckling_load), "1", "1 - WOB / buckling load of the span"
+            float(1 - operation.wob / k.buckling_load), "1", "1 - WOB / buckling load of the span", "buckling"
         ),
         "wall_speed": Figure(
-            wall_speed(parameters, operation, k), "rad/s", "speed at which forward whirl reaches the wall"
+            wall_speed(parameters, operation, k), "rad/s", "speed at which forward whirl reaches the wall", "lateral"
         ),
         "lobe_resonance": Figure(
-            contact / bit.lobes, "rad/s", "speed at which the lobes excite the axial contact mode"
+            contact / bit.lobes, "rad/s", "speed at which the lobes excite the axial contact mode", "axial"
         ),
-        "lift_off_wob": Figure(lift_off_wob(parameters, operation, k), "N", "WOB below which steady contact is lost"),
+        "lift_off_wob": Figure(
+            lift_off_wob(parameters, operation, k), "N", "WOB below which steady contact is lost", "axial"
+        ),
         "mean_torque": Figure(torque, "N m", "steady torque at the surface"),
         "static_twist": Figure(float(-torque / k.k_t), "rad", "steady twist of the string"),
         **_torsion(parameters, operation, k),
@@ -57,7 +67,9 @@ def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
 def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> dict[str, Figure]:
     """What decides on stick-slip: the string with its drive, linear, and the fall of friction with bit speed."""
     law, arm = parameters.bit.friction, 2 / 3 * k.bit_radius
-    held = slope_held(parameters, k)
+    law_of_drive = None if parameters.drive.ideal else gains(parameters, k)
+    matrix = torsional_matrix(parameters, k, law_of_drive)
+    held = float(steepest_fall(matrix, k, parameters.drillstring.torsional_damping))
     # The slope of the sharp law, -(T_s - T_d) tau / (1 + tau w)^2, equals the slope that is held.
     fall = float(operation.wob * arm * (law.static - law.dynamic) * law.decay)
     onset = (math.sqrt(fall / held) - 1) / law.decay if held > 1e-9 * fall and law.decay > 0 else None
@@ -71,15 +83,21 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> d
             "speed below which steady drilling is unstable to stick-slip",
         ),
     }
-    if parameters.drive.ideal:
+    if law_of_drive is None:
         return found
-    law_of_drive = gains(parameters, k)
+    frequency = math.sqrt(float(k.k_t) / float(k.J))
+    reflected = reflection(law_of_drive, float(impedance(parameters)), frequency)
     found |= {
         "pipe_impedance": Figure(float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe"),
         "drive_stiffness": Figure(float(law_of_drive.stiffness), "N m/rad", "integral gain of the drive, K_i"),
         "drive_damping": Figure(float(law_of_drive.damping), "N m s/rad", "proportional gain of the drive, K_p"),
+        "drive_reflection": Figure(
+            None if reflected is None else float(abs(reflected)),
+            "1",
+            "share of a wave at the torsional frequency that the drive throws back",
+        ),
     }
-    roots = np.linalg.eigvals(torsional_matrix(parameters, k))
+    roots = np.linalg.eigvals(matrix)
     modes = sorted((root for root in roots if root.imag > 0), key=abs)
     for number, root in enumerate(modes, start=1):
         found |= {
@@ -89,42 +107,54 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> d
     return found
 
 
-def torsional_matrix(parameters: Parameters, k: Coefficients, fall: float = 0.0) -> np.ndarray:
+def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None = None) -> np.ndarray:
     """The matrix of string and drive [4, 4] for deviations of (lag, drive speed, twist, bit speed) from the set point,
-    with a friction torque that falls by ``fall`` [N m s/rad] at the bit; [2, 2] of the last two with an ideal drive."""
-    c_t = parameters.drillstring.torsional_damping - fall
+    without friction at the bit; [2, 2] of the last two with an ideal drive. ``law`` are the :func:`gains` of the drive
+    where they are known already; where these are arrays, so is the matrix, in its first dimensions."""
+    c_t = parameters.drillstring.torsional_damping
     J, k_t = float(k.J), float(k.k_t)
-    if parameters.drive.ideal:
+    if parameters.drive.ideal and law is None:
         return np.array([[0.0, 1.0], [-k_t / J, -c_t / J]])
-    inertia, stiffness, damping, twist, speed, c_s = (float(value) for value in gains(parameters, k))
-    return np.array(
-        [
-            [0.0, 1.0, 0.0, 0.0],
-            [
-                (twist - stiffness - k_t) / inertia,
-                -(damping + c_s) / inertia,
-                (k_t - twist) / inertia,
-                (c_s - speed) / inertia,
-            ],
-            [0.0, 0.0, 0.0, 1.0],
-            [k_t / J, c_s / J, -k_t / J, -(c_t + c_s) / J],
-        ]
-    )
+    law = law or gains(parameters, k)
+    inertia, stiffness, damping, twist, speed, c_s = np.broadcast_arrays(*(np.asarray(value, float) for value in law))
+    matrix = np.zeros((*inertia.shape, 4, 4))
+    matrix[..., 0, 1] = matrix[..., 2, 3] = 1.0
+    matrix[..., 1, 0] = (twist - stiffness - k_t) / inertia
+    matrix[..., 1, 1] = -(damping + c_s) / inertia
+    matrix[..., 1, 2] = (k_t - twist) / inertia
+    matrix[..., 1, 3] = (c_s - speed) / inertia
+    matrix[..., 3, 0], matrix[..., 3, 2] = k_t / J, -k_t / J
+    matrix[..., 3, 1], matrix[..., 3, 3] = c_s / J, -(c_t + c_s) / J
+    return matrix
 
 
 def slope_held(parameters: Parameters, k: Coefficients) -> float:
     """The steepest fall of the friction torque with bit speed [N m s/rad] with which steady drilling is stable;
     negative where the drive itself is unstable."""
+    return float(steepest_fall(torsional_matrix(parameters, k), k, parameters.drillstring.torsional_damping))
 
-    def stable(fall: float) -> bool:
-        return float(np.linalg.eigvals(torsional_matrix(parameters, k, fall)).real.max()) < 0.0
 
-    step = 2.0 * math.sqrt(float(k.J) * float(k.k_t))  # a critical damping
-    low, high = -step, parameters.drillstring.torsional_damping + 4.0 * step
+def steepest_fall(matrix: np.ndarray, k: Coefficients, c_t: float) -> np.ndarray:
+    """As :func:`slope_held`, of strings and drives with these :func:`torsional_matrix` [..., n, n]: array [...]."""
+    J = float(k.J)
+    step = 2.0 * math.sqrt(J * float(k.k_t))  # a critical damping
+    low = np.full(matrix.shape[:-2], -step)
+    high = np.full(matrix.shape[:-2], c_t + 4.0 * step)
+    falling = matrix.copy()
     for _ in range(60):  # it is stable below and unstable above
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if stable(middle) else (low, middle)
+        falling[..., -1, -1] = matrix[..., -1, -1] + middle / J  # a fall is damping taken from the bit
+        stable = np.linalg.eigvals(falling).real.max(axis=-1) < 0.0
+        low, high = np.where(stable, middle, low), np.where(stable, high, middle)
     return low
+
+
+def growth_at_rest(parameters: Parameters, k: Coefficients) -> complex | None:
+    """The eigenvalue [1/s] of string and drive, without the bit's friction, whose deviations grow fastest; None where
+    all decay, or stay."""
+    roots = np.linalg.eigvals(torsional_matrix(parameters, k))
+    worst = roots[np.argmax(roots.real)]
+    return complex(worst) if worst.real > 1e-9 * np.abs(roots).max() else None
 
 
 def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
@@ -136,15 +166,18 @@ def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -
     return float(rock + parameters.drillstring.torsional_damping * speed)
 
 
-def lateral_stiffness(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
-    """Lateral stiffness [N/m] under the mean axial force and torque, as the study softens it; negative if buckled."""
+def lateral_stiffness(parameters: Parameters, operation: Operation, k: Coefficients, waves: int = 1) -> float:
+    """Lateral stiffness [N/m] under the mean axial force and torque, as the study softens it; negative if buckled. It
+    is that of the shape sin(n pi x / l) with n half ``waves``, of which the model has the first: bending grows with
+    n^4, the work of the force with n^2, that of the torque with n^3."""
     string, span = parameters.drillstring, parameters.drillstring.collar.span
+    bending = k.k_bend * waves**4
     if string.lateral_softening == "none":
-        return float(k.k_bend)
-    stiffness = k.k_bend - operation.wob * math.pi**2 / (2 * span)
+        return float(bending)
+    stiffness = bending - operation.wob * (waves * math.pi) ** 2 / (2 * span)
     if string.lateral_softening == "live":
         torque = mean_torque(parameters, operation, k) - string.torsional_damping * operation.rotary_speed
-        stiffness -= torque * math.pi**3 / (2 * span**2)
+        stiffness -= torque * (waves * math.pi) ** 3 / (2 * span**2)
     return float(stiffness)
 
 

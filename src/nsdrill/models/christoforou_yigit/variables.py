@@ -46,6 +46,24 @@ SHOWN = (
     "stick_slip_index", "stuck_fraction", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio", "bit_force_max",
     "bit_torque_max", "wall_force_max", "surface_torque_max", "lateral_acceleration_rms",
 )  # fmt: skip
+# Each feature that is compared, and what its difference is measured in; fractions of time are taken as they are.
+COMPARED = {
+    "bit_speed_min": "drive_speed", "bit_speed_max": "drive_speed", "bit_speed_mean": "drive_speed",
+    "whirl_speed_mean": "drive_speed",
+    "axial_min": "lobe", "axial_max": "lobe",
+    "radius_max": "gap", "radius_mean": "gap",
+    "stuck_fraction": None, "lift_off_fraction": None, "wall_contact_fraction": None,
+}  # fmt: skip
+# By which starts are told apart, and attractors along a sweep matched.
+GROUPED = (
+    "lift_off_fraction", "wall_contact_fraction", "stuck_fraction", "stick_slip_index", "radius_mean",
+    "whirl_speed_mean", "axial_acceleration_rms", "axial_min", "axial_max", "radius_max", "bit_speed_min",
+    "bit_speed_max",
+)  # fmt: skip
+TOLD = (
+    "stick_slip_index", "stuck_fraction", "lift_off_fraction", "axial_min", "axial_max", "bit_force_max", "radius_mean",
+    "radius_max", "wall_contact_fraction", "whirl_ratio",
+)  # fmt: skip
 PEAKS = (
     last_peaks("axial_peaks", "m", "last local maxima of the bit position"),
     last_peaks("bit_speed_peaks", "rad s-1", "last local maxima of the bit speed"),

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from nsdrill.models.description import Description, Drawn, Panel
-from nsdrill.models.segments.names import DEFAULT, names_of
+from nsdrill.models.segments.names import names_of
 from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters
 from nsdrill.models.segments.relations import ORDERS, relations
-from nsdrill.variables import at_section, feature, flag, in_trace, last_peaks
+from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
+from nsdrill.variables import at_section, feature, in_trace
 
 
 def states_of(pipes: int, collars: int) -> tuple[str, ...]:
@@ -37,7 +38,6 @@ _INNER = (
         in_trace(f"speed_{node}", "rad s-1", f"turning speed of node {node}"),
     )),
 )  # fmt: skip
-_SEVERITIES = "none torsional_oscillation medium onset_of_full_stall severe"
 DESCRIPTION = Description(
     name="segments",
     title="A string of segments in the axial and the torsional direction, with mud, hoist and an electric motor",
@@ -57,28 +57,16 @@ DESCRIPTION = Description(
         "initial.bit_speed": "Bit speed; null: the set speed; a string at rest 0",
     },
     states=states,
-    state_sets=(states_of(*DEFAULT),),
     states_allowed=are_states,
     sliced=("z", "twist", "bit_speed", "drive_angle"),
     responses=("bit_bounce", "stick_slip"),
     check_features=("lift_off_fraction", "stick_slip_index"),
-    labels=(
-        flag("stick_slip_severity", "severity band of the stick-slip index", _SEVERITIES),
-        flag("bounce_severity", "severity band of the time off the rock", "none light moderate strong severe"),
-    ),
+    labels=(BY_NAME["stick_slip_severity"], BY_NAME["bounce_severity"]),
     features=(
-        feature("bit_speed_min", "rad s-1", "least bit speed"),
-        feature("bit_speed_max", "rad s-1", "greatest bit speed"),
-        feature("bit_speed_mean", "rad s-1", "mean bit speed"),
-        feature("stick_slip_index", "percent", "stick-slip index (max - min) / (2 mean) of bit speed"),
-        feature("stuck_fraction", "1", "fraction of time with the bit stuck"),
-        feature("axial_min", "m", "lowest bit position"),
-        feature("axial_max", "m", "highest bit position"),
-        feature("lift_off_fraction", "1", "fraction of time with the bit off the rock"),
-        feature("bit_force_max", "N", "greatest force on the bit"),
-        feature("surface_torque_min", "N m", "least torque at the surface"),
-        feature("surface_torque_max", "N m", "greatest torque at the surface"),
-        feature("surface_torque_mean", "N m", "mean torque at the surface"),
+        *(BY_NAME[name] for name in (
+            "bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction", "axial_min",
+            "axial_max", "lift_off_fraction", "bit_force_max", "surface_torque_min", "surface_torque_max",
+            "surface_torque_mean")),
         feature("drive_speed_min", "rad s-1", "least speed of the drive"),
         feature("drive_speed_max", "rad s-1", "greatest speed of the drive"),
         feature("current_min", "A", "least current of the motor"),
@@ -86,34 +74,27 @@ DESCRIPTION = Description(
         feature("hook_load_change_min", "N", "least hook load, less that of steady drilling"),
         feature("hook_load_change_max", "N", "greatest hook load, less that of steady drilling"),
     ),
-    peaks=(
-        last_peaks("axial_peaks", "m", "last local maxima of the bit position"),
-        last_peaks("bit_speed_peaks", "rad s-1", "last local maxima of the bit speed"),
-    ),
+    peaks=(BY_NAME["axial_peaks"], BY_NAME["bit_speed_peaks"]),
     section=(
-        at_section("axial", "m", "bit position"),
-        at_section("axial_velocity", "m s-1", "axial velocity"),
-        at_section("twist", "rad", "twist of the string"),
-        at_section("bit_speed", "rad s-1", "bit speed"),
+        *(BY_NAME[f"section_{name}"] for name in ("axial", "axial_velocity", "twist", "bit_speed")),
         at_section("drive_speed", "rad s-1", "speed of the drive"),
         at_section("current", "A", "current of the motor"),
     ),
     own_trace=(
-        in_trace("z", "m", "bit position above its mean cutting surface, positive up"),
-        in_trace("vz", "m s-1", "axial velocity of the bit"),
-        in_trace("twist", "rad", "twist of the string: bit angle less drive angle"),
-        in_trace("bit_speed", "rad s-1", "bit speed"),
+        *(IN_TRACE[name] for name in ("z", "vz", "twist", "bit_speed")),
         in_trace("lag", "rad", "lag of the drive: its angle less that of the set speed"),
         in_trace("drive_speed", "rad s-1", "speed of the drive"),
         in_trace("current", "A", "current of the motor"),
-        in_trace("drive_angle", "rad", "drive angle at the top"),
-        in_trace("bit_force", "N", "force of the rock on the bit"),
-        in_trace("bit_torque", "N m", "torque of the rock on the bit"),
-        in_trace("surface_torque", "N m", "torque at the surface"),
+        *(IN_TRACE[name] for name in ("drive_angle", "bit_force", "bit_torque", "surface_torque")),
         in_trace("hook_load_change", "N", "hook load less that of steady drilling"),
     ),
     untraced=_INNER,
     shown=("stick_slip_index", "stuck_fraction", "lift_off_fraction", "bit_force_max", "surface_torque_max"),
+    compared={
+        **dict.fromkeys(("bit_speed_min", "bit_speed_max", "bit_speed_mean"), "set_speed"),
+        "stuck_fraction": None, "lift_off_fraction": None,
+    },
+    told=("bit_speed_min", "bit_speed_max", "stick_slip_index", "stuck_fraction", "lift_off_fraction"),
     orders=ORDERS,
     relations=relations,
     example_axis=("drillstring.torsional_damping_time", "1 ms", "10 ms"),

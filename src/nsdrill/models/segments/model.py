@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -28,8 +28,6 @@ class Segments(ScalarModel):
 
     name = "segments"
     singles = 1
-    compared: ClassVar = {"bit_speed_min": "set_speed", "bit_speed_max": "set_speed", "bit_speed_mean": "set_speed",
-                "stuck_fraction": None, "lift_off_fraction": None, "axial_max": "surface_amplitude"}  # fmt: skip
 
     def variant(self, parameters: Parameters) -> Variant:
         return parameters.drillstring.pipe_segments, parameters.drillstring.collar_segments

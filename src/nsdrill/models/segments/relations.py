@@ -33,6 +33,8 @@ def relations(check: Any) -> Iterator[Fault]:
     """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _load(check)
     yield from _drive(check)
+    if check.sound("record.exponent") and check.value("record.exponent"):
+        yield check.fault("record.exponent", "true, and this model has no Lyapunov exponent", "false")
 
 
 def _load(check: Any) -> Iterator[Fault]:

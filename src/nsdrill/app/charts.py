@@ -1,0 +1,134 @@
+"""Charts of a study that need no integration: which one, along what, and its numbers."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from nsdrill.app.check import ends_of, operation_of
+from nsdrill.data import OVERRIDES, json_text
+from nsdrill.errors import InputError
+from nsdrill.models.christoforou_yigit import charts
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.leaves import OPERATION, with_values
+from nsdrill.models.operation import Operation
+from nsdrill.plot.kinds import CHART_KINDS
+from nsdrill.variables import MODEL, dimension_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from nsdrill.plot.charts import Chart
+    from nsdrill.study.study import Study
+
+VALUES = 181  # along an axis
+SHALLOWEST, DEEPEST = 0.15, 1.6  # the depths where the study sweeps none, in that of its operation
+LEAST_INCLINATION = math.radians(0.5)
+
+
+def draw_chart(study: Study, kind: str | None, along: str | None = None, *, units: str = "si") -> Figure:
+    """The chart ``kind`` of a study as a figure. InputError where the kind is not known, or the study lacks what it
+    shows."""
+    from nsdrill.plot.charts import draw
+
+    chart = chart_of(study, kind, along)
+    attrs = {
+        "title": study.title,
+        OVERRIDES: json_text(list(study.overrides)),
+        "study_resolved": json_text(study.resolved),
+    }
+    operation = operation_of(study)
+    axis = getattr(chart, "axis", None)
+    point = {name: getattr(operation, name) for name in OPERATION if name != axis}
+    return draw(chart, attrs, point, units, ends_of(study, "rotary_speed"))
+
+
+def chart_of(study: Study, kind: str | None, along: str | None = None) -> Chart:
+    """The numbers of the chart ``kind``, in SI, ``along`` an axis that the study sweeps; by default along the depth,
+    ``buckling`` along the inclination of the hole. InputError where the kind is not known, or the study does not have
+    what it shows."""
+    name = (kind or "").replace("_", "-")  # as other kinds are written
+    if name not in CHART_KINDS:
+        near = difflib.get_close_matches(name, CHART_KINDS, n=1)
+        hint = f" Did you mean {near[0]!r}?" if near else ""
+        listing = "\n".join(f"  {name:<24} {words}" for name, words in CHART_KINDS.items())
+        found = "a study without a kind" if kind is None else f"{kind!r} with a study"
+        raise InputError(f"plot kind: found {found}.{hint} Allowed of a study, which is not run:\n{listing}")
+    if study.model != MODEL:
+        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed: {MODEL}.")
+    if name in ("drive-card", "drive-tuning"):
+        if along is not None:
+            raise InputError(
+                f"--along: found with --kind {name}, which is of one point; allowed: with the other charts."
+            )
+        if study.parameters.modes.torsional == "frozen":
+            raise InputError(f"--kind {name}: found modes.torsional: frozen; allowed: a string that twists.")
+        make = charts.drive_card if name == "drive-card" else charts.drive_tuning
+        return make(study.parameters, operation_of(study))
+    operation = operation_of(study)
+    if name == "buckling" and along is None:
+        angles = np.linspace(LEAST_INCLINATION, math.pi / 2, VALUES)
+        return charts.buckling_by_inclination((study.parameters, operation), angles)
+    key = "depth" if along is None else _axis(study, along)
+    x = _values(study, key, operation)
+    points = _points(study.parameters, operation, key, x)
+    try:
+        if name == "buckling":
+            return charts.buckling_along(dimension_of(key), x, points)
+        return _without_frozen(study, charts.critical_speeds(dimension_of(key), x, points))
+    except ValueError as error:  # of a depth that does not reach below the collars
+        raise InputError(f"--along {key}: {error}.") from error
+
+
+def _axis(study: Study, along: str) -> str:
+    """The key of an axis as the study has it."""
+    keys = {dimension_of(key): key for key in (*study.swept, "depth")}
+    wanted = dimension_of(along.removeprefix("operation."))
+    if wanted not in keys:
+        raise InputError(
+            f"--along: found {along}, which the study does not sweep; allowed: {', '.join(keys.values())}. Sweep it "
+            f"with --set 'sweep.{along}={{from: ..., to: ..., points: ...}}'."
+        )
+    return keys[wanted]
+
+
+def _values(study: Study, key: str, operation: Operation) -> np.ndarray:
+    """Values along an axis, between the ends of the sweep, as close as a line takes."""
+    if key in study.swept:
+        low, high = float(study.axes[key][0]), float(study.axes[key][-1])
+    else:
+        collars = study.parameters.drillstring.collar.length
+        low = collars + SHALLOWEST * (operation.depth - collars)
+        high = DEEPEST * operation.depth
+    if low == high:
+        raise InputError(f"--along: found one value of {key} in the sweep; allowed: two or more.")
+    return np.linspace(low, high, VALUES)
+
+
+def _points(
+    parameters: Parameters, operation: Operation, key: str, x: np.ndarray
+) -> Sequence[tuple[Parameters, Operation]]:
+    if key in OPERATION:
+        return [(parameters, replace(operation, **{key: float(value)})) for value in x]
+    if key.startswith("initial."):
+        raise InputError(
+            f"--along: found {key}, on which no chart depends; allowed: a number of the string or the hole."
+        )
+    return [(with_values(parameters, {key: float(value)}), operation) for value in x]
+
+
+def _without_frozen(study: Study, chart: charts.CriticalSpeeds) -> charts.CriticalSpeeds:
+    """Without the speeds of motions that the string does not have."""
+    modes, none = study.parameters.modes, chart.lateral[:0]
+    if modes.lateral == "frozen":
+        chart = replace(chart, lateral=none)
+    if modes.torsional == "frozen":
+        chart = replace(chart, torsional=none)
+    if modes.axial == "frozen":
+        chart = replace(chart, axial=none, axial_on_rock=none)
+    return chart

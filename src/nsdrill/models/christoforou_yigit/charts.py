@@ -1,0 +1,212 @@
+"""The numbers of the charts that need no integration: critical speeds, buckling loads, what drives do with torsional
+waves, and how to tune one.
+
+Each chart is along values of one axis, of which the caller gives the parameters and the operation one by one.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from nsdrill.errors import InputError
+from nsdrill.models.christoforou_yigit import buckling, tubes
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
+from nsdrill.models.christoforou_yigit.drives import gains, impedance, reflection
+from nsdrill.models.christoforou_yigit.figures import slope_held, steepest_fall, torsional_matrix
+from nsdrill.models.christoforou_yigit.further import HALF_WAVES, HORIZONTAL, WAVES, lateral_frequencies
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.waves import axial_waves, torsional_waves
+from nsdrill.models.leaves import with_values
+from nsdrill.models.operation import Operation
+
+Point = tuple[Parameters, Operation]
+REFLECTING = ("ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi")
+"""The drives whose law may be an impedance at the top."""
+MATCHING = (0.5, 8.0)  # of the tuning map, in impedances of the pipe
+TUNED = (0.5, 2.0)  # its frequencies, in that of the string
+CELLS = 49
+
+
+@dataclass(frozen=True)
+class CriticalSpeeds:
+    """Rotary speeds [rad/s] along ``x``, the values of ``axis`` [SI]: arrays [modes, values], NaN where there is none.
+    ``lateral`` of 1, 2 and 3 half waves of the span; ``torsional`` standing waves; ``axial`` ones over the ``lobes``,
+    with the bit off the rock and, ``axial_on_rock``, on it."""
+
+    axis: str
+    x: np.ndarray
+    lobes: int
+    lateral: np.ndarray
+    torsional: np.ndarray
+    axial: np.ndarray
+    axial_on_rock: np.ndarray
+
+
+@dataclass(frozen=True)
+class BucklingLoads:
+    """Axial loads [N] along ``x``, the values of ``axis`` [SI]: arrays [values]. ``collar`` and ``pipe``: the sinusoid
+    on the low side, at ``inclination`` [rad] where that is not the axis; the helix begins at ``HELIX`` times that.
+    ``euler`` is the load of the pinned span, ``vertical`` that of hinged collars under their own weight, NaN where
+    there is none, and ``wob`` the weight on bit."""
+
+    axis: str
+    x: np.ndarray
+    inclination: float | None
+    collar: np.ndarray
+    pipe: np.ndarray
+    euler: np.ndarray
+    vertical: np.ndarray
+    wob: np.ndarray
+
+
+@dataclass(frozen=True)
+class DriveCard:
+    """What drives do with torsional waves: the share of the velocity that each of the ``reflected`` ones throws back at
+    the ``frequency`` [rad/s], and the ``held`` slope of friction [N m s/rad], also of those that are no impedance.
+    ``waves`` are the standing waves of the string [rad/s]; ``own`` is the drive of the study."""
+
+    frequency: np.ndarray
+    reflected: dict[str, np.ndarray]
+    held: dict[str, float]
+    waves: np.ndarray
+    own: str
+
+
+@dataclass(frozen=True)
+class DriveTuning:
+    """The slope of friction that a soft-torque drive holds [N m s/rad], ``held`` [frequencies, matchings]: by its
+    ``matching``, in impedances of the pipe, and its ``frequency`` [rad/s]. ``best`` are matching, frequency and slope
+    of the best of all, ``lumped`` is the frequency of the string, ``own`` matching and frequency of the study's drive
+    where it is of this kind."""
+
+    matching: np.ndarray
+    frequency: np.ndarray
+    held: np.ndarray
+    best: tuple[float, float, float]
+    lumped: float
+    own: tuple[float, float] | None
+
+
+def critical_speeds(axis: str, x: np.ndarray, points: Sequence[Point]) -> CriticalSpeeds:
+    """The chart ``critical-speeds`` of these points."""
+    lateral, torsional, axial, on_rock = [], [], [], []
+    for parameters, operation in points:
+        k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
+        lateral.append(lateral_frequencies(parameters, operation, k, float(k.m_l), HALF_WAVES))
+        torsional.append(torsional_waves(parameters, operation.depth, WAVES))
+        axial.append(axial_waves(parameters, operation.depth, WAVES))
+        on_rock.append(axial_waves(parameters, operation.depth, WAVES, on_rock=True))
+    lobes = points[0][0].bit.lobes
+    return CriticalSpeeds(
+        axis, x, lobes, np.transpose(lateral), np.transpose(torsional), np.transpose(axial) / lobes,
+        np.transpose(on_rock) / lobes,
+    )  # fmt: skip
+
+
+def buckling_by_inclination(point: Point, x: np.ndarray) -> BucklingLoads:
+    """The chart ``buckling`` of one point in holes of the inclinations ``x`` [rad]."""
+    return _buckling("inclination", x, [point] * len(x), x, None)
+
+
+def buckling_along(axis: str, x: np.ndarray, points: Sequence[Point], inclination: float = HORIZONTAL) -> BucklingLoads:
+    """The chart ``buckling`` of these points in a hole of this ``inclination`` [rad]."""
+    return _buckling(axis, x, points, np.full(len(x), inclination), inclination)
+
+
+def _buckling(
+    axis: str, x: np.ndarray, points: Sequence[Point], inclinations: np.ndarray, inclination: float | None
+) -> BucklingLoads:
+    rows, known = [], {}
+    for (parameters, operation), angle in zip(points, inclinations, strict=True):
+        collar = tubes.collars(parameters)
+        if collar not in known:
+            load = buckling.vertical(collar)
+            known[collar] = math.nan if load is None else load
+        rows.append(
+            (
+                buckling.sinusoidal(collar, angle),
+                buckling.sinusoidal(tubes.pipe(parameters, operation.depth), angle),
+                buckling.euler(collar.bending, parameters.drillstring.collar.span),
+                known[collar],
+                operation.wob,
+            )
+        )
+    return BucklingLoads(axis, x, inclination, *np.array(rows, dtype=float).T)
+
+
+def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
+    """The chart ``drive-card``: every kind of drive with the numbers of the study."""
+    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
+    own = parameters.drive.kind
+    waves = torsional_waves(parameters, operation.depth, WAVES)
+    frequency = np.geomspace(0.2 * waves[0], 1.3 * waves[-1], 400)
+    reflected, held = {}, {}
+    for kind in dict.fromkeys((*REFLECTING, "lqr", own)):
+        if kind == "pi" != own:
+            continue  # it is whatever its numbers are, so the study has to give them
+        driven = with_values(parameters, {"drive.kind": kind})
+        try:
+            held[kind] = slope_held(driven, k)
+        except InputError:  # no gains for this string
+            if kind == own:
+                raise
+            continue
+        found = None if kind in ("ideal", "lqr") else reflection(gains(driven, k), float(impedance(driven)), frequency)
+        if kind == "ideal":
+            reflected[kind] = np.ones_like(frequency)
+        elif found is not None:
+            reflected[kind] = np.abs(found)
+    return DriveCard(frequency, reflected, held, waves, own)
+
+
+def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:
+    """The chart ``drive-tuning``, for the inertia of the study's drive, less what its controller compensates."""
+    k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
+    lumped = math.sqrt(float(k.k_t) / float(k.J))
+    matching, frequency = np.geomspace(*MATCHING, CELLS), lumped * np.geomspace(*TUNED, CELLS)
+    held = slopes_held_by_soft_torque(parameters, k, matching, frequency)
+    drive = parameters.drive
+    tuned = lumped if drive.frequency is None else 2 * math.pi * drive.frequency
+    own = (drive.matching, tuned) if drive.kind == "soft_torque" else None
+    best = _best(parameters, k, matching, frequency, held)
+    return DriveTuning(matching, frequency, held, best, lumped, own)
+
+
+def _best(
+    parameters: Parameters, k: Coefficients, matching: np.ndarray, frequency: np.ndarray, held: np.ndarray
+) -> tuple[float, float, float]:
+    """Matching, frequency and slope of the best point within the map, from its best cell: where two pairs of
+    eigenvalues meet there is a sharp ridge, whose summit lies between the cells."""
+    from scipy.optimize import minimize
+
+    row, column = np.unravel_index(np.argmax(held), held.shape)
+    low, high = np.log([matching[0], frequency[0]]), np.log([matching[-1], frequency[-1]])
+
+    def lost(place: np.ndarray) -> float:
+        b, f = np.exp(np.clip(place, low, high))
+        return -float(slopes_held_by_soft_torque(parameters, k, np.array([b]), np.array([f]))[0, 0])
+
+    start = np.log([matching[column], frequency[row]])
+    found = minimize(lost, start, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-6, "maxiter": 800})
+    b, f = np.exp(np.clip(found.x, low, high))
+    return float(b), float(f), -float(found.fun)
+
+
+def slopes_held_by_soft_torque(
+    parameters: Parameters, k: Coefficients, matching: np.ndarray, frequency: np.ndarray
+) -> np.ndarray:
+    """The slope [N m s/rad] that a soft-torque drive holds for each of these matchings and frequencies [rad/s]: array
+    [frequencies, matchings]."""
+    driven = with_values(
+        parameters,
+        {
+            "drive.kind": "soft_torque",
+            "drive.matching": np.asarray(matching, float)[None, :],
+            "drive.frequency": np.asarray(frequency, float)[:, None] / (2 * math.pi),
+        },
+    )
+    return steepest_fall(torsional_matrix(driven, k, gains(driven, k)), k, parameters.drillstring.torsional_damping)

@@ -1,0 +1,150 @@
+"""The smallest model: against an independent integration, linear theory and the main model; and in every command."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.helpers import Answer, call_here
+from scipy.integrate import solve_ivp
+
+import nsdrill
+from nsdrill.errors import StudyError
+from nsdrill.models.torsion import Parameters, pipe, torque
+
+STUDY = """\
+model: torsion
+operation: {depth: 5000 m, wob: 66.72 kN}
+sweep:
+  rotary_speed: [2 rad/s, 6 rad/s, 12 rad/s]
+  procedure: up-down
+simulation: {transient: 60 s, observe: 40 s}
+record: {poincare: 4, peaks: 8}
+"""
+
+
+def linear(speed: float) -> np.ndarray:
+    """The matrix of small deviations (twist, bit speed) from steady drilling at 5000 m and 66.72 kN."""
+    p, h = Parameters(), 1e-6
+    inertia, stiffness = pipe(p.drillstring, 5000.0)
+    inertia = p.drillstring.collar_inertia + inertia / 3
+    slope = (torque(p.bit, 66.72e3, speed + h) - torque(p.bit, 66.72e3, speed - h)) / (2 * h)
+    return np.array([[0.0, 1.0], [-stiffness / inertia, -(p.drillstring.damping + slope) / inertia]])
+
+
+def test_a_trace_is_that_of_another_integrator() -> None:
+    """DOP853 of the equations in plain numpy, through sticking and slipping at 3 rad/s."""
+    trace = nsdrill.simulate(STUDY, rotary_speed=3.0, duration=20.0, sample=0.1, set={"simulation.rtol": 1e-10})
+    p = Parameters()
+    inertia, stiffness = pipe(p.drillstring, 5000.0)
+    inertia = p.drillstring.collar_inertia + inertia / 3
+
+    def slopes(t: float, y: np.ndarray) -> list[float]:
+        friction = torque(p.bit, 66.72e3, y[1])
+        return [y[1] - 3.0, (-stiffness * y[0] - p.drillstring.damping * y[1] - friction) / inertia]
+
+    expected = solve_ivp(slopes, (0, 20), [0.0, 3.0], "DOP853", trace.time.values, rtol=1e-11, atol=1e-11)
+    assert np.abs(trace.twist.values - expected.y[0]).max() < 1e-6
+    assert np.abs(trace.bit_speed.values - expected.y[1]).max() < 1e-6
+
+
+def test_it_is_the_main_model_with_two_motions_frozen() -> None:
+    """Without cutting torque; the inertia of the collars that the main model computes."""
+    inertia = 7850 * math.pi / 32 * (0.2286**4 - 0.0762**4) * 200
+    small = nsdrill.run(STUDY, set={"drillstring.collar_inertia": f"{inertia!r} kg*m^2", "simulation.rtol": 1e-9})
+    frozen = {"model": "christoforou_yigit", "modes.axial": "frozen", "modes.lateral": "frozen",
+              "bit.cutting.zeta": 0, "simulation.rtol": 1e-9}  # fmt: skip
+    large = nsdrill.run(STUDY, set=frozen)
+    for name in ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "surface_torque_max"):
+        np.testing.assert_allclose(small[name], large[name], rtol=1e-5, err_msg=name)
+    assert np.array_equal(small.response, large.response)
+    assert np.array_equal(small.stuck_fraction > 0, large.stuck_fraction > 0)
+
+
+@pytest.mark.parametrize("speed", [6.0, 12.0])
+def test_the_exponent_of_a_decaying_motion_is_that_of_linear_theory(speed: float) -> None:
+    """By the difference of the slopes at two states, while the twist swings into that of steady drilling. (At
+    rest the step of an explicit method grows to the edge of its stability, where no deviation decays.)"""
+    p = Parameters()
+    steady = -(p.drillstring.damping * speed + torque(p.bit, 66.72e3, speed)) / pipe(p.drillstring, 5000.0)[1]
+    found = nsdrill.run(
+        STUDY,
+        set={"record.exponent": True, "sweep.rotary_speed": f"{speed} rad/s", "sweep.procedure": "same",
+             "initial.twist": f"{float(steady) + 1.0!r} rad",
+             "simulation.transient": "0 s", "simulation.observe": "80 s"},
+    )  # fmt: skip
+    expected = np.linalg.eigvals(linear(speed)).real.max()
+    assert expected < -0.02
+    assert float(found.lyapunov_exponent) == pytest.approx(expected, rel=0.1)
+
+
+def test_the_loop_between_onset_and_fold() -> None:
+    """Linear theory's onset of stick-slip, where the real part of the eigenvalues passes zero, at 3.77 rad/s; the cycle
+    lives on to 9.47 rad/s (both with the smoothed law at 5000 m and 66.72 kN)."""
+    rates = [np.linalg.eigvals(linear(speed)).real.max() for speed in (3.72, 3.82)]
+    assert rates[0] > 0 > rates[1]
+    speeds = {"from": "3.2 rad/s", "to": "9.7 rad/s", "points": 14}
+    found = nsdrill.run(STUDY, set={"sweep.rotary_speed": speeds, "simulation.transient": "300 s"})
+    up, down = (found.rotary_speed.values[row > 0] for row in found.response.values)
+    assert 8.0 < up.max() < 9.5  # a step of 0.5 rad/s leaves the narrowing basin of the cycle before its fold
+    assert 3.1 < down.max() < 3.8
+
+
+def test_lanes_and_workers_leave_no_trace(tmp_path: Path) -> None:
+    study = {"sweep.rotary_speed": {"from": "1 rad/s", "to": "8 rad/s", "points": 9}, "sweep.procedure": "same"}
+    one, two = (nsdrill.run(STUDY, set=study, workers=workers) for workers in (1, 2))
+    alone = nsdrill.run(STUDY, set={"sweep.rotary_speed": "1.875 rad/s", "sweep.procedure": "same"})
+    for name in one.data_vars:
+        assert one[name].values.tobytes() == two[name].values.tobytes(), name
+        np.testing.assert_array_equal(one[name].isel(rotary_speed=1), alone[name], err_msg=name)
+
+
+def test_every_command_knows_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def call(*words: object) -> Answer:
+        return call_here(capfd, monkeypatch, *words)
+
+    monkeypatch.chdir(tmp_path)
+    Path("t.yaml").write_text(STUDY)
+    assert call("new", "--model", "torsion", "-o", "new.yaml").code == 0
+    assert nsdrill.load_study("new.yaml").model == "torsion"
+    assert "twist" in call("schema", "--model", "torsion").out
+    assert call("run", "t.yaml", "-o", "t.h5").code == 0
+    shown = call("show", "t.h5").out
+    assert "stick-slip" in shown
+    assert "whirl" not in shown
+    assert "bit for bit" in call("replay", "t.h5", "--rotary-speed", "2rad/s", "--procedure", "up", "-o", "r.h5").err
+    assert call("simulate", "t.yaml", "-o", "s.h5").code == 0
+    assert "same to the bit" in call("diff", "t.h5", "t.h5").out
+    assert call("window", "t.h5").code == 0
+    assert call("classify", "t.h5", "--set", "classify.stick_slip.stick_slip_index=300").code == 0
+    assert call("export", "t.h5", "-o", "t.csv").code == 0
+    assert "radius" not in Path("t.csv").read_text().splitlines()[0]
+    assert "depth [m]" in Path("t.csv").read_text()
+    for kind in ("bifurcation", "summary", "poincare", "motion", "window", "stick_slip_index"):
+        assert call("plot", "t.h5", "--kind", kind, "-o", f"{kind}.png").code == 0, kind
+    for kind in ("trace", "histories", "phase", "section"):
+        assert call("plot", "s.h5", "--kind", kind, "-o", f"{kind}.png").code == 0, kind
+    refused = call("plot", "s.h5", "--kind", "orbit", "-o", "no.png")
+    assert refused.code != 0
+    assert "orbit" in refused.err
+
+
+def test_starts_of_an_ensemble_are_grouped(tmp_path: Path) -> None:
+    """At 6 rad/s steady drilling and stick-slip coexist: linear theory is stable, and the cycle has not folded."""
+    many = {"initial.ensemble": 24, "sweep.rotary_speed": "6 rad/s", "sweep.procedure": "same",
+            "simulation.transient": "400 s", "simulation.observe": "100 s"}  # fmt: skip
+    (point,) = nsdrill.attractors(nsdrill.run(STUDY, set=many))
+    assert {one["response"] for one in point["attractors"]} == {"none", "stick_slip"}
+
+
+def test_keys_of_another_model_are_refused() -> None:
+    with pytest.raises(StudyError) as error:
+        nsdrill.load_study("model: torsion\nwell: {diameter: 1 m}\nsweep: {bit.lobes: [1, 2]}\ninitial: {x: 1 mm}")
+    text = str(error.value)
+    for part in ("well: found an unknown key; allowed: title, model, drillstring, bit", "sweep.bit.lobes",
+                 "as bit.friction.static", "initial.x: found an unknown key; allowed: twist, bit_speed"):  # fmt: skip
+        assert part in text
