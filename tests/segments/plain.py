@@ -189,9 +189,10 @@ class Plain:
 def ours(state: Any, n: int) -> Any:
     """The state in the model's order: pairs, angles after positions, then the current."""
     m = n + 1
-    pairs = np.stack([state[:m], state[m : 2 * m]], axis=1).ravel(), np.stack(
-        [state[2 * m : 3 * m], state[3 * m : 4 * m]], axis=1
-    ).ravel()
+    pairs = (
+        np.stack([state[:m], state[m : 2 * m]], axis=1).ravel(),
+        np.stack([state[2 * m : 3 * m], state[3 * m : 4 * m]], axis=1).ravel(),
+    )
     return np.concatenate([*pairs, state[4 * m :]])
 
 

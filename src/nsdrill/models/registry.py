@@ -24,10 +24,7 @@ _HOME = {
         "nsdrill.models.christoforou_yigit.description:DESCRIPTION",
         "nsdrill.models.christoforou_yigit.model:ChristoforouYigit",
     ),
-    "segments": (
-        "nsdrill.models.segments.description:DESCRIPTION",
-        "nsdrill.models.segments.model:Segments",
-    ),
+    "segments": ("nsdrill.models.segments.description:DESCRIPTION", "nsdrill.models.segments.model:Segments"),
     "torsion": ("nsdrill.models.torsion:DESCRIPTION", "nsdrill.models.torsion:Torsion"),
 }
 

@@ -67,7 +67,14 @@ class Drillstring(Checked):
     """The string: segments of pipe and of collars. A damping time is the damping of a segment over its stiffness."""
 
     pipe_segments: int = parameter(
-        10, "", "B", "high", low=1, high=MOST_SEGMENTS, usual="5 to 20", meaning="Into how many segments the pipe is cut"
+        10,
+        "",
+        "B",
+        "high",
+        low=1,
+        high=MOST_SEGMENTS,
+        usual="5 to 20",
+        meaning="Into how many segments the pipe is cut",
     )
     collar_segments: int = parameter(
         10, "", "B", "high", low=1, high=MOST_SEGMENTS, usual="5 to 20",

@@ -161,9 +161,7 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> An
     place["I_"] = W * (rows.stage + 4 * (last + 1))
     place["current_rate"] = W * (rows.acceleration + 2 * (last + 1))
     # A float as its shortest text gives back its bits.
-    helpers = {
-        name: inlined(define(name, f"W = {W}\n{HELPERS}", fma=fma)) for name in ("axial_node", "torsional_node")
-    }
+    helpers = {name: inlined(define(name, f"W = {W}\n{HELPERS}", fma=fma)) for name in ("axial_node", "torsional_node")}
     lines = []
     for node in range(1, last):
         if node == pipes:
