@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from sweep.runs import run_work
 
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.leaves import Values, with_values
@@ -14,7 +15,6 @@ from nsdrill.models.segments.parameters import Initial, Parameters
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work
-from sweep.runs import run_work
 
 MODEL = model_named("segments")
 DEPTH, WOB, SPEED = 2200.0, 100e3, 13.0
@@ -26,8 +26,9 @@ def string(**values: Any) -> Parameters:
 
 
 QUIET = {"bit__surface_amplitude": 0.0, "mud__pulsation": 0.0}
-RINGING = {**QUIET, "mud__flow": 0.0, "mud__viscosity": 0.0, "mud__density": 0.0, "drillstring__axial_damping_time": 0.0,
-           "drillstring__torsional_damping_time": 0.0, "bit__friction__level": 0.0, "bit__cutting__zeta": 0.0}  # fmt: skip
+RINGING = {**QUIET, "mud__flow": 0.0, "mud__viscosity": 0.0, "mud__density": 0.0, "bit__friction__level": 0.0,
+           "bit__cutting__zeta": 0.0, "drillstring__axial_damping_time": 0.0,
+           "drillstring__torsional_damping_time": 0.0}  # fmt: skip
 
 
 class Slopes:

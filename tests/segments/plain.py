@@ -177,7 +177,7 @@ class Plain:
 
     def power(self, t: float, state: Any) -> float:
         """The power of all that is no spring and no inertia."""
-        u, v, th, w, current = self.parts(state)
+        _, v, _, w, current = self.parts(state)
         _, force, torque = self.bit(t, state)
         lost = self.beta_a * self.k @ np.diff(v) ** 2 + self.beta_t * self.kt @ np.diff(w) ** 2 + self.cw @ w**2
         lost += self.c_top * v[0] ** 2 + self.c_rt * w[0] ** 2 + self.R * current**2

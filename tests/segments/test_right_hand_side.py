@@ -48,7 +48,7 @@ def test_the_lanes_have_the_rates_of_the_equations(keys: dict, fields: dict) -> 
         for state, mine in zip(states, found, strict=True):
             rates = plain.rates(t, state)
             exact = np.concatenate([rates[n + 1 : 2 * n + 2], rates[3 * n + 3 : 4 * n + 4], rates[-1:]])
-            u, v, th, w, _ = plain.parts(state)
+            u, v, th, _, _ = plain.parts(state)
             moved = np.max(plain.k) * np.ptp(u) + plain.k_c * abs(u).max() * (1 + plain.c_c / plain.wob * abs(v).max())
             turned = np.max(plain.kt) * np.ptp(th) + plain.nK * 300 + plain.k_c * abs(u).max()
             bound = np.concatenate([moved / plain.m, turned / plain.J, [max(abs(exact[-1]), 1.0)]])
@@ -74,8 +74,8 @@ def test_a_uniform_string_has_the_frequencies_of_equal_lumps() -> None:
 @pytest.mark.parametrize(("segments", "errors"), [(5, (-1.53e-3, -0.24)), (10, (-3.84e-4, -0.065)),
                                                   (20, (-9.60e-5, -0.016))])  # fmt: skip
 def test_pipe_and_collars_come_nearer_to_the_continuous_string(segments: int, errors: tuple[float, float]) -> None:
-    """tan(w L_p/c) tan(w L_c/c) = Ip_p/Ip_c of two uniform rods below a held end: 1.13697632 and, the fifth, 20.03975275
-    rad/s. The error falls with the square of the segment's length."""
+    """tan(w L_p/c) tan(w L_c/c) = Ip_p/Ip_c of two uniform rods below a held end: 1.13697632 rad/s and, the fifth,
+    20.03975275. The error falls with the square of the segment's length."""
     c, ratio = math.sqrt(79.6e9 / 7850), (0.101**4 - 0.0848**4) / (0.171**4 - 0.0571**4)
     for w in (1.13697632, 20.03975275):
         assert math.tan(w * 2000 / c) * math.tan(w * 200 / c) == pytest.approx(ratio, rel=1e-6)
@@ -130,7 +130,7 @@ def test_the_mud_damps_axial_motion_as_the_derivative_of_its_drag() -> None:
 
 
 def test_the_motor_has_its_two_poles() -> None:
-    """L J s^2 + R J s + nK^2 = 0 with J = 2364.334969 kg m^2: -1 +- 12.524614i. With a string of hardly any stiffness."""
+    """L J s^2 + R J s + nK^2 = 0 with J = 2364.334969 kg m^2: -1 +- 12.524614i. The string has hardly any stiffness."""
     slopes = Slopes(string(**RINGING, drillstring__material__shear_modulus=1e6))
     matrix = slopes.torsional(slopes.jacobian(slopes.steady()))
     drive = matrix[np.ix_([1, -1], [1, -1])]

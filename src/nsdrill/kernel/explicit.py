@@ -28,7 +28,6 @@ from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import INTEGRAL, decide
 from nsdrill.kernel.tableau import Tableau
 
-
 FEW = 16  # pairs of position and velocity that one loop over the lanes may have
 SHARE = 8  # how many it has where there are more
 
