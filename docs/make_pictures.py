@@ -24,7 +24,10 @@ STUDIES = {
     "fig2": "fig2_depth_same", "fig3": "fig3_depth_carried", "fig4": "fig4_speed_22kN", "fig5": "fig5_speed_67kN",
     "map": "map_wob_speed",
 }  # fmt: skip
-DRIVES = {"torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning"}
+DRIVES = {
+    "torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning",
+    "friction": "friction_laws",
+}  # fmt: skip
 CHARTS = {
     "critical-speeds": "fig5_speed_67kN", "buckling": "fig5_speed_67kN", "drive-card": "soft_torque_speed_67kN",
     "drive-tuning": "soft_torque_speed_67kN",

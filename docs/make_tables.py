@@ -75,6 +75,11 @@ SYMBOLS = {
     "bit.friction.dynamic": "mu_d",
     "bit.friction.smoothing": "eps",
     "bit.friction.decay": "tau",
+    "bit.friction.dynamic_from": "V0",
+    "bit.friction.b0": "b0",
+    "bit.friction.b1": "b1",
+    "bit.friction.b2": "b2",
+    "bit.friction.b3": "b3",
     "operation.wob": "W",
     "operation.rotary_speed": "Omega",
 }

@@ -54,6 +54,12 @@ class Case:
     bit_dynamic: float = 0.2
     bit_smoothing: float = 500.0
     bit_decay: float = 3.0
+    bit_law: str = "hyperbolic"
+    bit_from: float = 1.0
+    b0: float = 0.0239
+    b1: float = 1.91
+    b2: float = 8.5
+    b3: float = 5.47
 
     def but(self, **changes):
         return replace(self, **changes)
@@ -139,6 +145,22 @@ def friction(speed, static, dynamic, smoothing, decay):
     return 2 / np.pi * np.arctan(smoothing * speed) * ((static - dynamic) / (1 + decay * size) + dynamic)
 
 
+def bit_arm(case, speed):
+    """The torque of the bit over its force [m] by each friction law."""
+    c = case
+    if c.bit_law == "rational":
+        return c.b0 * (np.tanh(c.b1 * speed) + c.b2 * speed / (1 + c.b3 * speed**2))
+    size = np.abs(speed)
+    share = {
+        "hyperbolic": 1 / (1 + c.bit_decay * size),
+        "linear": np.maximum(0.0, 1 - size / c.bit_from),
+        "exponential": np.exp(-c.bit_decay * size),
+    }[c.bit_law]
+    radius = c.well_diameter / 2
+    rub = 2 / 3 * radius * (c.bit_dynamic + (c.bit_static - c.bit_dynamic) * share)
+    return 2 / np.pi * np.arctan(c.bit_smoothing * speed) * (rub + c.zeta * math.sqrt(radius * c.depth_of_cut))
+
+
 def contacts(case, t, state, phase=0.0, touching=None):
     """Contact forces of states [8] or [8, n] at times t: a dict. ``touching`` says whether bit and collar touch where
     that is not to be told from the state."""
@@ -150,6 +172,8 @@ def contacts(case, t, state, phase=0.0, touching=None):
     cutting = c.zeta * math.sqrt(c.bit_radius * c.depth_of_cut) * 2 / np.pi * np.arctan(c.bit_smoothing * omega)
     law = friction(omega, c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay)
     bit_torque = bit_force * (2 / 3 * c.bit_radius * law + cutting)
+    if c.bit_law != "hyperbolic":
+        bit_torque = bit_force * bit_arm(c, omega)
     r = np.sqrt(x * x + y * y)
     depth = np.maximum(r - c.gap, 0.0) if touching is None else touching[1] * (r - c.gap)
     normal = c.wall_stiffness * depth ** (1.5 if c.wall_law == "hertz" else 1.0)
@@ -238,6 +262,8 @@ def quick(case, phase=0.0):
                 2 / 3 * r_h * law(omega, c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay)
                 + arm * 2 / math.pi * math.atan(c.bit_smoothing * omega)
             )
+            if c.bit_law != "hyperbolic":
+                torque = force * bit_arm(c, omega)
         r = math.sqrt(x * x + y * y)
         k = k_bend - (soft_f * force + soft_t * torque if live else 0.0)
         drag = c_h * math.sqrt(vx * vx + vy * vy)

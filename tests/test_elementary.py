@@ -39,6 +39,11 @@ def exp2(x):
 
 
 @numba.njit
+def expm1(x):
+    return elementary.expm1(x)
+
+
+@numba.njit
 def fma(a, b, c):
     return elementary.fma(a, b, c)
 
@@ -144,3 +149,12 @@ def test_a_blown_up_angle_stays_visible() -> None:
     """NaN in, NaN out: the step is then rejected and the run marked as diverged."""
     assert all(map(math.isnan, sincos(math.nan)))
     assert math.isnan(direction(math.nan))
+
+
+def test_the_exponential_less_one_is_within_two_ulp() -> None:
+    rng = np.random.default_rng(4)
+    edges = -(np.arange(1, 40) - 0.5) * math.log(2)  # where the whole number of halvings changes
+    values = np.concatenate([-(10.0 ** rng.uniform(-300, 2.8, 800)), -rng.uniform(0, 2, 800), edges])
+    values = np.concatenate([values, np.nextafter(edges, 0), np.nextafter(edges, -1e9), [0.0, -0.0, -700.0]])
+    assert max(ulps(expm1(x), mpmath.expm1(x)) for x in values.tolist()) <= 2.0
+    assert expm1(-1e9) == expm1(-700.0) == -1.0

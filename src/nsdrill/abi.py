@@ -32,7 +32,7 @@ from numba import types
 from nsdrill.cache import cache_for
 
 # The package's folders whose sources end up in compiled code.
-COMPILED = ("abi.py", "elementary.py", "model", "kernel", "observe")
+COMPILED = ("abi.py", "elementary.py", "models", "kernel", "observe")
 
 # `nsz` ignores the sign of zero. Nothing that reorders sums or fuses products at the compiler's pleasure (the bits
 # would depend on the number of lanes), and nothing that assumes away NaN (a run that blows up must be seen).
@@ -63,7 +63,7 @@ def source_digest() -> str:
     root = Path(__file__).parent
     for name in COMPILED:
         path = root / name
-        for file in [path] if path.suffix else sorted(path.glob("*.py")):
+        for file in [path] if path.suffix else sorted(path.rglob("*.py")):
             digest.update(file.name.encode() + b"\0" + file.read_bytes() + b"\0")
     digest.update(f"{numba.__version__} {llvmlite.__version__} {sorted(FASTMATH)}".encode())
     return digest.hexdigest()[:16]

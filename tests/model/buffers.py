@@ -12,7 +12,13 @@ ROWS = Rows(len(STATES), len(AUX), len(PARAMETERS), 0)
 
 
 def slopes(
-    lanes: int, hertz: bool, table: np.ndarray, time: np.ndarray, states: np.ndarray, lobes: int | np.ndarray = 3
+    lanes: int,
+    hertz: bool,
+    table: np.ndarray,
+    time: np.ndarray,
+    states: np.ndarray,
+    lobes: int | np.ndarray = 3,
+    friction: int = 0,
 ) -> np.ndarray:
     """Derivatives [n, 8] of ``states`` [n, 8] under lane parameters [n, ...], the accelerations as compiled for
     ``lanes`` lanes. ``lobes`` may differ from state to state."""
@@ -22,7 +28,7 @@ def slopes(
     lobes = np.broadcast_to(lobes, len(states))
     for number in np.unique(lobes):
         same = np.flatnonzero(lobes == number)
-        function = make_right_hand_side(lanes, Options(int(hertz), int(number)))
+        function = make_right_hand_side(lanes, Options(int(hertz), int(number), friction=friction))
         for first in range(0, len(same), lanes):
             here = same[first : first + lanes]
             filled = np.resize(here, lanes)  # the last lanes once more, where too few are left

@@ -46,7 +46,18 @@ def parameters_of(c: Case) -> Parameters:
             c.amplitude,
             c.rock_stiffness,
             Cutting(c.zeta, c.c1, c.c2),
-            BitFriction(c.bit_static, c.bit_dynamic, c.bit_smoothing, c.bit_decay),
+            BitFriction(
+                c.bit_static,
+                c.bit_dynamic,
+                c.bit_smoothing,
+                c.bit_decay,
+                c.bit_law,  # type: ignore[arg-type]
+                c.bit_from,
+                c.b0,
+                c.b1,
+                c.b2,
+                c.b3,
+            ),
         ),
     )
 

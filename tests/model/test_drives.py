@@ -12,15 +12,17 @@ from scipy.integrate import solve_ivp
 from sweep.runs import finish, run_work, work_for
 
 import nsdrill
+from nsdrill.app.check import check
+from nsdrill.app.run import run_in_memory
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.drives import Gains, gains, impedance
-from nsdrill.models.christoforou_yigit.figures import figures, slope_held
+from nsdrill.models.christoforou_yigit.figures import figures, slope_held, torsional_matrix
 from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
-from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.options import options_of
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
-from nsdrill.models.christoforou_yigit.rhs import DRIVE_STATES, STATES, make_right_hand_side, pack, rows_of
+from nsdrill.models.christoforou_yigit.rhs import drifts, make_right_hand_side, pack, rows_of, states_of
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
@@ -120,15 +122,16 @@ def test_an_lqr_without_gains_is_told() -> None:
 
 def slopes(parameters: Parameters, time: float, state: np.ndarray) -> np.ndarray:
     """d(state)/dt by the compiled equations."""
-    rows = rows_of(Options(driven=1))
+    options = options_of(parameters)
+    rows, table = rows_of(options), pack(parameters, *DEEP)
     buffer = np.zeros((rows.total, 1))
     buffer[rows.stage : rows.stage + rows.states, 0] = state
     buffer[rows.stage_time] = time
-    buffer[rows.parameter : rows.parameter + rows.parameters, 0] = pack(parameters, *DEEP)[0]
+    buffer[rows.parameter : rows.parameter + rows.parameters, 0] = table[0]
     flat = buffer.ravel()
-    make_right_hand_side(1, Options(driven=1))(flat)
-    out = np.empty(10)
-    out[0::2] = state[1::2] - np.array([0, 0, 0, DEEP[2], DEEP[2]])
+    make_right_hand_side(1, options)(flat)
+    out = np.empty(len(state))
+    out[0::2] = state[1::2] + drifts(table, options)[0]
     out[1::2] = flat[rows.acceleration : rows.acceleration + rows.slopes]
     return out
 
@@ -136,7 +139,8 @@ def slopes(parameters: Parameters, time: float, state: np.ndarray) -> np.ndarray
 KINDS = [
     {"kind": "stiff"}, {"kind": "z_torque", "shaft_damping": 90.0},
     {"kind": "pi", "inertia": 1500.0, "stiffness": 900.0, "damping": 1500.0, "twist_gain": -300.0, "speed_gain": 70.0,
-     "shaft_damping": 40.0},
+     "shaft_damping": 40.0}, {"kind": "stiff", "torque_limit": 30e3, "shaft_damping": 20.0},
+    {"kind": "dc_motor", "shaft_damping": 20.0},
 ]  # fmt: skip
 
 
@@ -145,12 +149,14 @@ def test_energy_changes_by_the_powers(keys: dict[str, object]) -> None:
     parameters, rng = driven(**keys), np.random.default_rng(5)
     operation = Operation(*DEEP)
     for _ in range(20):
-        state = rng.normal(size=10) * [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0, 4.0, 3.0]
+        sizes = [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0, 4.0, 3.0, 1e3, 4e3]
+        names = states_of(options_of(parameters))
+        state = rng.normal(size=len(names)) * sizes[: len(names)]
         time = rng.uniform(0, 5)
         rate = slopes(parameters, time, state)
 
-        def named(states: np.ndarray, times: np.ndarray) -> dict[str, np.ndarray]:
-            by_name = dict(zip((*STATES, *DRIVE_STATES), states.T, strict=True))
+        def named(states: np.ndarray, times: np.ndarray, names: tuple[str, ...] = names) -> dict[str, np.ndarray]:
+            by_name = dict(zip(names, states.T, strict=True))
             return {**by_name, "drive_angle": DEEP[2] * times}
 
         h = 1e-6
@@ -229,12 +235,22 @@ def test_neither_lanes_nor_the_exponent_change_a_bit(lanes: int) -> None:
         assert all(kept[name].tobytes() == other[name].tobytes() for name in kept)
 
 
-def test_the_deviation_is_the_derivative_of_the_motion() -> None:
-    """Against two neighbouring runs, over some seconds of bouncing."""
-    simulation = Simulation(transient=0.0, observe=3.0, rtol=1e-8)
-    work = work_for(Case(wob=10e3, speed=4.0), simulation)
-    drive = Drive("pi", inertia=500.0, stiffness=300.0, damping=200.0, twist_gain=-50.0, speed_gain=40.0,
-                  shaft_damping=30.0)  # fmt: skip
+PLACING = Drive("pi", inertia=500.0, stiffness=300.0, damping=200.0, twist_gain=-50.0, speed_gain=40.0,
+                shaft_damping=30.0)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("drive", "case", "seconds"),
+    [
+        (PLACING, Case(wob=10e3, speed=4.0), 3.0),
+        (Drive("stiff", torque_limit=2500.0), Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0), 10.0),
+    ],
+)
+def test_the_deviation_is_the_derivative_of_the_motion(drive: Drive, case: Case, seconds: float) -> None:
+    """Against two neighbouring runs, over some seconds of bouncing; and of stick-slip with a motor that reaches both
+    limits."""
+    simulation = Simulation(transient=0.0, observe=seconds, rtol=1e-8)
+    work = work_for(case, simulation)
     work = replace(work, parameters=replace(work.parameters, drive=drive), record=Record(exponent=True))
 
     def end(shift: float, rtol: float) -> np.ndarray:
@@ -250,6 +266,96 @@ def test_the_deviation_is_the_derivative_of_the_motion() -> None:
     followed = end(0.0, 1e-8)[10:20] / size
     assert np.all(np.abs(quotient[8:]) > 1e-3)  # the drive has its part in it
     assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
+
+
+OFF_THE_ROCK = """
+operation: {{wob: 0 kN, rotary_speed: {speed}}}
+drive: {{kind: stiff, torque_limit: 8 kN*m}}
+drillstring: {{eccentricity: 0 mm}}
+bit: {{surface_amplitude: 0 mm}}
+initial: {{x: 0 mm, z: {z} mm, drive_speed: 1 rad/s, bit_speed: 2 rad/s}}
+simulation: {{rtol: 1.0e-10}}
+"""
+
+
+def limited_motion(times: np.ndarray, speed: float, rate: float) -> tuple[np.ndarray, np.ndarray]:
+    """String and stiff drive with at most 8 kN m, off the rock, by DOP853: (lag, drive speed, twist, bit speed) and the
+    torque of the motor. The set point begins at ``speed`` and grows at ``rate``."""
+    k = derive(driven(kind="stiff"), 5000.0, 0.0, 3.0)
+    law = gains(driven(kind="stiff"), k)
+
+    def motor(t: float, y: np.ndarray) -> float:
+        asked = -law.stiffness * y[0] - law.damping * (y[1] - speed - rate * t)
+        return float(np.clip(asked, 0.0, 8e3))
+
+    def slope(t: float, y: np.ndarray) -> list[float]:
+        pipe, target = k.k_t * (y[0] - y[2]), speed + rate * t
+        return [y[1] - target, (motor(t, y) - pipe) / law.inertia, y[3] - target, (pipe - 50.0 * y[3]) / k.J]
+
+    found = solve_ivp(
+        slope, (0, times[-1]), [0.0, 1.0, 0.0, 2.0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=times, max_step=0.01
+    )
+    return found.y, np.array([motor(t, y) for t, y in zip(times, found.y.T, strict=True)])
+
+
+def test_a_motor_stays_within_its_limits() -> None:
+    """Against DOP853: the drive speeds up at its upper limit, before the bit falls on the rock."""
+    study = parse_study(OFF_THE_ROCK.format(speed="6 rad/s", z=1000))
+    found = nsdrill.simulate(study, duration=0.4, sample=0.05)
+    exact, torque = limited_motion(found.time.values, 6.0, 0.0)
+    assert found["bit_force"].values.max() == 0.0
+    assert np.all(torque == 8e3)
+    assert found["drive_speed"].values == pytest.approx(exact[1], abs=1e-7)
+    assert found["twist"].values == pytest.approx(exact[2], abs=1e-7)
+
+
+def test_a_ramp_keeps_to_the_limits_of_the_motor() -> None:
+    """The bit hangs on the string, and the set point rises faster than the motor can follow, then does not."""
+    study = parse_study(OFF_THE_ROCK.format(speed="{ramp: [[0 s, 3 rad/s], [20 s, 7 rad/s]]}", z=0))
+    found = nsdrill.simulate(study, sample=0.05)
+    exact, torque = limited_motion(found.time.values, 3.0, 0.2)
+    assert min(np.sum(torque == 8e3), np.sum(torque == 0.0), np.sum((torque > 0) & (torque < 8e3))) > 5
+    assert found["drive_speed"].values == pytest.approx(exact[1], abs=2e-5)
+    assert found["twist"].values == pytest.approx(exact[2], abs=2e-5)
+
+
+def test_a_motor_too_weak_for_the_rock_stalls_and_check_says_so() -> None:
+    text = "operation: {{wob: 66.72 kN, rotary_speed: 6 rad/s}}\ndrive: {{kind: stiff, torque_limit: {} kN*m}}"
+    weak, strong = (parse_study(text.format(limit)) for limit in (2, 60))
+    told = [any(warning.startswith("Overloaded: ") for warning in check(study).warnings) for study in (weak, strong)]
+    assert told == [True, False]
+    reserve = figures(strong.parameters, strong.operation)["torque_reserve"].value
+    assert reserve == pytest.approx(60e3 - figures(strong.parameters, strong.operation)["mean_torque"].value)
+    found = nsdrill.simulate(weak, duration=120.0, sample=0.1)
+    late = found.time.values > 100.0
+    assert found["surface_torque"].values[late].mean() == pytest.approx(2e3, rel=0.05)
+    assert found["drive_speed"].values[late].mean() < 1.0
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("drive: {torque_limit: 60 kN*m}", "the drive ideal does not read"),
+        ("drive: {kind: z_torque, torque_limit: 60 kN*m}", "the drive z_torque does not read"),
+        ("drive: {kind: soft_torque, compensated_inertia: 9 kg*m^2, torque_limit: 60 kN*m}", "another one"),
+        ("drive: {kind: pi}\nsweep: {drive.torque_limit: [20 kN*m, 60 kN*m]}", "without a limit beside it"),
+    ],
+)
+def test_a_limit_is_refused_where_it_means_nothing(text: str, said: str) -> None:
+    with pytest.raises(nsdrill.StudyError, match=said):
+        parse_study(text)
+    with pytest.raises(ValueError, match="torque_limit"):
+        Drive("z_torque", torque_limit=1.0)
+
+
+def test_an_axis_over_the_limit_has_the_bits_of_single_runs() -> None:
+    text = "drive: {{kind: stiff, torque_limit: {} kN*m}}\nsimulation: {{transient: 2 s, observe: 5 s}}\n{}"
+    found = run_in_memory(parse_study(text.format(9, "sweep: {drive.torque_limit: [2 kN*m, 60 kN*m]}")), workers=1)
+    for i, value in enumerate((2, 60)):
+        alone = run_in_memory(parse_study(text.format(value, "")), workers=1)
+        for name in ("drive_speed_min", "surface_torque_mean"):
+            assert np.ravel(found.variables[name])[i] == np.ravel(alone.variables[name])[0]
+    assert found.variables["drive_speed_min"].ravel()[0] < found.variables["drive_speed_min"].ravel()[1]
 
 
 RAMP = """
@@ -292,3 +398,159 @@ def test_a_drive_that_swings_is_no_ramp() -> None:
     assert point_words(trace, "si").endswith("2 rad/s")
     with pytest.raises(nsdrill.StudyError, match=r"initial.lag.*with an ensemble"):
         parse_study(study + "\ninitial: {ensemble: 4, lag: 1 rad}")
+
+
+# The motor of Christoforou and Yigit as reported: 930 kg m^2 at the table and 23 behind a gear of 7.2; 6 V s, 0.01 ohm,
+# 0.005 H.
+MOTOR = {"kind": "dc_motor", "inertia": 930 + 7.2**2 * 23}
+
+
+def test_the_dc_motor_has_the_droop_the_modes_and_the_reflection_of_its_circuit() -> None:
+    """Computed beforehand by other code from the circuit: droop 5.358e-6 rad/s per N m, eigenvalues, reflection of a
+    torsional wave at the frequency of the string."""
+    parameters = driven(**MOTOR)
+    k = derive(parameters, *DEEP)
+    assert 1 / parameters.drive.motor_damping == pytest.approx(0.01 / (7.2 * 6.0) ** 2, rel=1e-12)
+    assert 1 / parameters.drive.motor_damping == pytest.approx(5.358e-6, abs=1e-9)
+    found = np.linalg.eigvals(torsional_matrix(parameters, k))
+    above = sorted((root for root in found if root.imag > 0), key=abs)
+    assert above == pytest.approx([-0.0448 + 0.5888j, -1.000 + 13.227j], abs=6e-4)
+    w = math.sqrt(k.k_t / k.J)
+    drive = parameters.drive
+    met = 1j * w * drive.inertia + drive.motor_damping / (1 + 1j * w * drive.circuit_time)
+    zeta = float(impedance(parameters))
+    assert abs((zeta - met) / (zeta + met)) == pytest.approx(0.9968, abs=1e-4)
+    shown = figures(parameters, Operation(*DEEP))
+    assert shown["drive_reflection"].value == pytest.approx(0.9968, abs=1e-4)
+    assert shown["droop"].value == pytest.approx(5.358e-6 * shown["mean_torque"].value, rel=1e-4)
+
+
+MOVING = """
+operation: {{wob: 0 kN, rotary_speed: {speed}}}
+drive: {{kind: dc_motor, inertia: 2122.32 kg*m^2}}
+drillstring: {{eccentricity: 0 mm}}
+bit: {{surface_amplitude: 0 mm}}
+initial: {{x: 0 mm, z: 0 mm, twist: 5 rad}}
+simulation: {{rtol: 1.0e-10}}
+"""
+
+
+@pytest.mark.parametrize(("speed", "rate"), [("3 rad/s", 0.0), ("{ramp: [[0 s, 3 rad/s], [20 s, 7 rad/s]]}", 0.2)])
+def test_string_and_motor_move_as_circuit_and_springs_say(speed: str, rate: float) -> None:
+    """Off the rock, at a constant and at a rising voltage, against DOP853 on current, speeds and angles."""
+    found = nsdrill.simulate(parse_study(MOVING.format(speed=speed)), duration=20.0, sample=0.05)
+    k = derive(driven(**MOTOR), 5000.0, 0.0, 3.0)
+    L, R, n_K = 0.005, 0.01, 7.2 * 6.0
+
+    def slope(t: float, y: np.ndarray) -> list[float]:
+        top, top_speed, bit, bit_speed, current = y
+        pipe = k.k_t * (top - bit)
+        voltage = n_K * (3.0 + rate * t)
+        return [
+            top_speed,
+            (n_K * current - pipe) / 2122.32,
+            bit_speed,
+            (pipe - 50.0 * bit_speed) / k.J,
+            (voltage - n_K * top_speed - R * current) / L,
+        ]
+
+    exact = solve_ivp(
+        slope, (0, 20), [0.0, 3.0, 5.0, 3.0, 0.0], "DOP853", rtol=1e-11, atol=1e-11, t_eval=found.time.values
+    ).y
+    turned = 3.0 * found.time.values + 0.5 * rate * found.time.values**2
+    assert found["drive_speed"].values == pytest.approx(exact[1], abs=2e-5)
+    assert found["lag"].values == pytest.approx(exact[0] - turned, abs=2e-5)
+    assert found["twist"].values == pytest.approx(exact[2] - turned, abs=2e-5)
+    assert found["motor_torque"].values == pytest.approx(n_K * exact[4], abs=0.05)
+    assert found["bit_force"].values.max() == 0.0
+
+
+def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent() -> None:
+    """Its states are in the results, lanes change no bit, and a replay has the bits of the sweep."""
+    smooth = Simulation(transient=5.0, observe=10.0)
+    work = replace(work_for(Case(), smooth, rotary_speed=np.linspace(1.0, 8.0, 5)), parameters=driven(**MOTOR))
+    kept = run_work(work, lanes=8)
+    for other in (run_work(work, lanes=1), run_work(replace(work, record=Record(exponent=True)), lanes=4)):
+        assert all(kept[name].tobytes() == other[name].tobytes() for name in kept)
+    assert kept["final_state"].shape == (5, 13)
+    assert np.all(kept["final_state"][:, -2] > 100.0)  # the torque of the motor
+    study = "drive: {kind: dc_motor}\ninitial: {ensemble: 3}\nsimulation: {transient: 1 s, observe: 2 s}"
+    swept = nsdrill.run(study, workers=1)
+    assert list(swept["state"].values[-3:]) == ["motor_impulse", "motor_torque", "drive_angle"]
+    with pytest.raises(nsdrill.StudyError, match="falls behind its set point"):
+        parse_study("drive: {kind: dc_motor}\nrecord: {poincare: 20}")
+
+
+def test_the_deviation_follows_the_motor() -> None:
+    simulation = Simulation(transient=0.0, observe=5.0, rtol=1e-8)
+    work = work_for(Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0), simulation)
+    weak = Drive("dc_motor", inertia=500.0, motor_damping=800.0, circuit_time=0.3)
+    work = replace(work, parameters=replace(work.parameters, drive=weak), record=Record(exponent=True))
+
+    def end(shift: float, rtol: float) -> np.ndarray:
+        one = replace(work, simulation=replace(simulation, rtol=rtol))
+        runs, gang = one.prepare(np.array([0])), one.new_gang(1, 1)
+        runs.initial[0, 22] = 0.0  # of the impulse, which has no natural size
+        runs.initial[0, :12] += shift * runs.initial[0, 12:24]
+        gang._store[GROWTH_HEADER] = np.inf
+        gang.add(np.array([0]), runs)
+        return finish(one, gang)[-1].final[0]
+
+    size = work.prepare(np.array([0])).sizes[0, :12]
+    quotient = (end(1e-5, 1e-12) - end(-1e-5, 1e-12))[:12] / 2e-5 / size
+    followed = end(0.0, 1e-8)[12:24] / size
+    assert np.all(np.abs(quotient[[8, 9, 11]]) > 1e-3)
+    assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
+
+
+def test_a_drive_is_switched_on() -> None:
+    """Until then the run is that with an ideal drive, after it one with the drive that begins in that state."""
+    text = "operation: {wob: 66.72 kN, rotary_speed: 2 rad/s}\nsimulation: {rtol: 1.0e-9}\ndrive: {kind: soft_torque"
+    both = nsdrill.simulate(text + ", on_at: 7 s}", duration=12.0, sample=0.03)
+    ideal = nsdrill.simulate(text.split("drive:")[0], duration=12.0, sample=0.03)
+    before = both.time.values <= 7.0
+    assert both["bit_speed"].values[before] == pytest.approx(ideal["bit_speed"].values[before], abs=1e-6)
+    assert np.all(both["lag"].values[before] == 0.0)
+    assert np.all(both["drive_speed"].values[before] == 2.0)
+    assert np.ptp(both["drive_speed"].values[~before]) > 0.1
+    assert len(both.time) == 401
+    assert np.max(np.abs(np.diff(both["bit_speed"].values))) < 2.0  # no jump where it is switched on
+    at = nsdrill.simulate(text + ", on_at: 7 s}", duration=7.0, sample=1.0).attrs["final_state"]
+    names = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
+    units = ("m", "m/s", "m", "m/s", "m", "m/s", "rad", "rad/s")
+    start = {f"initial.{n}": f"{float(v)!r} {u}" for n, v, u in zip(names, at, units, strict=False)}
+    later = nsdrill.simulate(
+        text + "}", duration=5.0, sample=0.02, set={**start, "initial.drive_angle": f"{float(at[-1])!r} rad"}
+    )
+    assert later.attrs["final_state"] == pytest.approx(both.attrs["final_state"], abs=1e-9)
+
+
+def test_stick_slip_ends_where_soft_torque_is_switched_on() -> None:
+    """The torsional string at 5 rad/s, between the ends of stick-slip with soft torque and with the ideal drive."""
+    study = (
+        "modes: {axial: frozen, lateral: frozen}\noperation: {wob: 66.72 kN, rotary_speed: 5 rad/s}\n"
+        "initial: {bit_speed: 0 rad/s}\ndrive: {kind: soft_torque, on_at: 40 s}"
+    )
+    found = nsdrill.simulate(study, duration=200.0, sample=0.05)
+    speed, time = found["bit_speed"].values, found.time.values
+    assert speed[(time > 20) & (time < 40)].min() < 0.01
+    assert speed[time > 150] == pytest.approx(5.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("sweep: {rotary_speed: [2 rad/s, 3 rad/s]}\ndrive: {kind: stiff, on_at: 5 s}", "with a sweep"),
+        ("operation: {wob: {ramp: [[0 s, 1 kN], [9 s, 2 kN]]}}\ndrive: {kind: stiff, on_at: 5 s}", "with a ramp"),
+        ("drive: {on_at: 5 s}", "the drive ideal does not read"),
+        ("drive: {kind: stiff, on_at: 5 s}\ninitial: {lag: 1 rad}", "until when"),
+    ],
+)
+def test_switching_on_is_refused_where_it_means_nothing(text: str, said: str) -> None:
+    with pytest.raises(nsdrill.StudyError, match=said):
+        parse_study(text)
+
+
+def test_a_run_refuses_what_is_switched_on() -> None:
+    with pytest.raises(nsdrill.InputError, match=r"drive\.on_at.*Use nsdrill.simulate"):
+        nsdrill.run("drive: {kind: stiff, on_at: 5 s}", workers=1)

@@ -11,8 +11,9 @@ from typing import Any
 from nsdrill.app.planned import kept_of, plan_of
 from nsdrill.app.size import disk, memory
 from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, derive
-from nsdrill.models.christoforou_yigit.figures import Figure, figures, growth_at_rest, lateral_stiffness
+from nsdrill.models.christoforou_yigit.figures import Figure, figures, growth_at_rest, lateral_stiffness, mean_torque
 from nsdrill.models.christoforou_yigit.further import further_figures
+from nsdrill.models.christoforou_yigit.laws import steepest
 from nsdrill.models.leaves import Values, values_at
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
@@ -39,6 +40,7 @@ MEANINGS = {
 MOST_STEPS_A_SECOND = 2000  # a point of 500 s then takes a million steps
 LEAST_TURNS = 20
 LEAST_PERIODS = 4
+SHARP = 500.0  # smoothing times dynamic_from
 LARGE = 2e9  # bytes of results
 
 
@@ -142,7 +144,18 @@ def coarse_length(study: Study, axis: str) -> int:
 
 def _warnings(study: Study, units: str) -> list[str]:
     own = study.model == MODEL
-    found = [_buckled(study, units), _slow(study), _eccentric(study, units), _unstable(study, units)] if own else []
+    found = (
+        [
+            _buckled(study, units),
+            _slow(study),
+            _rounded(study),
+            _overloaded(study, units),
+            _eccentric(study, units),
+            _unstable(study, units),
+        ]
+        if own
+        else []
+    )
     if study.swept or not study.ramped:  # else there is no observed window
         found += [_few_turns(study, units), _few_periods(study) if own else None, _verified(study), _large(study)]
     return [warning for warning in found if warning is not None]
@@ -218,17 +231,55 @@ def _buckled(study: Study, units: str) -> str | None:
 def _slow(study: Study) -> str | None:
     """An explicit method takes about (slope of the friction) / 3.3 steps a second while the bit sticks."""
 
-    def steps(at: Values) -> tuple[float, float]:
-        law, arm = at.parameters.bit.friction, at.parameters.well.diameter / 3
-        inertia = float(derive(at.parameters, *at.operation).J)
-        return 2 / math.pi * law.smoothing * law.static * arm * at.operation[1] / inertia / 3.3, law.smoothing
+    def steps(at: Values) -> tuple[float, str, float]:
+        k = derive(at.parameters, *at.operation)
+        law = at.parameters.bit.friction
+        key = "b1" if law.law == "rational" else "smoothing"
+        return float(steepest(at.parameters, k) * at.operation[1] / k.J / 3.3), key, float(getattr(law, key))
 
-    rate, smoothing = max(map(steps, _corners(study)))
+    rate, key, value = max(map(steps, _corners(study)))
     if rate <= MOST_STEPS_A_SECOND:
         return None
     return (
-        f"Slow: the friction at the bit is so steep (smoothing {smoothing:g} s/rad) that a stuck bit takes about "
-        f"{rate:.3g} steps per simulated second. A smaller smoothing is faster in proportion."
+        f"Slow: the friction at the bit is so steep ({key} {value:g} s/rad) that a stuck bit takes about "
+        f"{rate:.3g} steps per simulated second. A smaller {key} is faster in proportion."
+    )
+
+
+def _rounded(study: Study) -> str | None:
+    """The smoothing takes the peak off the linear law, which has all its fall below the speed dynamic_from."""
+    law = study.parameters.bit.friction
+    if law.law != "linear":
+        return None
+    laws = [at.parameters.bit.friction for at in _corners(study)]
+    sharpness, law = min(((law.smoothing * law.dynamic_from, law) for law in laws), key=itemgetter(0))
+    if sharpness >= SHARP:
+        return None
+    return (
+        f"Rounded: with smoothing {law.smoothing:g} s/rad and dynamic_from {law.dynamic_from:g} rad/s their product is "
+        f"{sharpness:.3g}. Below {SHARP:g} the smoothing takes off the peak of the linear law, and stick-slip ends at "
+        f"a lower speed than it should. Raise bit.friction.smoothing to {SHARP / law.dynamic_from:.3g} s/rad."
+    )
+
+
+def _overloaded(study: Study, units: str) -> str | None:
+    """A motor at its limit does not keep the set speed."""
+    if study.parameters.drive.torque_limit is None:
+        return None
+    torque, limit = max(
+        (
+            (mean_torque(at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)), limit)
+            for at in _corners(study)
+            if (limit := at.parameters.drive.torque_limit) is not None
+        ),
+        key=lambda pair: pair[0] - pair[1],
+    )
+    if torque <= limit:
+        return None
+    return (
+        f"Overloaded: steady drilling takes {_told(torque, 'N m', 'kN*m', units)}, and the drive has "
+        f"{_told(limit, 'N m', 'kN*m', units)} at most (drive.torque_limit). It cannot keep the set speed; the string "
+        "stops or turns slower, and lags behind more and more."
     )
 
 

@@ -25,6 +25,7 @@ from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import Results, json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
+from nsdrill.models.registry import model_named
 from nsdrill.store import (
     MemoryLog,
     RunLog,
@@ -161,6 +162,11 @@ def work_of(study: Study) -> Work:
 def check_sweep(study: Study) -> None:
     """InputError where the study is not one of a sweep, whose points each have one constant operating point."""
     source = study.source or "the study"
+    if model_named(study.model).switches(study.parameters) is not None:
+        raise InputError(
+            f"{source}: found something that is switched on within the run (drive.on_at); allowed: nothing, as the "
+            "points of a sweep are observed in one lasting motion. Use nsdrill simulate."
+        )
     if study.ramped and not study.swept:
         raise InputError(
             f"{source}: found no sweep, only a ramp in {_listed(study.ramped)}; allowed: at least one axis to sweep. A "

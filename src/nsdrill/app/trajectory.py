@@ -23,7 +23,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.schedule import Schedule
 from nsdrill.models.vocabulary import BY_NAME
-from nsdrill.observe.trace import make_tracer, samples_of, trace_store
+from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
@@ -283,17 +283,32 @@ def _at_one_point(
     """As :func:`nsdrill.app.ramped.follow`, at one operating point and with the marks of ``simulation``."""
     model = model_named(study.model)
     fixed = model.variant(study.parameters)
-    table, rows = model.pack(_points(study, operation), study.thresholds), model.rows(fixed)
+    points, rows = _points(study, operation), model.rows(fixed)
     store = trace_store(samples, interval, len(model.states(fixed)))
-    gang = Gang(1, 1, rows, store, 0, simulation)
-    runs = model.runs(table, fixed, initial[np.newaxis])
-    gang.add(np.array([0]), runs)
     parts = Compiled(model.right_hand_side(1, fixed), *make_tracer(1, rows))
-    done = gang.advance(parts, 0.2, True)
-    while len(done.job) == 0:
+    stages = [(model.pack(points, study.thresholds), simulation)]
+    total, switch = simulation.transient + simulation.observe, model.switches(study.parameters)
+    if switch is not None and switch > 0.0:
+        stages.insert(0, (model.pack_before(points, study.thresholds), _lasting(simulation, min(switch, total))))
+        stages[1:] = [(stages[1][0], _lasting(simulation, total - switch))] if switch < total else []
+    state, accepted, rejected = initial, 0, 0
+    for number, (table, stage) in enumerate(stages):
+        store[BEGAN] = 0.0 if number == 0 else switch
+        gang = Gang(1, 1, rows, store, 0, replace(stage, max_steps=max(1, stage.max_steps - accepted - rejected)))
+        gang.add(np.array([0]), model.runs(table, fixed, state[np.newaxis]))
         done = gang.advance(parts, 0.2, True)
-    taken = samples_of(store, len(model.states(fixed)))
-    return taken, int(done.status[0]), int(done.accepted[0]), int(done.rejected[0]), done.final[0]
+        while len(done.job) == 0:
+            done = gang.advance(parts, 0.2, True)
+        state, status = done.final[0], int(done.status[0])
+        accepted, rejected = accepted + int(done.accepted[0]), rejected + int(done.rejected[0])
+        if status != OK:
+            break
+    return samples_of(store, len(model.states(fixed))), status, accepted, rejected, state
+
+
+def _lasting(simulation: Simulation, duration: float) -> Simulation:
+    """One observed window of this length [s]."""
+    return replace(simulation, transient=0.0, observe=duration)
 
 
 __all__ = ["DEFAULT_SAMPLE", "OK", "Trajectory", "replay", "simulate"]

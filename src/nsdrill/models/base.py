@@ -88,6 +88,14 @@ class Model(ABC):
     def pack(self, points: Values, thresholds: Thresholds) -> Array:
         """The lane parameters, shape (n, columns)."""
 
+    def switches(self, parameters: Any) -> float | None:
+        """When, in the simulation of one operating point, something is switched on [s], if it is."""
+        return None
+
+    def pack_before(self, points: Values, thresholds: Thresholds) -> Array:
+        """The lane parameters until then, as :meth:`pack` has them after it."""
+        raise NotImplementedError
+
     @abstractmethod
     def starts(self, points: Values, number: Array | int) -> Array:
         """The initial states with the phase last, shape (n, states + 1), of the starts of these numbers."""

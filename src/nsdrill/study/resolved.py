@@ -19,11 +19,12 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
-from nsdrill.study.keys import MODEL_LEAF, keys_of
+from nsdrill.study.keys import MODEL_LEAF, Leaf, keys_of
 from nsdrill.study.study import Procedure, Study
 from nsdrill.variables import AXES, Axis
 
 LATER = ("drive", "modes")  # sections that the first studies did not have
+LAW_KEYS = ("law", "dynamic_from", "b0", "b1", "b2", "b3")  # of bit.friction; the first studies have one law
 
 
 def study_from_resolved(
@@ -33,6 +34,7 @@ def study_from_resolved(
     not a resolved study of this version."""
     try:
         keys = keys_of(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
+        known = _with_law(resolved, keys.leaves)
         operation = build(Operation, resolved["operation"])
         sweep = {"refine": 0, **resolved["sweep"]}  # an older version did not know refinement
         leaves = keys.axes
@@ -67,9 +69,7 @@ def study_from_resolved(
             model=keys.model.name,
             parameters=keys.model.parameters(
                 **{
-                    name: build(cls, resolved.get(name, {}), lenient=True)
-                    if name in LATER
-                    else build(cls, resolved[name])
+                    name: build(cls, known.get(name, {}), lenient=True) if name in LATER else build(cls, known[name])
                     for name, cls in keys.model.sections.items()
                 }
             ),
@@ -99,6 +99,15 @@ def study_from_resolved(
         raise FileError(
             f"{name}: does not hold a study that this version can use ({type(error).__name__}: {error})."
         ) from error
+
+
+def _with_law(resolved: dict[str, Any], leaves: dict[str, Leaf]) -> dict[str, Any]:
+    """A resolved study of any version with the keys of the bit's friction law, if its model has them."""
+    bit = resolved.get("bit", {})
+    law = {name: leaves[key].default for name in LAW_KEYS if (key := f"bit.friction.{name}") in leaves}
+    if not law or "law" in bit.get("friction", {}):
+        return resolved
+    return {**resolved, "bit": {**bit, "friction": {**bit["friction"], **law}}}
 
 
 def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
@@ -151,11 +160,20 @@ def digest(resolved: dict[str, Any]) -> str:
     # What earlier versions did not know is left out where it is as it was then, so that a study keeps its digest.
     if parts.get("model") == MODEL_LEAF.default:
         del parts["model"]
+    if parts.get("bit", {}).get("friction", {}).get("law") == "hyperbolic":
+        for name in LAW_KEYS:
+            parts = _without(parts, ["bit", "friction"], name)
     if "frozen" not in parts.get("modes", {}).values():
         parts.pop("modes", None)
     if parts.get("drive", {}).get("kind") == "ideal":
         del parts["drive"]
         parts = _without(_without(parts, ["initial"], "lag"), ["initial"], "drive_speed")
+    if parts.get("drive", {"torque_limit": 0.0}).get("torque_limit") is None:
+        parts = _without(parts, ["drive"], "torque_limit")
+    if parts.get("drive", {"on_at": 0.0}).get("on_at") is None:
+        parts = _without(parts, ["drive"], "on_at")
+    if parts.get("drive", {}).get("kind") != "dc_motor":
+        parts = _without(_without(parts, ["drive"], "motor_damping"), ["drive"], "circuit_time")
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)
         parts = _without(parts, sections, name)

@@ -15,7 +15,7 @@ import numpy as np
 from nsdrill.errors import InputError
 from nsdrill.models.christoforou_yigit import buckling, tubes
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.drives import gains, impedance, reflection
+from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance, reflection
 from nsdrill.models.christoforou_yigit.figures import slope_held, steepest_fall, torsional_matrix
 from nsdrill.models.christoforou_yigit.further import HALF_WAVES, HORIZONTAL, WAVES, lateral_frequencies
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -155,7 +155,9 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
             if kind == own:
                 raise
             continue
-        found = None if kind in ("ideal", "lqr") else reflection(gains(driven, k), float(impedance(driven)), frequency)
+        found = None
+        if kind not in ("ideal", "lqr"):
+            found = reflection(gains(driven, k), float(impedance(driven)), frequency, circuit(driven))
         if kind == "ideal":
             reflected[kind] = np.ones_like(frequency)
         elif found is not None:

@@ -16,6 +16,8 @@ from nsdrill.variables import MODEL
 
 def states(parameters: Parameters) -> tuple[str, ...]:
     """The names of the states of a string with this drive, the angle of the set point last."""
+    if parameters.drive.kind == "dc_motor":
+        return variables.MOTOR_STATE_NAMES
     return variables.STATE_NAMES if parameters.drive.ideal else variables.DRIVEN_STATE_NAMES
 
 
@@ -33,9 +35,14 @@ DESCRIPTION = Description(
     title="The axial, torsional and lateral oscillator of Christoforou and Yigit: rock, wall, lobes",
     parameters=Parameters,
     initial=Initial,
-    meanings={},
+    meanings={
+        "bit.friction.static": "Coefficient at rest; all laws but rational",
+        "bit.friction.dynamic": "Coefficient at high speed; all laws but rational",
+        "bit.friction.smoothing": "Steepness of the sign change at zero speed; all laws but rational",
+        "bit.friction.decay": "Rate at which friction falls from static to dynamic; laws hyperbolic and exponential",
+    },
     states=states,
-    several_states=(variables.STATE_NAMES, variables.DRIVEN_STATE_NAMES),
+    several_states=(variables.STATE_NAMES, variables.DRIVEN_STATE_NAMES, variables.MOTOR_STATE_NAMES),
     labels=variables.LABELS,
     features=variables.FEATURES,
     peaks=variables.PEAKS,

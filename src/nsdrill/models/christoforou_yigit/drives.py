@@ -7,6 +7,20 @@ psi the twist counted from the set point, and T_p the torque of the pipe:
     J omega_d' = -K_i lag - K_p (omega_d - Omega) - G_t (psi - lag) - G_w (omega - Omega) - T_p
     T_p        = k_t (lag - psi) + c_s (omega_d - omega)
 
+With a ``torque_limit`` the torque of the motor, all of the second line but -T_p, stays between 0 and that limit: the
+motor does not brake. (The controller of **O** has 60 kN m.) That is the torque of the machine only where J is the
+machine's own inertia. The integral winds up meanwhile, as in **O**: it is the angle that the top lags behind.
+
+A **DC motor** has a torque of its own, T_m = n K i, with the current i of its armature, the gear ratio n and the
+constant K of the motor, at the constant voltage at which it idles with the set speed, n K Omega:
+
+    L i' + R i = n K (Omega - omega_d)       that is       (L/R) T_m' = (n K)^2/R (Omega - omega_d) - T_m
+    J omega_d' = T_m - T_p
+
+So ``motor_damping``, (n K)^2/R, and ``circuit_time``, L/R, say all that the circuit does (Sarker, Rideout & Butt 2012
+have such a motor; its numbers are those of Christoforou & Yigit as reported). Its states are motor_torque and, as
+states come in pairs, motor_impulse, the integral of that torque (n K times the charge), on which nothing depends.
+
 The integral of a PI controller's speed error is -lag, so K_i is its integral gain. An ideal drive has no states: lag is
 zero and omega_d is Omega.
 
@@ -42,6 +56,19 @@ class Gains(NamedTuple):
     shaft_damping: Any = 0.0
 
 
+def motor_torque(
+    law: Gains, limit: Any, lag: Any, drive_speed: Any, twist: Any, bit_speed: Any, rotary_speed: Any
+) -> Any:
+    """The torque of the motor [N m] as the controller asks for it, within 0 and ``limit`` [N m] where that is given."""
+    asked = -(
+        law.stiffness * lag
+        + law.damping * (drive_speed - rotary_speed)
+        + law.twist_gain * (twist - lag)
+        + law.speed_gain * (bit_speed - rotary_speed)
+    )
+    return asked if limit is None else np.clip(asked, 0.0, limit)
+
+
 def impedance(parameters: Parameters) -> Any:
     """The torsional impedance of the pipe, Ip sqrt(rho G) [N m s/rad]: what a wave from below meets nothing in."""
     pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
@@ -49,16 +76,25 @@ def impedance(parameters: Parameters) -> Any:
     return polar * np.sqrt(steel.density * steel.shear_modulus)
 
 
-def reflection(law: Gains, pipe: float, frequency: Any) -> Any:
+def reflection(law: Gains, pipe: float, frequency: Any, motor: tuple[float, float] | None = None) -> Any:
     """What share of the velocity of a torsional wave from below comes back from the drive, complex, at a ``frequency``
     w [rad/s], a number or an array: (z - Z) / (z + Z) with the impedance z of the ``pipe`` [N m s/rad] and
-    Z = K_p + i (w J - K_i / w) of the drive. None where the law has gains on the motion of the bit: the drive is no
-    impedance then. Source: continuity of speed and torque of the wave at the top, where the drive's torque is Z times
-    its speed."""
+    Z = K_p + i (w J - K_i / w) of the drive; of a DC ``motor`` with this :func:`circuit` i w J + K / (1 + i w T). None
+    where the law has gains on the motion of the bit: the drive is no impedance then. Source: continuity of speed and
+    torque of the wave at the top, where the drive's torque is Z times its speed."""
     if law.twist_gain or law.speed_gain:
         return None
     drive = law.damping + 1j * (frequency * law.inertia - law.stiffness / frequency)
+    if motor is not None:
+        damping, time = motor
+        drive = drive + damping / (1.0 + 1j * frequency * time)
     return (pipe - drive) / (pipe + drive)
+
+
+def circuit(parameters: Parameters) -> tuple[float, float] | None:
+    """(motor damping K [N m s/rad], time constant T of the circuit [s]) of a DC motor; None of other drives."""
+    drive = parameters.drive
+    return (float(drive.motor_damping), float(drive.circuit_time)) if drive.kind == "dc_motor" else None
 
 
 def gains(parameters: Parameters, k: Coefficients) -> Gains:
@@ -135,6 +171,10 @@ def _regulator(
     return [float(f"{value:.{DIGITS}g}") for value in (force.T @ cost / torque_weight)[0]]
 
 
+def _dc_motor(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
+    return Gains(drive.inertia, 0.0, 0.0)  # no controller; the torque is a state
+
+
 _LAWS: dict[str, Any] = {
     "stiff": _stiff,
     "soft_torque": _soft_torque,
@@ -142,4 +182,5 @@ _LAWS: dict[str, Any] = {
     "z_torque": _z_torque,
     "lqr": _lqr,
     "pi": _pi,
+    "dc_motor": _dc_motor,
 }

@@ -35,6 +35,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.laws import running_arm, static_arm
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.rhs import frozen, initial_states
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
@@ -88,10 +89,8 @@ def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array
     rest = wob / (k.k_a + bit.rock_stiffness)
     lobes = bit.lobes * speed * bit.surface_amplitude
     damping = parameters.drillstring.torsional_damping * speed
-    law, arm = bit.friction, 2 / 3 * k.bit_radius
-    running = (law.static - law.dynamic) / (1 + law.decay * speed) + law.dynamic
-    static = (wob * (arm * law.static + k.cutting_arm) + damping) / k.k_t
-    steady = (wob * (arm * running + k.cutting_arm) + damping) / k.k_t
+    static = (wob * static_arm(parameters, k) + damping) / k.k_t
+    steady = (wob * running_arm(parameters, k, speed) + damping) / k.k_t
     by_name = {
         "x": gap * u[:, 0],
         "y": gap * u[:, 1],
@@ -106,6 +105,8 @@ def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array
     drawn = np.stack([by_name[name] for name in STATE_NAMES], axis=1)
     if not parameters.drive.ideal:  # it begins at the set point
         drawn = np.concatenate([drawn[:, :-1], np.zeros((len(drawn), 1)), speed[:, None], drawn[:, -1:]], axis=1)
+    if parameters.drive.kind == "dc_motor":
+        drawn = np.concatenate([drawn[:, :-1], np.zeros((len(drawn), 2)), drawn[:, -1:]], axis=1)
     return frozen(parameters, drawn, wob, speed)
 
 

@@ -23,7 +23,7 @@ from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
 from nsdrill.elementary import fma, lowest_bit
-from nsdrill.models.christoforou_yigit.friction import coefficient, slip_factors
+from nsdrill.models.christoforou_yigit.friction import bit_law
 from nsdrill.models.christoforou_yigit.layout import (
     COLUMNS,
     COUNT,
@@ -245,7 +245,7 @@ def slid(g0, d0, g1, d1, first, second, above_start, above_top, above_end, whole
 
 
 @inlined
-def locate_tops(store):  # type: ignore[no-untyped-def]
+def locate_tops(store, number):  # type: ignore[no-untyped-def]
     """The greatest bit torque of each step of the list: force times arm, of which both follow from the continuous
     solution. Twice the torque is computed where the cubic through values and slopes at the ends of a bracket has its
     top, and the bracket shrinks to that point. What is found is never above the greatest torque, and below it by less
@@ -268,14 +268,15 @@ def locate_tops(store):  # type: ignore[no-untyped-def]
         low = 0.0, store[k + T0], h * store[k + DT0]
         high = 1.0, store[k + T1], h * store[k + DT1]
         # Not as a loop, which the compiler would not unroll, and so not vectorise what is around it.
-        low, high = closer(low, high, pressing, turning, per_h, law)
-        low, high = closer(low, high, pressing, turning, per_h, law)
+        low, high = closer(low, high, pressing, turning, per_h, number, law)
+        low, high = closer(low, high, pressing, turning, per_h, number, law)
         store[k + RESULT] = max(low[1], high[1])
 
 
 @inlined
-def closer(low, high, pressing, turning, per_h, law):  # type: ignore[no-untyped-def]
-    """A smaller bracket around the top of the bit torque. Each of its ends has theta, torque and slope."""
+def closer(low, high, pressing, turning, per_h, number, law):  # type: ignore[no-untyped-def]
+    """A smaller bracket around the top of the bit torque, of the friction law of this number. Each of its ends has
+    theta, torque and slope."""
     low_theta, low_torque, low_rate = low
     high_theta, high_torque, high_rate = high
     p0, p1, p2, p3, p4, p5 = pressing
@@ -286,10 +287,7 @@ def closer(low, high, pressing, turning, per_h, law):  # type: ignore[no-untyped
     u, du = value(p0, p1, p2, p3, p4, p5, theta), slope(p1, p2, p3, p4, p5, theta)
     omega = per_h * value(w1, w2, w3, w4, w5, 0.0, theta)
     alpha = per_h * slope(w2, w3, w4, w5, 0.0, theta)
-    scaled = smoothing * omega
-    flat = fma(scaled, scaled, 1.0)
-    g, decayed, per_flat = slip_factors(omega * flat, flat, smoothing, decay)
-    arm, darm = coefficient(omega, g, decayed, per_flat, smoothing, decay, rise, dynamic)
+    arm, darm = bit_law(number, omega, smoothing, decay, rise, dynamic)
     torque = max(u, 0.0) * arm
     rate = fma(du if u > 0.0 else 0.0, arm, max(u, 0.0) * darm * alpha)
     rising = rate > 0.0 or (u <= 0.0 and du > 0.0)
@@ -315,7 +313,7 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
     ``highs`` and ``lows`` are the lanes where the bit speed at the step's start is above or below its neighbours.
     ``settle(b, store)`` empties the lists: whoever wants to read the measurements calls it first.
     """
-    W, driven = lanes, options.driven
+    W, driven, friction = lanes, options.driven, options.friction
     h_ = W * rows.step
     drive_, gap_, stuck_, k_c_, eps_, tau_, rise_, mu_ = (
         W * (rows.parameter + PARAMETERS.index(name))
@@ -451,21 +449,21 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
         store[SPARE] = 0.0
         store[TURNS + COUNT] = 0.0
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
+    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), friction)
     def settle_tops(b, store):  # type: ignore[no-untyped-def]
-        locate_tops(store)
+        locate_tops(store, friction)
         for k in range(TOPS, TOPS + int(store[TOPS + COUNT])):
             row = torque_max_ + int(store[k + LANE])
             b[row] = max(b[row], store[k + RESULT])
         store[TOPS + COUNT] = 0.0
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
+    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), friction)
     def settle(b, store):  # type: ignore[no-untyped-def]
         settle_turns(b, store)
         settle_crossings(b, store)
         settle_tops(b, store)
 
-    @compiled(types.void(BUFFER, BUFFER, *[types.int64] * 12), W, *astuple(rows), driven)
+    @compiled(types.void(BUFFER, BUFFER, *[types.int64] * 12), W, *astuple(rows), driven, friction)
     def attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top):  # type: ignore[no-untyped-def]
         while z != 0:
             i = lowest_bit(z)

@@ -19,7 +19,7 @@ from numba import types
 from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, compiled, inlined
 from nsdrill.elementary import fma, lowest_bit
 from nsdrill.models.christoforou_yigit.events import keep, least_of, make_events, slide
-from nsdrill.models.christoforou_yigit.friction import coefficient
+from nsdrill.models.christoforou_yigit.friction import bit_slope
 from nsdrill.models.christoforou_yigit.layout import (
     ANCHORS,
     CLIMBED,
@@ -75,7 +75,7 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
     """The compiled (observer, marker) for a number of lanes and these options, with a deviation beside the states or
     without, and beside so many rows of ``others``."""
     rows = rows_of(options, len(OBSERVED) + others, tangent=tangent)
-    W, lobes, driven = lanes, options.lobes, options.driven
+    W, lobes, driven, friction = lanes, options.lobes, options.driven, options.friction
     # The drive's states, which an ideal one has not.
     lag0_, top0_, pull0_ = W * (rows.start + 8), W * (rows.start + 9), W * (rows.start_acceleration + 4)
     lag1_, top1_, pull1_ = W * (rows.stage + 8), W * (rows.stage + 9), W * (rows.acceleration + 4)
@@ -153,7 +153,9 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
             flat = fma(scaled, scaled, 1.0)
             r = b[radius_now_ + i]
             inverse = 1.0 / (flat * r)
-            arm, darm = coefficient(omega, g, decayed, r * inverse, b[eps_ + i], b[tau_ + i], b[rise_ + i], b[mu_ + i])
+            arm, darm = bit_slope(
+                friction, omega, g, decayed, r * inverse, b[eps_ + i], b[tau_ + i], b[rise_ + i], b[mu_ + i]
+            )
             b[u1_ + i] = u
             b[du1_ + i] = du
             b[ddu1_ + i] = ddu
@@ -368,6 +370,7 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
         W,
         lobes,
         driven,
+        friction,
         tangent,
         others,
     )

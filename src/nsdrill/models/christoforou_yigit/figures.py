@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.drives import Gains, gains, impedance, reflection
-from nsdrill.models.christoforou_yigit.forces import friction
+from nsdrill.models.christoforou_yigit.drives import Gains, circuit, gains, impedance, reflection
+from nsdrill.models.christoforou_yigit.laws import bit_arm, onset
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 
@@ -66,37 +66,40 @@ def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
 
 def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> dict[str, Figure]:
     """What decides on stick-slip: the string with its drive, linear, and the fall of friction with bit speed."""
-    law, arm = parameters.bit.friction, 2 / 3 * k.bit_radius
     law_of_drive = None if parameters.drive.ideal else gains(parameters, k)
     matrix = torsional_matrix(parameters, k, law_of_drive)
     held = float(steepest_fall(matrix, k, parameters.drillstring.torsional_damping))
-    # The slope of the sharp law, -(T_s - T_d) tau / (1 + tau w)^2, equals the slope that is held.
-    fall = float(operation.wob * arm * (law.static - law.dynamic) * law.decay)
-    onset = (math.sqrt(fall / held) - 1) / law.decay if held > 1e-9 * fall and law.decay > 0 else None
+    least = held / operation.wob if operation.wob > 0.0 and held > 0.0 else 0.0
+    below = onset(parameters, k, least) if least > 0.0 else None
     found = {
         "slope_held": Figure(
             held, "N m s/rad", "steepest fall of the bit's friction torque with speed that steady drilling withstands"
         ),
-        "stick_slip_onset": Figure(
-            onset if onset is not None and onset > 0 else None,
-            "rad/s",
-            "speed below which steady drilling is unstable to stick-slip",
-        ),
+        "stick_slip_onset": Figure(below, "rad/s", "speed below which steady drilling is unstable to stick-slip"),
     }
     if law_of_drive is None:
         return found
     frequency = math.sqrt(float(k.k_t) / float(k.J))
-    reflected = reflection(law_of_drive, float(impedance(parameters)), frequency)
-    found |= {
-        "pipe_impedance": Figure(float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe"),
-        "drive_stiffness": Figure(float(law_of_drive.stiffness), "N m/rad", "integral gain of the drive, K_i"),
-        "drive_damping": Figure(float(law_of_drive.damping), "N m s/rad", "proportional gain of the drive, K_p"),
-        "drive_reflection": Figure(
-            None if reflected is None else float(abs(reflected)),
-            "1",
-            "share of a wave at the torsional frequency that the drive throws back",
-        ),
-    }
+    reflected = reflection(law_of_drive, float(impedance(parameters)), frequency, circuit(parameters))
+    found |= {"pipe_impedance": Figure(float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe")}
+    if parameters.drive.kind == "dc_motor":
+        per = 1.0 / float(parameters.drive.motor_damping)
+        found["droop"] = Figure(
+            mean_torque(parameters, operation, k) * per, "rad/s", "fall of the motor's speed under the steady torque"
+        )
+    else:
+        found |= {
+            "drive_stiffness": Figure(float(law_of_drive.stiffness), "N m/rad", "integral gain of the drive, K_i"),
+            "drive_damping": Figure(float(law_of_drive.damping), "N m s/rad", "proportional gain of the drive, K_p"),
+        }
+    found["drive_reflection"] = Figure(
+        None if reflected is None else float(abs(reflected)),
+        "1",
+        "share of a wave at the torsional frequency that the drive throws back",
+    )
+    if parameters.drive.torque_limit is not None:
+        left = float(parameters.drive.torque_limit) - mean_torque(parameters, operation, k)
+        found["torque_reserve"] = Figure(left, "N m", "torque limit of the drive less the steady torque")
     roots = np.linalg.eigvals(matrix)
     modes = sorted((root for root in roots if root.imag > 0), key=abs)
     for number, root in enumerate(modes, start=1):
@@ -115,6 +118,8 @@ def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None 
     J, k_t = float(k.J), float(k.k_t)
     if parameters.drive.ideal and law is None:
         return np.array([[0.0, 1.0], [-k_t / J, -c_t / J]])
+    if parameters.drive.kind == "dc_motor":
+        return _with_motor(parameters, k, c_t)
     law = law or gains(parameters, k)
     inertia, stiffness, damping, twist, speed, c_s = np.broadcast_arrays(*(np.asarray(value, float) for value in law))
     matrix = np.zeros((*inertia.shape, 4, 4))
@@ -126,6 +131,21 @@ def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None 
     matrix[..., 3, 0], matrix[..., 3, 2] = k_t / J, -k_t / J
     matrix[..., 3, 1], matrix[..., 3, 3] = c_s / J, -(c_t + c_s) / J
     return matrix
+
+
+def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarray:
+    """The matrix of string and DC motor [4, 4]: (motor torque, drive speed, torque of the pipe's spring, bit speed).
+    The angle of the top, which nothing holds at constant voltage, is left out: its eigenvalue is 0."""
+    drive, J, k_t = parameters.drive, float(k.J), float(k.k_t)
+    inertia, c_s, per_time = float(drive.inertia), float(drive.shaft_damping), 1.0 / float(drive.circuit_time)
+    return np.array(
+        [
+            [-per_time, -float(drive.motor_damping) * per_time, 0.0, 0.0],
+            [1.0 / inertia, -c_s / inertia, -1.0 / inertia, c_s / inertia],
+            [0.0, k_t, 0.0, -k_t],
+            [0.0, c_s / J, 1.0 / J, -(c_t + c_s) / J],
+        ]
+    )
 
 
 def slope_held(parameters: Parameters, k: Coefficients) -> float:
@@ -159,10 +179,8 @@ def growth_at_rest(parameters: Parameters, k: Coefficients) -> complex | None:
 
 def mean_torque(parameters: Parameters, operation: Operation, k: Coefficients) -> float:
     """Steady surface torque [N m]: rock at mean bit force W, and torsional damping."""
-    bit = parameters.bit
     speed = operation.rotary_speed
-    cutting = k.cutting_arm * 2 / math.pi * math.atan(bit.friction.smoothing * speed)
-    rock = operation.wob * (2 / 3 * k.bit_radius * float(friction(bit.friction, speed)) + cutting)
+    rock = operation.wob * bit_arm(parameters, k, speed)
     return float(rock + parameters.drillstring.torsional_damping * speed)
 
 

@@ -12,18 +12,13 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.drives import Gains, gains
-from nsdrill.models.christoforou_yigit.parameters import Friction, Parameters
+from nsdrill.models.christoforou_yigit.drives import Gains, gains, motor_torque
+from nsdrill.models.christoforou_yigit.laws import bit_arm, friction
+from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import History
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-
-
-def friction(law: Friction, speed: Any) -> Any:
-    """The friction coefficient with its sign, f(v)."""
-    direction = 2 / math.pi * np.arctan(law.smoothing * speed)
-    return direction * ((law.static - law.dynamic) / (1 + law.decay * np.abs(speed)) + law.dynamic)
 
 
 def forces(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
@@ -44,7 +39,6 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
     amplitude = 0.0 if parameters.modes.axial == "frozen" else bit.surface_amplitude
     surface = amplitude * np.sin(bit.lobes * (state["twist"] + state["drive_angle"]))
     bit_force = bit.rock_stiffness * np.maximum(surface - state["z"], 0.0)
-    cutting = k.cutting_arm * 2 / math.pi * np.arctan(bit.friction.smoothing * omega)
     penetration = np.maximum(radius - k.gap, 0.0)
     wall_force = well.stiffness * penetration ** (1.5 if well.law == "hertz" else 1.0)
     slip = omega * k.collar_radius + tangential
@@ -54,7 +48,7 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
         "whirl_angle": np.unwrap(np.arctan2(y, x)),
         "whirl_speed": tangential / safe,
         "bit_force": bit_force,
-        "bit_torque": bit_force * (2 / 3 * k.bit_radius * friction(bit.friction, omega) + cutting),
+        "bit_torque": bit_force * bit_arm(parameters, k, omega),
         "wall_force": wall_force,
         "wall_friction": wall_force * friction(well.friction, slip),
         "surface_torque": -k.k_t * (state["twist"] - state.get("lag", 0.0)),
@@ -94,18 +88,22 @@ def energy(parameters: Parameters, operation: Operation | History, state: Mappin
         law = gains(parameters, k)
         kinetic = kinetic + 0.5 * law.inertia * state["drive_speed"] ** 2
         potential = potential + 0.5 * law.stiffness * state["lag"] ** 2
+        if "motor_torque" in state:  # L i^2 / 2
+            drive = parameters.drive
+            potential = potential + 0.5 * drive.circuit_time / drive.motor_damping * state["motor_torque"] ** 2
     return np.asarray(kinetic + potential)
 
 
-def _power_of_drive(law: Gains, operation: Operation | History, state: Mapping[str, Array]) -> Array:
+def _power_of_drive(
+    law: Gains, parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]
+) -> Array:
     """What the controller feeds in [W], but for its spring, whose energy is counted; less what its damping takes."""
     top, speed, omega = state["drive_speed"], operation.rotary_speed, state["bit_speed"]
-    torque = -(
-        law.stiffness * state["lag"]
-        + law.damping * (top - speed)
-        + law.twist_gain * (state["twist"] - state["lag"])
-        + law.speed_gain * (omega - speed)
-    )
+    if "motor_torque" in state:  # V i - R i^2
+        torque = state["motor_torque"]
+        fed = torque * (speed - torque / parameters.drive.motor_damping)
+        return np.asarray(fed - law.shaft_damping * (top - omega) ** 2)
+    torque = motor_torque(law, parameters.drive.torque_limit, state["lag"], top, state["twist"], omega, speed)
     spring = law.stiffness * state["lag"] * (top - speed)
     return np.asarray(torque * top + spring - law.shaft_damping * (top - omega) ** 2)
 
@@ -133,7 +131,7 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
         # part.
         "drive": -k.k_t * state["twist"] * operation.rotary_speed
         if "lag" not in state
-        else (_power_of_drive(gains(parameters, k), operation, state)),
+        else (_power_of_drive(gains(parameters, k), parameters, operation, state)),
         "bit": f["bit_force"] * vz - f["bit_torque"] * omega,
         "drag": -k.c_h * np.hypot(vx, vy) ** 3,
         "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,

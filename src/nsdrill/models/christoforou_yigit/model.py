@@ -66,6 +66,16 @@ class ChristoforouYigit(Model):
     def pack(self, points: Values, thresholds: Thresholds) -> Array:
         return rhs.pack(points.parameters, *points.operation, thresholds.stuck_below)
 
+    def switches(self, parameters: Any) -> float | None:
+        when: float | None = None if parameters.drive.ideal else parameters.drive.on_at
+        return when
+
+    def pack_before(self, points: Values, thresholds: Thresholds) -> Array:
+        table = self.pack(points, thresholds)
+        names = rhs.columns_of(options_of(points.parameters))
+        table[:, names.index("per_drive_inertia")] = 0.0  # the top keeps its speed
+        return table
+
     def starts(self, points: Values, number: Array | int) -> Array:
         return starting_states(points.parameters, cast("Initial", points.initial), *points.operation, number)
 

@@ -4,22 +4,34 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from nsdrill.models.christoforou_yigit.laws import LAWS
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 
 
 class Options(NamedTuple):
     """Whole numbers, as they go into the names of compiled functions. An option that is 0 leaves nothing in the code.
 
-    ``hertz``: the law of the wall is Hertz's; ``lobes`` of the rock's surface; ``driven``: the drive is not ideal.
+    ``hertz``: the law of the wall is Hertz's; ``lobes`` of the rock's surface; ``driven``: the drive is not ideal;
+    ``friction``: the number of the bit's friction law among :data:`.laws.LAWS`; ``limited``: the
+    torque of the drive has a limit;
+    ``motor``: the drive is a DC motor, whose torque is a state.
     """
 
     hertz: int = 0
     lobes: int = 3
     driven: int = 0
+    friction: int = 0
+    limited: int = 0
+    motor: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:
     """The options of a string."""
     return Options(
-        hertz=int(parameters.well.law == "hertz"), lobes=parameters.bit.lobes, driven=int(not parameters.drive.ideal)
+        hertz=int(parameters.well.law == "hertz"),
+        lobes=parameters.bit.lobes,
+        driven=int(not parameters.drive.ideal),
+        friction=LAWS.index(parameters.bit.friction.law),
+        limited=int(parameters.drive.torque_limit is not None),
+        motor=int(parameters.drive.kind == "dc_motor"),
     )

@@ -141,12 +141,24 @@ class WallFriction(Friction):
 
 @dataclass(frozen=True)
 class BitFriction(Friction):
-    """Friction between bit and rock, against bit speed in rad/s."""
+    """Friction between bit and rock, against bit speed in rad/s; the laws are those of :mod:`.laws`.
+
+    Each law reads its own keys: ``hyperbolic`` and ``exponential`` ``static``, ``dynamic``, ``smoothing``, ``decay``;
+    ``linear`` ``dynamic_from`` in place of ``decay``; ``rational`` ``b0`` to ``b3`` alone.
+    """
 
     static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
     dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
     smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
     decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad")
+    law: Literal["hyperbolic", "linear", "exponential", "rational"] = choice("hyperbolic", "R (form: Leine 1998)")
+    dynamic_from: float = parameter(
+        1.0, "rad/s", "R (form: Dawson, Lin & Spanos 1987)", "low", low=1e-4, high=1e3, usual="0.05 to 5 rad/s"
+    )
+    b0: float = parameter(0.0239, "m", "L", "medium", high=10.0, usual="10 to 50 mm")
+    b1: float = parameter(1.910, "s/rad", "L", "medium", low=1e-3, high=1e6, usual="1 to 10 s/rad")
+    b2: float = parameter(8.5, "s/rad", "L", "medium", high=1e6, usual="5 to 10 s/rad")
+    b3: float = parameter(5.47, "s^2/rad^2", "L", "medium", low=1e-6, high=1e6, usual="1 to 10 s^2/rad^2")
 
 
 @dataclass(frozen=True)
@@ -212,10 +224,13 @@ class Drive(Checked):
 
     Each kind reads its own keys: ``soft_torque`` ``matching``, ``frequency`` (None: that of the string) and
     ``compensated_inertia``; ``z_torque`` ``a`` and ``high_pass``; ``lqr`` the two weights; ``pi`` ``stiffness``,
-    ``damping``, ``twist_gain`` and ``speed_gain``; all but ``ideal`` ``inertia`` and ``shaft_damping``.
+    ``damping``, ``twist_gain`` and ``speed_gain``; ``dc_motor`` ``motor_damping`` and ``circuit_time``; all but
+    ``ideal`` ``inertia`` and ``shaft_damping``. A ``torque_limit`` (None: none) is for controllers that leave the
+    machine its inertia: not for ``ideal``, ``z_torque`` and ``dc_motor``, and for ``soft_torque`` only without
+    ``compensated_inertia``. Until ``on_at`` (None: the start) the drive turns with the set speed whatever the torque.
     """
 
-    kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi"] = choice(
+    kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi", "dc_motor"] = choice(
         "ideal", "P; the others as Simulator4nDOF has them"
     )
     inertia: float = parameter(
@@ -242,6 +257,17 @@ class Drive(Checked):
         20.0 / (2.0 * math.pi), "s", "Simulator4nDOF", "medium", low=1e-3, high=1e6, usual="1 to 10 s"
     )
     state_weight: float = parameter(1.0, "", high=1e12, low=1e-12, usual="1")
+    motor_damping: float = parameter(
+        186624.0, "N m s/rad", "(n K)^2/R with K 6 V s, n 7.2, R 0.01 ohm: CY as reported", "low", low=1e-3, high=1e12,
+        usual="1000 to 1 000 000 N m s/rad",
+    )  # fmt: skip
+    circuit_time: float = parameter(
+        0.5, "s", "L/R with L 0.005 H, R 0.01 ohm: CY as reported", "low", low=1e-6, high=1e4, usual="0.01 to 1 s"
+    )
+    on_at: float | None = parameter(None, "s", high=1e7, usual="10 to 100 s into a simulation")
+    torque_limit: float | None = parameter(
+        None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
+    )
     torque_weight: float = parameter(1e-6, "", high=1e12, low=1e-15, usual="1e-8 to 1e-4")
 
     @property
@@ -251,6 +277,11 @@ class Drive(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        own = self.kind not in ("ideal", "z_torque", "dc_motor") and not (
+            self.kind == "soft_torque" and self.compensated_inertia
+        )
+        if self.torque_limit is not None and not own:
+            raise ValueError(f"torque_limit: found {self.torque_limit:g} N m with a drive {self.kind}, allowed: none")
         if self.kind == "soft_torque" and not self.compensated_inertia < self.inertia:
             raise ValueError(
                 f"compensated_inertia: found {self.compensated_inertia:g} kg m^2, allowed: less than the inertia, "

@@ -27,6 +27,7 @@ from nsdrill.elementary import fma
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.rhs import (
+    DRIVE_PARAMETERS,
     INDEX,
     MAIN,
     PARAMETERS,
@@ -68,7 +69,11 @@ def make_ramped(lanes: int, options: Options = MAIN) -> Any:
     k_t_, iJ_, q_ = (
         W * (rows.parameter + INDEX[name]) for name in ("torsional_stiffness", "per_inertia", "unbalance_arm")
     )
-    iJ_d_, K_i_, K_p_, _, G_w_, _ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
+    iJ_d_, K_i_, K_p_, G_t_, G_w_, _, most_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(7))
+    twist_, speed_, lag_, top_ = (W * (rows.stage + i) for i in (6, 7, 8, 9))
+    surge_, motor = W * (rows.acceleration + 5), options.motor
+    steep_, per_time_ = (W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2))
+    limited, set_ = options.limited, W * rows.parameter
     motion = make_right_hand_side(lanes, options)
 
     @compiled(types.void(BUFFER), W, *options)
@@ -81,7 +86,16 @@ def make_ramped(lanes: int, options: Options = MAIN) -> Any:
             ahead = fma(b[square_ + i], b[time_ + i], b[linear_ + i]) * b[time_ + i]
             if driven:  # lag and twist are ahead alike, but not the set point
                 faster = fma(2.0 * b[square_ + i], b[time_ + i], b[linear_ + i])
-                b[pull_ + i] += fma(b[K_i_ + i], ahead, (b[K_p_ + i] + b[G_w_ + i]) * faster) * b[iJ_d_ + i]
+                more = fma(b[K_i_ + i], ahead, (b[K_p_ + i] + b[G_w_ + i]) * faster)
+                if limited:  # what the limits leave of it
+                    lag, speed = b[lag_ + i], b[set_ + i]
+                    pipe = fma(b[G_t_ + i], b[twist_ + i] - lag, b[G_w_ + i] * (b[speed_ + i] - speed))
+                    law = fma(b[K_i_ + i], lag, fma(b[K_p_ + i], b[top_ + i] - speed, pipe))
+                    most = b[most_ + i]
+                    more = min(max(law, -most), 0.0) - min(max(law - more, -most), 0.0)
+                b[pull_ + i] += more * b[iJ_d_ + i]
+                if motor:  # the voltage follows the set point
+                    b[surge_ + i] += b[steep_ + i] * faster * b[per_time_ + i]
             else:
                 more = b[k_t_ + i] * ahead * b[iJ_ + i]
                 b[alpha_ + i] += more

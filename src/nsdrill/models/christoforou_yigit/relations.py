@@ -22,16 +22,28 @@ ORDERS = (
     Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
 )
 
-_ALWAYS = ("inertia", "shaft_damping")
+_ALWAYS = ("inertia", "shaft_damping", "on_at")
+_OWN = (*_ALWAYS, "torque_limit")  # where the inertia is that of the machine
 # The keys of the drive that each kind reads.
 READ_BY: dict[str, tuple[str, ...]] = {
     "ideal": (),
-    "stiff": _ALWAYS,
-    "soft_torque": (*_ALWAYS, "matching", "frequency", "compensated_inertia"),
-    "equal_damping": _ALWAYS,
+    "stiff": _OWN,
+    "soft_torque": (*_OWN, "matching", "frequency", "compensated_inertia"),
+    "equal_damping": _OWN,
     "z_torque": (*_ALWAYS, "a", "high_pass"),
-    "lqr": (*_ALWAYS, "state_weight", "torque_weight"),
-    "pi": (*_ALWAYS, "stiffness", "damping", "twist_gain", "speed_gain"),
+    "lqr": (*_OWN, "state_weight", "torque_weight"),
+    "dc_motor": (*_ALWAYS, "motor_damping", "circuit_time"),
+    "pi": (*_OWN, "stiffness", "damping", "twist_gain", "speed_gain"),
+}
+
+
+# The keys of the bit that each of its friction laws reads.
+_SMOOTHED = ("static", "dynamic", "smoothing")
+READ_BY_LAW: dict[str, tuple[str, ...]] = {
+    "hyperbolic": (*_SMOOTHED, "decay"),
+    "linear": (*_SMOOTHED, "dynamic_from"),
+    "exponential": (*_SMOOTHED, "decay"),
+    "rational": ("b0", "b1", "b2", "b3"),
 }
 
 
@@ -62,6 +74,7 @@ def relations(check: Any) -> Iterator[Fault]:
     """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _initial(check)
     yield from _modes(check)
+    yield from _law(check)
     yield from _drive(check)
 
 
@@ -125,6 +138,25 @@ def _modes(check: Any) -> Iterator[Fault]:
                 yield check.fault(key, f"{check.text(key)}, {what}", "left out")
 
 
+def _law(check: Any) -> Iterator[Fault]:
+    """No value and no axis that the friction law of the bit does not read."""
+    section = "bit.friction."
+    if not check.sound("bit.friction"):
+        return
+    law = check.value(f"{section}law")
+    allowed = f"what the law {law} reads: {', '.join(READ_BY_LAW[law])}"
+    for key, leaf in check.leaves.items():
+        name = key.removeprefix(section)
+        of_law = name != key and name not in ("law", *READ_BY_LAW[law])
+        # The rational law is of the whole torque.
+        of_cutting = key.startswith("bit.cutting.") and law == "rational"
+        if (of_law or of_cutting) and check.axis(key):
+            found = f"an axis over {key}, which the law {law} does not read"
+            yield check.fault(f"sweep.{key}", found, allowed, ("sweep", key))
+        elif of_law and check.value(key) != leaf.default:
+            yield check.fault(key, f"{check.text(key)}, which the law {law} does not read", allowed)
+
+
 def _drive(check: Any) -> Iterator[Fault]:
     """No value and no axis that the kind of drive does not read."""
     if not check.sound("drive"):
@@ -143,6 +175,26 @@ def _drive(check: Any) -> Iterator[Fault]:
             )
         elif check.value(key) != leaf.default:
             yield check.fault(key, f"{check.text(key)}, which the drive {kind} does not read", allowed)
-    taken, inertia = "drive.compensated_inertia", "drive.inertia"
+    if kind == "dc_motor" and check.sound("record") and check.value("record.poincare") > 0:
+        found = f"{check.text('record.poincare')} with a DC motor, which falls behind its set point: no return repeats"
+        yield check.fault("record.poincare", found, "0")
+    if check.value("drive.on_at") is not None:
+        sweep = check.resolved["sweep"]
+        swept = [axis for axis in sweep if axis not in ("procedure", "along", "refine")]
+        ramps = [f"operation.{name}" for name in check.resolved.get("ramps", {})]
+        if swept or ramps:
+            found = f"{check.text('drive.on_at')} with {'a sweep' if swept else f'a ramp of {ramps[0]}'}"
+            yield check.fault("drive.on_at", found, "it for the simulation of one operating point")
+        for key in ("initial.lag", "initial.drive_speed"):
+            if check.value(key) != check.leaves[key].default:
+                found = f"{check.text(key)} with drive.on_at, until when the top keeps the set speed"
+                yield check.fault(key, found, "left out")
+    taken, inertia, limit = "drive.compensated_inertia", "drive.inertia", "drive.torque_limit"
+    if check.axis(limit) and check.value(limit) is None:
+        found = "an axis over the limit without a limit beside it"
+        yield check.fault(f"sweep.{limit}", found, f"it with {limit}, any value", ("sweep", limit))
+    if kind == "soft_torque" and check.value(limit) is not None and check.ends(taken)[1] > 0.0:
+        allowed = f"none with {taken}, which is {check.text(taken, 1)}: the motor's torque is then another one"
+        yield check.fault(limit, check.text(limit), allowed)
     if kind == "soft_torque" and check.ends(taken)[1] >= check.ends(inertia)[0]:
         yield check.fault(taken, check.text(taken, 1), f"below {inertia}, which is {check.text(inertia, 0)}")

@@ -17,7 +17,8 @@ from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import gains
-from nsdrill.models.christoforou_yigit.friction import slip_factors
+from nsdrill.models.christoforou_yigit.friction import bit_arm, bit_factors, slip_factors
+from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
@@ -48,14 +49,23 @@ DRIVE_PARAMETERS = (
 )
 
 
+# A DC motor has two states and two parameters more than other drives.
+MOTOR_STATES = ("motor_impulse", "motor_torque")
+MOTOR_PARAMETERS = ("motor_damping", "per_circuit_time")
+UNSEEN = 1e30  # the size of a state that has no say in the steps
+
+
 def states_of(options: Options) -> tuple[str, ...]:
     """The names of the states."""
-    return (*STATES, *DRIVE_STATES) if options.driven else STATES
+    drive = (*DRIVE_STATES, *MOTOR_STATES) if options.motor else DRIVE_STATES
+    return (*STATES, *drive) if options.driven else STATES
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters."""
-    return (*PARAMETERS, *DRIVE_PARAMETERS) if options.driven else PARAMETERS
+    drive = (*DRIVE_PARAMETERS, "torque_limit") if options.limited else DRIVE_PARAMETERS
+    drive = (*drive, *MOTOR_PARAMETERS) if options.motor else drive
+    return (*PARAMETERS, *drive) if options.driven else PARAMETERS
 
 
 def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
@@ -76,6 +86,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
     not touch, or without."""
     rows = rows_of(options, tangent=tangent)
     W, hertz, lobes, driven = lanes, options.hertz, options.lobes, options.driven
+    law_of_bit = options.friction
     x_, vx_, y_, vy_, z_, vz_, twist_, speed_ = (W * (rows.stage + i) for i in range(8))
     ax_, ay_, az_, alpha_ = (W * (rows.acceleration + i) for i in range(4))
     time_ = W * rows.stage_time
@@ -98,7 +109,10 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
     eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
     # The rows of the drive, which an ideal one has not.
     lag_, top_, pull_ = W * (rows.stage + 8), W * (rows.stage + 9), W * (rows.acceleration + 4)
-    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
+    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, most_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(7))
+    limited, motor = options.limited, options.motor
+    T_m_, surge_ = W * (rows.stage + 11), W * (rows.acceleration + 5)
+    slope_, per_time_ = (W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2))
 
     @compiled(types.void(BUFFER), W, *options, tangent)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
@@ -114,13 +128,14 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
             b[slip_ + i] = fma(b[speed_ + i] * b[R_c_ + i], r, fma(x, vy, -(y * vx)))
             s, c = sincos(b[twist_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i]))
             force = b[k_c_ + i] * max(fma(b[s0_ + i], multiple_sine(s, c, lobes), -b[z_ + i]), 0.0)
-            g, decayed, _ = slip_factors(b[speed_ + i], 1.0, b[eps_b_ + i], b[tau_b_ + i])
+            omega = b[speed_ + i]
+            g, decayed = bit_factors(law_of_bit, omega, b[eps_b_ + i], b[tau_b_ + i])
             b[cosine_ + i] = c
             b[sine_ + i] = s
             b[direction_ + i] = g
             b[decay_ + i] = decayed
             b[force_ + i] = force
-            b[torque_ + i] = force * (g * fma(b[rise_b_ + i], decayed, b[mu_b_ + i]))
+            b[torque_ + i] = force * bit_arm(law_of_bit, omega, g, decayed, b[rise_b_ + i], b[mu_b_ + i])
 
         # Wall: penetration, normal force, friction against the slip of the collar's surface (the row has slip times
         # radius). Only if some lane touches.
@@ -169,6 +184,11 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                     lag,
                     fma(b[K_p_ + i], top - speed, fma(b[G_t_ + i], twist, b[G_w_ + i] * (omega - speed))),
                 )
+                if motor:
+                    law = -b[T_m_ + i]
+                    b[surge_ + i] = fma(b[slope_ + i], speed - top, law) * b[per_time_ + i]
+                if limited:  # the law is the torque of the motor with the other sign
+                    law = min(max(law, -b[most_ + i]), 0.0)
                 b[pull_ + i] = (fma(b[k_t_ + i], twist, -damped) - law) * b[iJ_d_ + i]
                 torque = torque - damped
             q = b[q_ + i]
@@ -193,8 +213,6 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
     q = k.m_e * string.eccentricity / k.m_l
     force_softening, torque_softening = math.pi**2 / (2 * span), math.pi**3 / (2 * power(span, 2))
     live = string.lateral_softening == "live"
-    # Both parts of the torque, (2/3) r_h f(omega) + arm g(omega), share g: they are one law with shifted coefficients.
-    friction_arm = 2 / 3 * k.bit_radius
     values: dict[str, Any] = {
         "drive_speed": rotary_speed,
         "wob": wob,
@@ -219,10 +237,7 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
         "wall_dynamic": well.friction.dynamic,
         "rock_stiffness": bit.rock_stiffness,
         "surface_amplitude": bit.surface_amplitude,
-        "bit_smoothing": bit.friction.smoothing,
-        "bit_decay": bit.friction.decay,
-        "bit_rise": friction_arm * (bit.friction.static - bit.friction.dynamic),
-        "bit_dynamic": friction_arm * bit.friction.dynamic + k.cutting_arm,
+        **bit_numbers(parameters, k)._asdict(),
         "stuck_below": stuck_below,
     }
     modes = parameters.modes
@@ -237,6 +252,12 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
     if options.driven:
         inertia, *law = gains(parameters, k)
         values |= dict(zip(DRIVE_PARAMETERS, (1 / inertia, *law), strict=True))
+        drive = parameters.drive
+        values |= {
+            "torque_limit": drive.torque_limit,
+            "motor_damping": drive.motor_damping,
+            "per_circuit_time": 1 / drive.circuit_time,
+        }
     names = columns_of(options)
     table = np.zeros((depth.size, len(names)))
     for i, name in enumerate(names):
@@ -254,7 +275,7 @@ def sizes(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     Lateral: a tenth of the gap; axial: the static penetration of the rock under the weight on bit, at least a tenth of
     the lobe amplitude; twist and bit speed: a tenth of a radian, a tenth of the drive speed. Velocities: the position's
     size times the frequency of the free mode, bending for the lateral one and in contact for the axial one. A drive's
-    lag and speed have the sizes of twist and bit speed.
+    lag and speed have the sizes of twist and bit speed, the torque of a motor that of a twist of that size.
     """
     p = {name: table[:, i] for name, i in INDEX.items()}
     lateral = 0.1 * p["gap"]
@@ -273,6 +294,8 @@ def sizes(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     )  # fmt: skip
     if options.driven:
         columns = (*columns, *columns[-2:])
+    if options.motor:
+        columns = (*columns, np.full(len(table), UNSEEN), 0.1 * p["torsional_stiffness"])
     return np.stack(columns, axis=1)
 
 
@@ -280,7 +303,7 @@ def drifts(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     """What each position's rate has beyond its velocity, shape (points, slopes): twist and lag are counted from the set
     point."""
     drift = np.zeros((len(table), len(states_of(options)) // 2))
-    drift[:, 3:] = -table[:, [INDEX["drive_speed"]]]
+    drift[:, 3:5] = -table[:, [INDEX["drive_speed"]]]
     return drift
 
 
@@ -298,6 +321,9 @@ def first_step(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     if options.driven:
         inverse, stiffness, damping = table[:, len(PARAMETERS) : len(PARAMETERS) + 3].T
         fastest = np.maximum(fastest, np.maximum(stiffness * inverse, (damping * inverse) ** 2))
+    if options.motor:
+        slope, per_time = table[:, len(PARAMETERS) + len(DRIVE_PARAMETERS) :][:, :2].T
+        fastest = np.maximum(fastest, np.maximum(slope * per_time * inverse, per_time**2))
     return 0.01 / np.sqrt(np.maximum(fastest, p["drive_speed"] ** 2))
 
 
@@ -312,6 +338,7 @@ def initial_states(parameters: Parameters, initial: Initial, depth: Any, wob: An
     values = [initial.x, initial.vx, initial.y, initial.vy, z, initial.vz, initial.twist, bit_speed]
     if options.driven:
         values += [initial.lag, rotary_speed if initial.drive_speed is None else initial.drive_speed]
+    values += [0.0] * (2 * options.motor)
     for i, value in enumerate((*values, initial.drive_angle)):
         states[:, i] = value
     return frozen(parameters, states, wob, rotary_speed)

@@ -18,10 +18,18 @@ from numba import types
 
 from nsdrill.abi import BUFFER, RATES, compiled
 from nsdrill.elementary import fma
-from nsdrill.models.christoforou_yigit.friction import coefficient, slip_factors
+from nsdrill.models.christoforou_yigit.friction import bit_slope, coefficient, slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import AUX, PARAMETERS, STATES, make_right_hand_side, rows_of, states_of
+from nsdrill.models.christoforou_yigit.rhs import (
+    AUX,
+    DRIVE_PARAMETERS,
+    PARAMETERS,
+    STATES,
+    make_right_hand_side,
+    rows_of,
+    states_of,
+)
 
 CONTACTS = ("rock", "wall")  # each has a function that is positive where it touches
 
@@ -35,6 +43,7 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     """
     rows = rows_of(options, tangent=True)
     W, own, hertz, lobes, driven = lanes, len(states_of(options)), options.hertz, options.lobes, options.driven
+    law_of_bit = options.friction
     x_, vx_, y_, vy_, _, _, _, speed_ = (W * (rows.stage + i) for i in range(8))
     dx_, dvx_, dy_, dvy_, dz_, dvz_, dtwist_, dspeed_ = (W * (rows.stage + own + i) for i in range(8))
     alpha_ = W * (rows.acceleration + 3)
@@ -42,7 +51,12 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     # The rows of the drive, which an ideal one has not.
     dlag_, dtop_ = (W * (rows.stage + own + i) for i in (8, 9))
     dpull_ = W * (rows.acceleration + own // 2 + 4)
-    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(6))
+    iJ_d_, K_i_, K_p_, G_t_, G_w_, c_s_, most_ = (W * (rows.parameter + len(PARAMETERS) + i) for i in range(7))
+    twist_, lag_, top_ = (W * (rows.stage + i) for i in (6, 8, 9))
+    dT_m_, dsurge_ = W * (rows.stage + own + 11), W * (rows.acceleration + own // 2 + 5)
+    slope_, per_time_ = (W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2))
+    motor = options.motor
+    limited, set_ = options.limited, W * (rows.parameter + PARAMETERS.index("drive_speed"))
     # Of the right-hand side's notes those that no observer reads are overwritten by their deviations.
     cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
         W * (rows.aux_now + i) for i in range(len(AUX))
@@ -79,7 +93,8 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
             dforce = b[k_c_ + i] * fma(surface, b[dtwist_ + i], -b[dz_ + i]) if b[rock_ + i] > 0.0 else 0.0
             g, decayed = b[direction_ + i], b[decay_ + i]
             steep = b[eps_b_ + i] * omega
-            arm, darm = coefficient(
+            arm, darm = bit_slope(
+                law_of_bit,
                 omega,
                 g,
                 decayed,
@@ -161,6 +176,14 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 dpipe = dphi - dlag
                 damped = b[c_s_ + i] * (dtop - domega)
                 law = fma(b[K_i_ + i], dlag, fma(b[K_p_ + i], dtop, fma(b[G_t_ + i], dpipe, b[G_w_ + i] * domega)))
+                if motor:
+                    law = -b[dT_m_ + i]
+                    b[dsurge_ + i] = fma(b[slope_ + i], -dtop, law) * b[per_time_ + i]
+                if limited:  # at its limits the torque of the motor does not change
+                    lag, speed = b[lag_ + i], b[set_ + i]
+                    pipe = fma(b[G_t_ + i], b[twist_ + i] - lag, b[G_w_ + i] * (omega - speed))
+                    asked = fma(b[K_i_ + i], lag, fma(b[K_p_ + i], b[top_ + i] - speed, pipe))
+                    law = law if (asked < 0.0) and (asked > -b[most_ + i]) else 0.0
                 b[dpull_ + i] = (fma(b[k_t_ + i], dpipe, -damped) - law) * b[iJ_d_ + i]
                 dtorque = dtorque - damped
             dmoment = fma(b[c_t_ + i], domega, fma(b[k_t_ + i], dpipe, fma(b[friction_ + i], b[R_c_ + i], dtorque)))

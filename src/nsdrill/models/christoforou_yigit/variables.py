@@ -6,6 +6,7 @@ from nsdrill.variables import at_section, feature, flag, in_trace, last_peaks
 
 STATE_NAMES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed", "drive_angle")
 DRIVEN_STATE_NAMES = (*STATE_NAMES[:-1], "lag", "drive_speed", STATE_NAMES[-1])  # with a drive that is not ideal
+MOTOR_STATE_NAMES = (*DRIVEN_STATE_NAMES[:-1], "motor_impulse", "motor_torque", STATE_NAMES[-1])  # with a DC motor
 
 LABELS = (
     flag("whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular"),
@@ -89,6 +90,8 @@ TRACE = (
     in_trace("twist", "rad", "twist of the string: bit angle less drive angle"),
     in_trace("bit_speed", "rad s-1", "bit speed"),
     in_trace("lag", "rad", "lag of the drive: its angle less that of the set speed", "lag"),
+    in_trace("motor_impulse", "N m s", "integral of the torque of a DC motor", "motor_torque"),
+    in_trace("motor_torque", "N m", "torque of a DC motor, felt at the string", "motor_torque"),
     in_trace("drive_angle", "rad", "drive angle at the top"),
     in_trace("radius", "m", "radial displacement of the collar centre"),
     in_trace("radial_velocity", "m s-1", "radial velocity of the collar centre"),

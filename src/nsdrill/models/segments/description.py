@@ -66,9 +66,7 @@ DESCRIPTION = Description(
         *(BY_NAME[name] for name in (
             "bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction", "axial_min",
             "axial_max", "lift_off_fraction", "bit_force_max", "surface_torque_min", "surface_torque_max",
-            "surface_torque_mean")),
-        feature("drive_speed_min", "rad s-1", "least speed of the drive"),
-        feature("drive_speed_max", "rad s-1", "greatest speed of the drive"),
+            "surface_torque_mean", "drive_speed_min", "drive_speed_max")),
         feature("current_min", "A", "least current of the motor"),
         feature("current_max", "A", "greatest current of the motor"),
         feature("hook_load_change_min", "N", "least hook load, less that of steady drilling"),
@@ -82,7 +80,7 @@ DESCRIPTION = Description(
     ),
     own_trace=(
         *(IN_TRACE[name] for name in ("z", "vz", "twist", "bit_speed")),
-        in_trace("lag", "rad", "lag of the drive: its angle less that of the set speed"),
+        IN_TRACE["lag"],
         in_trace("drive_speed", "rad s-1", "speed of the drive"),
         in_trace("current", "A", "current of the motor"),
         *(IN_TRACE[name] for name in ("drive_angle", "bit_force", "bit_torque", "surface_torque")),
@@ -98,7 +96,7 @@ DESCRIPTION = Description(
     orders=ORDERS,
     relations=relations,
     example_axis=("drillstring.torsional_damping_time", "1 ms", "10 ms"),
-    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 60}, bit_speed: {from: 0 rad/s, to: 26 rad/s, points: 9}}",
+    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 26 rad/s, points: 9}}",
     drawn=Drawn(
         panels=(
             Panel("axial", "z", "axial_peaks", "axial_max"),

@@ -190,11 +190,11 @@ class Drive(Checked):
     resistance: float = parameter(0.01, "ohm", "CY as quoted; B's is lost", "low", low=1e-9, high=1e3,
                                   usual="0.005 to 0.1 ohm", meaning="Resistance of the motor")  # fmt: skip
     motor_constant: float = parameter(6.0, "V s/rad", "CY as quoted; B's is lost", "low", low=1e-3, high=1e4,
-                                      usual="1 to 20 V s/rad", meaning="Voltage of the motor over its speed")  # fmt: skip
+                                      usual="1 to 20 V s/rad", meaning="Voltage over motor speed")  # fmt: skip
     gear: float = parameter(7.2, "", "CY as quoted; B's is lost", "low", low=1e-3, high=1e3, usual="1 to 12",
                             meaning="Turns of the motor for one of the table")  # fmt: skip
     motor_inertia: float = parameter(23.0, "kg m^2", "CY as quoted; B's is lost", "low", high=1e6,
-                                     usual="5 to 50 kg m^2", meaning="Inertia of the motor at its own shaft")  # fmt: skip
+                                     usual="5 to 50 kg m^2", meaning="Inertia at the motor's shaft")  # fmt: skip
     table_inertia: float = parameter(930.0, "kg m^2", "CY as quoted; B's is lost", "low", high=1e7,
                                      usual="200 to 2000 kg m^2", meaning="Inertia of the table")  # fmt: skip
     table_damping: float = parameter(0.0, "N m s/rad", "R: B's number is lost", "low", high=1e7,

@@ -1,0 +1,362 @@
+"""Friction laws of the bit: the compiled equations against numpy, closed forms and bifurcations of torsion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from reference import Case, contacts, derivative, solve
+from scipy.integrate import solve_ivp
+from sweep.runs import finish, run_work, work_for
+
+import nsdrill
+from model.buffers import slopes
+from model.cases import operation_of, parameters_of, random_case, random_state
+from nsdrill.app.check import check
+from nsdrill.app.run import run_in_memory
+from nsdrill.app.trajectory import simulate
+from nsdrill.kernel.settings import Simulation
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.figures import figures
+from nsdrill.models.christoforou_yigit.forces import energy, powers
+from nsdrill.models.christoforou_yigit.laws import LAWS, bit_arm, fall, onset, static_arm, steepest
+from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit.rhs import STATES, pack
+from nsdrill.observe.thresholds import Record
+from nsdrill.study import parse_study
+
+OTHERS = LAWS[1:]
+
+
+def lawful(rng: np.random.Generator, law: str) -> Case:
+    u = rng.uniform
+    numbers = {"b0": u(0.005, 0.05), "b1": u(0.5, 10), "b2": u(0, 20), "b3": u(1, 20)}
+    return random_case(rng, bit_law=law, bit_from=10 ** u(-2, 1), **numbers)
+
+
+@pytest.mark.parametrize("law", OTHERS)
+def test_derivatives_equal_the_reference(law: str) -> None:
+    """At 200 random states of as many random strings, on one lane and on eight."""
+    rng = np.random.default_rng(11)
+    cases = [lawful(rng, law).but(wall_law="linear") for _ in range(200)]
+    states = np.array([random_state(rng, c) for c in cases])
+    times = rng.uniform(0, 5, len(cases))
+    table = np.concatenate([pack(parameters_of(c), c.depth, c.wob, c.speed) for c in cases])
+    lobes = np.array([c.lobes for c in cases])
+    found = slopes(8, False, table, times, states, lobes, friction=LAWS.index(law))
+    alone = slopes(1, False, table, times, states, lobes, friction=LAWS.index(law))
+    assert found.tobytes() == alone.tobytes()
+    for c, t, s, mine in zip(cases, times, states, found, strict=True):
+        exact = derivative(c, t, s)
+        size = np.abs(exact)
+        # Of a sum the terms lose bits against their own size.
+        f = contacts(c, t, s)
+        size[7] += (f["bit_torque"] + c.k_t * abs(s[6]) + abs(f["wall_friction"])) / c.J
+        lateral = c.wall_stiffness * np.hypot(s[0], s[2]) / c.m_l + s[7] ** 2
+        assert np.all(np.abs(mine - exact) <= 1e-11 * (size + np.array([0, lateral, 0, lateral, 0, 1e-3, 0, lateral])))
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_array_form_is_odd_and_falls_as_it_says(law: str) -> None:
+    parameters = parameters_of(Case(bit_law=law, bit_smoothing=1e9))
+    k = derive(parameters, 5000.0, 22.24e3, 3.0)
+    speed = np.array([0.05, 0.3, 0.9, 1.4, 3.0, 20.0])
+    arm = bit_arm(parameters, k, speed)
+    assert np.array_equal(bit_arm(parameters, k, -speed), -arm)
+    h = 1e-5
+    slope = (bit_arm(parameters, k, speed + h) - bit_arm(parameters, k, speed - h)) / (2 * h)
+    assert [-fall(parameters, k, v) for v in speed.tolist()] == pytest.approx(slope, rel=1e-4, abs=1e-7)
+    assert np.all(arm < static_arm(parameters, k) * (1 + 1e-9))
+    soft = parameters_of(Case(bit_law=law, bit_smoothing=5.0, zeta=0.0))
+    near = derive(soft, 5000.0, 22.24e3, 3.0)
+    assert bit_arm(soft, near, 1e-7) / 1e-7 == pytest.approx(steepest(soft, near), rel=1e-5)
+
+
+@pytest.mark.parametrize("law", OTHERS)
+def test_energy_changes_by_the_powers(law: str) -> None:
+    rng = np.random.default_rng(5)
+    case = Case(bit_law=law, wob=40e3)
+    parameters, operation = parameters_of(case), operation_of(case)
+    for _ in range(20):
+        state = rng.normal(size=8) * [0.05, 0.2, 0.05, 0.2, 2e-3, 0.02, 20.0, 3.0]
+        time = np.array([rng.uniform(0, 5)])
+        rate = slopes(1, False, pack(parameters, *_point(case)), time, state[None], friction=LAWS.index(law))[0]
+
+        def named(states: np.ndarray, times: np.ndarray) -> dict[str, np.ndarray]:
+            return {**dict(zip(STATES, states.T, strict=True)), "drive_angle": case.speed * times}
+
+        h = 1e-6
+        ends = energy(parameters, operation, named(state + np.outer([-h, h], rate), time + np.array([-h, h])))
+        fed = powers(parameters, operation, named(state[None], time))
+        size = sum(abs(float(power[0])) for power in fed.values()) + abs(float(ends[0]))
+        total = sum(float(power[0]) for power in fed.values())
+        assert (ends[1] - ends[0]) / (2 * h) == pytest.approx(total, abs=1e-6 * size)
+
+
+def _point(case: Case) -> tuple[float, float, float]:
+    return case.depth, case.wob, case.speed
+
+
+@pytest.mark.parametrize("law", OTHERS)
+def test_a_trace_equals_scipy(law: str) -> None:
+    """Every state and the bit torque for 3 s, against DOP853 with the equations in plain Python."""
+    case = Case(depth=2000.0, wob=40e3, speed=1.0, bit_smoothing=20.0, bit_law=law)
+    study = parse_study(
+        "operation: {depth: 2000 m, wob: 40 kN, rotary_speed: 1 rad/s}\n"
+        + ("bit: {friction: {law: rational}}" if law == "rational" else
+           f"bit: {{friction: {{law: {law}, smoothing: 20 s/rad}}}}")
+        + "\ninitial: {x: 30 mm, vy: 0.2 m/s, twist: -2 rad, bit_speed: 3 rad/s}\nsimulation: {rtol: 1e-11}"
+    )  # fmt: skip
+    trace = simulate(study, duration=3.0).trace
+    start = [0.03, 0.0, 0.0, 0.2, -case.wob / (case.k_a + case.rock_stiffness), 0.0, -2.0, 3.0]
+    exact = solve(case, start, 3.0, dense=True).sol(trace.time)
+    assert exact[7].min() < 1.0 < exact[7].max()  # on both sides of the speed at which the linear law has its kink
+    for name, values in zip(STATES, exact, strict=True):
+        assert trace[name] == pytest.approx(values, abs=1e-6 * np.max(np.abs(values))), name
+    torque = contacts(case, trace.time, exact)["bit_torque"]
+    assert trace["bit_torque"] == pytest.approx(torque, abs=1e-5 * np.max(np.abs(torque)))
+
+
+@pytest.mark.parametrize("law", OTHERS)
+def test_lanes_and_exponent_change_no_bit_and_torque_tops_are_those_of_the_trace(law: str) -> None:
+    case = Case(wob=40e3, bit_law=law)
+    work = work_for(case, Simulation(transient=5.0, observe=15.0, rtol=1e-8), rotary_speed=np.linspace(1.0, 8.0, 5))
+    kept = run_work(work, lanes=8)
+    for other in (run_work(work, lanes=1), run_work(replace(work, record=Record(exponent=True)), lanes=4)):
+        assert all(kept[name].tobytes() == other[name].tobytes() for name in kept)
+    study = parse_study(
+        f"operation: {{wob: 40 kN, rotary_speed: 1 rad/s}}\nbit: {{friction: {{law: {law}}}}}\n"
+        "simulation: {rtol: 1e-8}"
+    )
+    trace = simulate(study, duration=20.0, sample=0.0005).trace
+    late = trace.time >= 5.0
+    assert kept["bit_torque_max"][0] == pytest.approx(trace["bit_torque"][late].max(), rel=2e-5)
+    assert kept["bit_speed_max"][0] == pytest.approx(trace["bit_speed"][late].max(), rel=1e-6)
+
+
+@pytest.mark.parametrize("law", OTHERS)
+def test_the_deviation_is_the_derivative_of_the_motion(law: str) -> None:
+    """Against two neighbouring runs, over some seconds in which the bit sticks and slips."""
+    simulation = Simulation(transient=0.0, observe=6.0, rtol=1e-8)
+    case = Case(wob=40e3, speed=1.0, bit_law=law, amplitude=0.0, bit_smoothing=20.0)
+    work = replace(work_for(case, simulation), record=Record(exponent=True))
+
+    def end(shift: float, rtol: float) -> np.ndarray:
+        one = replace(work, simulation=replace(simulation, rtol=rtol))
+        runs, gang = one.prepare(np.array([0])), one.new_gang(1, 1)
+        runs.initial[0, :8] += shift * runs.initial[0, 8:16]
+        gang._store[GROWTH_HEADER] = np.inf  # the deviation keeps its length
+        gang.add(np.array([0]), runs)
+        return finish(one, gang)[-1].final[0]
+
+    size = work.prepare(np.array([0])).sizes[0, :8]
+    quotient = (end(1e-5, 1e-12) - end(-1e-5, 1e-12))[:8] / 2e-5 / size
+    followed = end(0.0, 1e-8)[8:16] / size
+    assert np.linalg.norm(followed - quotient) < 1e-3 * np.linalg.norm(quotient)
+
+
+# The torsional model: the axial and the lateral motion are frozen.
+
+TORSION = """
+modes: {{axial: frozen, lateral: frozen}}
+drillstring: {{{string}}}
+bit: {{cutting: {{zeta: {zeta}}}, friction: {{{friction}}}}}
+operation: {{depth: {depth} m, wob: {wob} kN, rotary_speed: {speed} rad/s}}
+initial: {{twist: {twist} rad, bit_speed: {bit_speed} rad/s}}
+simulation: {{transient: {transient} s, observe: {observe} s, rtol: 1.0e-8}}
+"""
+DEEP = {"string": "torsional_damping: 50 N*m*s/rad", "zeta": 1, "depth": 5000, "friction": "law: hyperbolic"}
+
+
+def torsion(**keys: object) -> nsdrill.study.Study:
+    return parse_study(TORSION.format(**{"twist": 0, "bit_speed": 0, "transient": 300, "observe": 100, **DEEP, **keys}))
+
+
+def features(study: nsdrill.study.Study) -> dict[str, float]:
+    found = run_in_memory(study, workers=1).variables
+    names = ("bit_speed_min", "bit_speed_max", "stuck_fraction", "bit_torque_max")
+    return {name: float(np.ravel(found[name])[0]) for name in names}
+
+
+# c_t, T_s, T_d, V0, Omega: times of the three phases of slip, time at rest, period, peak speed. Computed beforehand by
+# other code from the closed solution of each phase; collars of 150 m on 2000 m of pipe.
+CYCLES = [
+    ((20, 3000, 2000, 1, 4), (0.499970, 3.940275, 0.205622, 1.142113, 5.787980, 9.012733)),
+    ((0, 3000, 2000, 1, 4), (0.497769, 3.848395, 0.169033, 1.371236, 5.886433, 9.367359)),
+    ((20, 3000, 2000, 0.1, 4), (0.108284, 4.693121, 0.036438, 0.827463, 5.665307, 8.503411)),
+    ((60, 3000, 1500, 0.5, 3), (0.312854, 3.939415, 0.116609, 1.663928, 6.032806, 7.321596)),
+]
+INERTIA, STIFFNESS = 373.99, 472.97
+
+
+def sharp_cycle(case: tuple[float, ...]) -> tuple[float, ...]:
+    """The cycle of the linear law without smoothing, phase by phase: from rest, where the spring overcomes the
+    torque at rest, up to V0, above it, down to rest; and the rest, while the drive winds the string up again."""
+    c_t, T_s, T_d, v0, drive = case
+    state, times, peak = np.array([-T_s / STIFFNESS, 0.0]), [], 0.0
+    for phase, level in enumerate((v0, v0, 0.0)):
+
+        def rate(t: float, y: np.ndarray, phase: int = phase) -> list[float]:
+            torque = T_d if phase == 1 else T_s - (T_s - T_d) * y[1] / v0
+            return [y[1] - drive, -(STIFFNESS * y[0] + c_t * y[1] + torque) / INERTIA]
+
+        def ends(t: float, y: np.ndarray, level: float = level, phase: int = phase) -> float:
+            return y[1] - level if t > 1e-6 else 1.0 if phase else -1.0
+
+        ends.terminal, ends.direction = True, -1 if phase else 1  # type: ignore[attr-defined]
+        found = solve_ivp(rate, (0, 50), state, "DOP853", events=ends, rtol=1e-11, atol=1e-12, dense_output=True)
+        times.append(found.t[-1])
+        peak = max(peak, found.sol(np.linspace(0, found.t[-1], 20001))[1].max())
+        state = found.y[:, -1]
+    rest = (state[0] + T_s / STIFFNESS) / drive
+    return (*times, rest, sum(times) + rest, peak)
+
+
+def smoothed(case: tuple[float, ...], smoothing: float) -> nsdrill.study.Study:
+    c_t, T_s, T_d, v0, drive = case
+    arm = 60e3 * 2 / 3 * 0.1905
+    return torsion(
+        string=f"collar: {{length: 150 m}}, torsional_damping: {c_t} N*m*s/rad",
+        zeta=0,
+        depth=2150,
+        wob=60,
+        speed=drive,
+        friction=f"law: linear, static: {T_s / arm!r}, dynamic: {T_d / arm!r}, dynamic_from: {v0} rad/s, "
+        f"smoothing: {smoothing} s/rad",
+        transient=60,
+        observe=60,
+    )
+
+
+@pytest.mark.parametrize(("case", "known"), CYCLES)
+def test_the_cycle_of_the_linear_law(case: tuple[float, ...], known: tuple[float, ...]) -> None:
+    """The exact cycle, and the smoothed law that tends to it as its smoothing grows."""
+    exact = sharp_cycle(case)
+    assert exact == pytest.approx(known, abs=2e-5)
+    sharp = 20000 / min(case[3], 1.0) ** 0.5
+    found = features(smoothed(case, sharp))
+    assert found["bit_speed_max"] == pytest.approx(exact[5], rel=4e-3)
+    assert found["bit_torque_max"] == pytest.approx(case[1], rel=2e-2)
+
+
+def test_smoothing_takes_the_peak_off_the_linear_law() -> None:
+    """Peaks computed beforehand by other code; with a fall within 0.1 rad/s the cycle is lost, and check warns."""
+    row = CYCLES[0][0]
+    assert features(smoothed(row, 500))["bit_speed_max"] == pytest.approx(8.857, abs=1e-3)
+    assert features(smoothed(row, 5000))["bit_speed_max"] == pytest.approx(8.974, abs=1e-3)
+    steep = smoothed(CYCLES[2][0], 500)
+    late = replace(steep, simulation=replace(steep.simulation, transient=300.0))
+    assert features(late)["bit_speed_max"] == pytest.approx(4.0, abs=5e-3)
+    assert any(warning.startswith("Rounded: ") and "5e+03 s/rad" in warning for warning in check(steep).warnings)
+    assert not any(warning.startswith("Rounded: ") for warning in check(smoothed(row, 500)).warnings)
+
+
+@pytest.mark.parametrize(
+    ("friction", "wob", "known"),
+    [
+        ("law: hyperbolic", 22.24, 2.043),
+        ("law: hyperbolic", 66.72, 3.783),
+        ("law: rational", 22.24, 3.995),
+        ("law: rational", 66.72, 7.000),
+        ("law: rational", 135, 9.986),
+    ],
+)
+def test_onset_of_stick_slip(friction: str, wob: float, known: float) -> None:
+    """Computed beforehand by other code, without smoothing; whatever the depth."""
+    for depth in (1000, 5000, 8000):
+        study = torsion(friction=friction, wob=wob, speed=3, depth=depth, zeta=1 if "hyper" in friction else 0)
+        found = figures(study.parameters, study.operation)["stick_slip_onset"].value
+        assert found == pytest.approx(known, abs=2e-3)
+
+
+@pytest.mark.parametrize("law", OTHERS)
+def test_steady_drilling_loses_its_stability_at_the_onset(law: str) -> None:
+    """A small swing about steady drilling grows below the onset of linear theory and dies out above it."""
+    smoothing = "" if law == "rational" else ", smoothing: 100000 s/rad"
+    friction = f"law: {law}{smoothing}"
+    hopf = figures((one := torsion(wob=22.24, speed=3, friction=friction)).parameters, one.operation)
+    onset_speed = hopf["stick_slip_onset"].value
+    assert onset_speed is not None
+    for speed, grows in ((onset_speed * 0.97, True), (onset_speed * 1.03, False)):
+        study = torsion(wob=22.24, speed=speed, friction=friction)
+        k = derive(study.parameters, 5000.0, 22.24e3, speed)
+        steady = -(22.24e3 * float(bit_arm(study.parameters, k, speed)) + 50.0 * speed) / k.k_t
+        near = {"wob": 22.24, "speed": speed, "friction": friction, "twist": steady + 0.01, "bit_speed": speed}
+        first, later = (features(torsion(**near, transient=t, observe=30)) for t in (0, 300))
+        swing = [found["bit_speed_max"] - found["bit_speed_min"] for found in (first, later)]
+        assert (swing[1] > swing[0]) is grows
+
+
+def test_peaks_of_the_rational_law() -> None:
+    """The greatest torque stands at 0.542 rad/s; computed beforehand by other code."""
+    parameters = torsion(friction="law: rational", wob=22.24, speed=3).parameters
+    k = derive(parameters, 5000.0, 22.24e3, 3.0)
+    speed = np.linspace(0.0, 2.0, 20001)
+    torque = 22.24e3 * bit_arm(parameters, k, speed)
+    assert torque.max() == pytest.approx(1351.8, abs=0.05)
+    assert speed[np.argmax(torque)] == pytest.approx(0.542, abs=1e-3)
+    assert 66.72e3 * bit_arm(parameters, k, 10.0) == pytest.approx(1841.9, abs=0.05)
+    assert onset(parameters, k, 1.0) is None
+
+
+@pytest.mark.parametrize(("wob", "below", "above"), [(22.24, 4.1, 4.15), (66.72, 9.55, 9.62)])
+def test_stick_slip_of_the_default_law_ends_at_its_fold(wob: float, below: float, above: float) -> None:
+    """From a stuck bit: between 4.10 and 4.15, and between 9.55 and 9.62 rad/s by SciPy's Radau."""
+    assert features(torsion(wob=wob, speed=below))["stuck_fraction"] > 0.05
+    assert features(torsion(wob=wob, speed=above, transient=800))["stuck_fraction"] == 0.0
+
+
+def test_an_ensemble_winds_up_to_the_torque_at_rest() -> None:
+    """With spread 1 the twist reaches from 0 to 1.5 times that of the torque at rest, whatever the law."""
+    for law in LAWS:
+        parameters = Parameters(bit=replace(parameters_of(Case(bit_law=law)).bit))
+        k = derive(parameters, 5000.0, 22.24e3, 3.0)
+        from nsdrill.models.christoforou_yigit.ensemble import starting_states
+
+        states = starting_states(parameters, Initial(ensemble=400), 5000.0, 22.24e3, 3.0, np.arange(400))
+        most = -1.5 * (22.24e3 * static_arm(parameters, k) + 150.0) / k.k_t
+        assert most < states[:, 6].min() < 0.98 * most
+        tight = starting_states(parameters, Initial(ensemble=4, spread=1e-6), 5000.0, 22.24e3, 3.0, np.arange(4))
+        steady = -(22.24e3 * float(bit_arm(parameters, k, 3.0)) + 150.0) / k.k_t
+        assert tight[:, 6] == pytest.approx(np.full(4, steady), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("bit: {friction: {law: linear, decay: 2 s/rad}}", "the law linear does not read"),
+        ("bit: {friction: {law: rational, static: 0.4}}", r"reads: b0, b1, b2, b3"),
+        ("bit: {friction: {b1: 3 s/rad}}", "the law hyperbolic does not read"),
+        ("sweep: {bit.friction.dynamic_from: [1 rad/s, 2 rad/s]}", "the law hyperbolic does not read"),
+        ("bit: {friction: {law: rational}}\nsweep: {bit.cutting.zeta: [0, 1]}", "the law rational does not read"),
+        ("bit: {friction: {law: stribeck}}", "hyperbolic, linear, exponential"),
+    ],
+)
+def test_what_the_law_does_not_read_is_refused(text: str, said: str) -> None:
+    with pytest.raises(nsdrill.StudyError, match=said):
+        parse_study(text)
+
+
+def test_an_axis_over_a_number_of_a_law_has_the_bits_of_single_runs() -> None:
+    text = "bit: {{friction: {{law: rational{}}}}}\nsimulation: {{transient: 2 s, observe: 5 s}}\n{}"
+    found = run_in_memory(parse_study(text.format("", "sweep: {bit.friction.b1: [1.5 s/rad, 3 s/rad]}")), workers=1)
+    for i, value in enumerate((1.5, 3.0)):
+        alone = run_in_memory(parse_study(text.format(f", b1: {value} s/rad", "")), workers=1)
+        for name in ("bit_speed_max", "bit_torque_max", "surface_torque_mean"):
+            assert np.ravel(found.variables[name])[i] == np.ravel(alone.variables[name])[0]
+
+
+def test_a_study_keeps_its_digest_with_the_default_law() -> None:
+    """Keys of laws that earlier versions did not know are no part of it, and results of theirs are read."""
+    from nsdrill.study.resolved import study_from_resolved
+
+    study = parse_study("operation: {wob: 20 kN}")
+    older = {**study.resolved, "bit": {**study.resolved["bit"]}}
+    known = ("static", "dynamic", "smoothing", "decay")
+    older["bit"]["friction"] = {name: study.resolved["bit"]["friction"][name] for name in known}
+    assert study_from_resolved(older).sha256 == study.sha256
+    assert (
+        parse_study("bit: {friction: {law: linear}}").sha256 != parse_study("bit: {friction: {law: rational}}").sha256
+    )
