@@ -42,7 +42,6 @@ USUAL: dict[str, tuple[str, ...]] = {
     "kg": ("kg", "lb"),
     "m^3/s": ("m^3/s", "l/min", "gal/min"),
     "Pa s": ("Pa*s", "mPa*s"),
-    "s^2/rad^2": ("s^2/rad^2",),
     "A": ("A", "kA"),
     "H": ("H", "mH"),
     "ohm": ("ohm", "mohm"),

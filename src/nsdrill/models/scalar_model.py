@@ -141,8 +141,8 @@ class ScalarModel(Model):
             words = np.random.Philox(key=initial.seed).random_raw(initial.starts * len(names))
             uniform = np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(initial.starts, len(names))
             values |= self.drawn(points, uniform[number])
-        values, names = self.started(points, values), (*self.states(variant), "drive_angle")
-        columns = [np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names]
+        full, names = self.started(points, values), (*self.states(variant), "drive_angle")
+        columns = [np.atleast_1d(np.asarray(full[name], dtype=float)) for name in names]
         points_of = np.broadcast_arrays(*columns, *(np.atleast_1d(value) for value in points.operation), number)
         return np.stack(points_of[: len(names)], axis=1)
 

@@ -140,7 +140,10 @@ class Segments(ScalarModel):
         return sizes[..., [2 * nodes - 2, 2 * nodes - 1, -3, -2, 2 * nodes + 1, -1]]
 
     def still(self, features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:
-        return np.asarray(features["bit_speed_max"] - features["bit_speed_min"] <= absolute * sizes[..., -2])
+        """Whether neither bit speed nor bit position moves."""
+        size = self.seen(sizes)
+        moved = features["axial_max"] - features["axial_min"], features["bit_speed_max"] - features["bit_speed_min"]
+        return np.asarray((moved[0] <= absolute * size[..., 0]) & (moved[1] <= absolute * size[..., 3]))
 
     def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
         string, bit, hoist = string_of(parameters, point.depth), parameters.bit, parameters.hoist

@@ -26,7 +26,6 @@ packs no loop over nodes whose rows are apart by one stride here and another the
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from typing import Any
 
@@ -38,7 +37,8 @@ from nsdrill.elementary import direction, exp2, fma, sincos
 from nsdrill.generate import constants, define
 from nsdrill.models.segments.names import AUX, PARAMETERS
 
-# sign_of_square: v |v|, the pressure drop of a flow of either direction.
+# The bend of a chain about a node times stiffness over mass, and the drag. A flow of either direction has the drag
+# v |v|; tanh w is 1 - 2 / (1 + 2^(2 w log2 e)).
 HELPERS = """
 def axial_node(b, n, u, a, K_, time_, annulus_, bore_, up_, down_, mean_):
     for i in range(n):
@@ -86,7 +86,7 @@ MAIN = """
         depth = b[cutting_factor + i] * advance / np.sqrt(fma(at, at, b[slow_square + i]))
         on = min(max((force - b[threshold + i]) * b[per_threshold_width + i], 0.0), 1.0)
         held = min(max(omega, -20.0), 20.0)
-        rubbing = 1.0 - 2.0 / (1.0 + exp2(TWO_LOG2_E * held))
+        rubbing = 1.0 - 2.0 / (1.0 + exp2(2.885390081777926814719849 * held))
         rubbing = rubbing + b[hump + i] * omega / fma(b[narrowing + i] * omega, omega, 1.0)
         rubbing = fma(b[viscous + i], omega, rubbing)
         cutting = on * direction(b[smoothing + i] * omega) * np.sqrt(depth)
@@ -151,7 +151,7 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> An
     W, last = lanes, pipes + collars
     place = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
     place |= {name: W * (rows.aux_now + i) for i, name in enumerate(AUX)}
-    place |= {"time_": W * rows.stage_time, "phase_": W * rows.phase, "W": W, "TWO_LOG2_E": 2 / math.log(2)}
+    place |= {"time_": W * rows.stage_time, "phase_": W * rows.phase, "W": W}
     for word, node in (("0", 0), ("j", pipes), ("n", last)):
         for name, first, slope in (("u v a", 0, 0), ("th w alpha", 2 * (last + 1), last + 1)):
             position, velocity, rate = name.split()
@@ -160,7 +160,6 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> An
             place[f"{rate}_{word}"] = W * (rows.acceleration + slope + node)
     place["I_"] = W * (rows.stage + 4 * (last + 1))
     place["current_rate"] = W * (rows.acceleration + 2 * (last + 1))
-    # A float as its shortest text gives back its bits.
     helpers = {name: inlined(define(name, f"W = {W}\n{HELPERS}", fma=fma)) for name in ("axial_node", "torsional_node")}
     lines = []
     for node in range(1, last):
