@@ -124,6 +124,17 @@ def parameters() -> str:
     return table(["key", "symbol", "default", "source", "confidence"], rows)
 
 
+def segments_keys() -> str:
+    """The keys of the string of segments, with their sources."""
+    keys = keys_of("segments")
+    rows = (
+        [code(leaf.key), leaf.default_text, allowed(leaf), leaf.meaning, leaf.source, leaf.confidence]
+        for section in (*keys.model.sections, "initial")
+        for leaf in keys.of(section)
+    )
+    return table(["key", "default", "allowed", "meaning", "source", "confidence"], rows)
+
+
 def study_keys() -> str:
     """All sections in file order; the sweep, which is no dataclass, by hand from its own leaves."""
     text = "| key | unit | default | allowed | in the field | meaning |\n| --- | --- | --- | --- | --- | --- |\n"
@@ -361,6 +372,7 @@ def link(found: re.Match[str]) -> str:
 
 TABLES: dict[str, Callable[[], str]] = {
     "parameters": parameters,
+    "segments keys": segments_keys,
     "study keys": study_keys,
     "thresholds": thresholds,
     "units": units,

@@ -78,7 +78,7 @@ def test_a_trace_has_the_forces_of_the_equations(results: Path) -> None:
     state, plain = np.asarray(trace.attrs["final_state"]), Plain(speed=30.0, pipes=2, collars=2)
     parts = plain_of(state[:-1], 4)
     _, force, torque = plain.bit((state[-1]) / 30.0, parts)
-    u, v, th, w, current = plain.parts(parts)
+    u, _, th, w, current = plain.parts(parts)
     wound = plain.kt[0] * (th[0] - th[1] + plain.beta_t * (w[0] - w[1]))
     found = {name: float(trace[name][-1]) for name in trace.data_vars}
     assert found["bit_force"] == pytest.approx(force, rel=1e-6, abs=1e-3)
@@ -145,8 +145,8 @@ def test_names_of_states_tell_the_number_of_segments() -> None:
     ],
 )
 def test_what_cannot_be_is_refused_by_its_key(line: str, key: str, words: str) -> None:
-    head = "model: segments\n" + ("" if line.startswith("operation") else "operation: {depth: 2200 m, wob: 50 kN}\n")
+    operation = "" if line.startswith("operation") else "operation: {depth: 2200 m, wob: 50 kN}\n"
     with pytest.raises(StudyError) as told:
-        parse_study(f"{head}{line}\n")
+        parse_study(f"model: segments\n{operation}{line}\n")
     assert key in str(told.value)
     assert words in str(told.value)
