@@ -23,7 +23,7 @@ from nsdrill.models.christoforou_yigit.figures import figures
 from nsdrill.models.christoforou_yigit.further import further_figures
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import described
+from nsdrill.models.registry import NAMES, described
 from nsdrill.plot.kinds import (
     ALIASES,
     CHART_KINDS,
@@ -244,6 +244,19 @@ def trace_variables() -> str:
     )
 
 
+def other_variables() -> str:
+    """What only other models than the usual one have in results and traces."""
+    usual = {v.name for v in (*described(MODEL).variables, *described(MODEL).trace)}
+    others = [name for name in NAMES if name != MODEL]
+    rows = (
+        [code(v.name), code(name), ROOMS.get(v.room, "trace"), v.units, v.long_name]
+        for name in others
+        for v in dict.fromkeys((*described(name).variables, *described(name).trace))
+        if v.name not in usual
+    )
+    return table(["variable", "model", "kind", "units", "meaning"], rows)
+
+
 def coordinates() -> str:
     return table(
         ["dimension", "units", "meaning"], ([code(name), units, words] for name, (units, words) in COORDINATES.items())
@@ -378,6 +391,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "units": units,
     "results variables": results_variables,
     "trace variables": trace_variables,
+    "other variables": other_variables,
     "coordinates": coordinates,
     "coefficients": coefficients,
     "check figures": check_figures,

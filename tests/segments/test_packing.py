@@ -9,7 +9,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
 from kernel.test_compilation import has_wide_registers
 
 ASSEMBLY = """
