@@ -2,7 +2,7 @@
 
     python docs/make_pictures.py [FOLDER]
 
-Takes some three minutes. The results files are kept in FOLDER (default: a temporary one). The text of the page is by
+Takes some five minutes. The results files are kept in FOLDER (default: a temporary one). The text of the page is by
 hand: read it again after the numbers have changed.
 """
 
@@ -29,6 +29,7 @@ DRIVES = {
     "friction": "friction_laws",
 }  # fmt: skip
 SEGMENTS = {"segments_rest": "segments_speed_100kN", "segments_down": "segments_speed_down"}
+LATERAL = ("whirl_clearance", "inclination")
 CHARTS = {
     "critical-speeds": "fig5_speed_67kN", "buckling": "fig5_speed_67kN", "drive-card": "soft_torque_speed_67kN",
     "drive-tuning": "soft_torque_speed_67kN",
@@ -111,6 +112,11 @@ def main(folder: Path) -> None:
         results, drawn = folder / f"{name}.h5", folder / f"{name}.png"
         nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), "--overwrite")
         nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
+        shrink(drawn, HERE / "pictures" / f"{name}.png")
+    for name in LATERAL:
+        results, drawn = folder / f"{name}.h5", folder / f"{name}.png"
+        nsdrill("run", str(CONFIGS / f"{name}.yaml"), "-o", str(results), "--overwrite")
+        nsdrill("plot", str(results), "--kind", "whirl_kind", "-o", str(drawn), "--overwrite")
         shrink(drawn, HERE / "pictures" / f"{name}.png")
     for config, kinds in COEXISTENCE.items():
         results = folder / f"{config}.h5"

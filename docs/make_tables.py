@@ -16,8 +16,8 @@ from pathlib import Path
 
 import nsdrill
 from nsdrill import api
-from nsdrill.app.check import MEANINGS as COEFFICIENTS
 from nsdrill.cli.main import COMMANDS, group
+from nsdrill.models.christoforou_yigit.checks import MEANINGS as COEFFICIENTS
 from nsdrill.models.christoforou_yigit.coefficients import UNITS
 from nsdrill.models.christoforou_yigit.figures import figures
 from nsdrill.models.christoforou_yigit.further import further_figures
@@ -217,6 +217,8 @@ ONLY = {
     "starts": "initial.ensemble",
     "verify": "simulation.verify",
     "drive_speed": "drive.kind",
+    "stabilizers": "stabilizer.clearance",
+    "inclined": "well.inclination",
 }
 
 

@@ -37,7 +37,7 @@ SHOWN: dict[str, tuple[str, str]] = {
     "N m s/rad": ("N m s/rad", "ft*lbf*s/rad"),
     "s/m": ("s/m", "s/ft"),
 }
-_SHOWN_OF_NAME = {"depth": ("m", "ft")}
+_SHOWN_OF_NAME = {"depth": ("m", "ft"), "well_inclination": ("deg", "deg")}
 # Where people write a unit in another way than a study does.
 _SIGNS = {
     "kN*m": "kN m",
@@ -70,6 +70,9 @@ _LABELS = {
     "axial_acceleration_rms": "Axial acceleration, r.m.s.",
     "radius_max": "Greatest radius",
     "radius_mean": "Mean radius",
+    "stabilizer_contact_fraction": "Time on the stabilisers",
+    "x_mean": "Mean $x$",
+    "y_mean": "Mean $y$",
     "half_difference": "Disagreement of halves",
     "section_radius": "$r$",
     "section_whirl_angle": "Whirl angle from bit",
@@ -120,7 +123,7 @@ class Quantity:
 
     def text(self, value: float, system: str, digits: int = 6) -> str:
         """An SI ``value`` with its unit, in one in which it is neither large nor small where there is a choice."""
-        if system == "si" and self.name not in AXES:
+        if system == "si" and self.name not in (*AXES, *_SHOWN_OF_NAME):
             return readable(value, self.units, digits)
         return amount(value, self.unit(system), digits)
 
@@ -172,7 +175,7 @@ def _known(model: str) -> dict[str, Quantity]:
         found[name] = Quantity(name, long_name, _WORDS.get(name, long_name), label, units, shown)
     for name, (key, units) in further_axes(model).items():
         words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
-        shown = SHOWN.get(units, (units, units))
+        shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         found[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown)
     return found
 

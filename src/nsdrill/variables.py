@@ -25,7 +25,7 @@ def has_failed(status: Any) -> Any:
 
 RESPONSES = ("bit_bounce", "stick_slip", "whirl")  # critical ones, each with a bit of its own
 BIT_BOUNCE, STICK_SLIP, WHIRL = 1, 2, 4
-NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR = range(5)
+NO_WHIRL, FORWARD, BACKWARD, BACKWARD_ROLLING, IRREGULAR, LOW_SIDE = range(6)
 UNDETERMINED, EQUILIBRIUM, PERIODIC, QUASI_PERIODIC, CHAOTIC, UNSETTLED = range(6)
 
 

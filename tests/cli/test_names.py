@@ -46,3 +46,20 @@ def test_a_run_under_an_odd_name(small: Path, tmp_path: Path, monkeypatch: pytes
     shown = finish(start("show", f"{odd}.h5"))
     assert (shown.code, shown.err) == (0, "")
     assert shown.out.splitlines()[0].endswith("\\xff\\n.h5: results of a sweep. \\u65e5")
+
+
+def test_an_example_is_written_as_it_is(call: Call) -> None:
+    """Every study that comes with the package loads; a wrong name lists all with their titles."""
+    from nsdrill.study import load_study
+    from nsdrill.study.examples import examples
+
+    assert len(examples()) > 10
+    for name, path in examples().items():
+        assert call("new", "--example", name, "-o", f"{name}.yaml").code == 0
+        assert Path(f"{name}.yaml").read_text() == path.read_text()
+        load_study(f"{name}.yaml")
+    wrong = call("new", "--example", "torsional")
+    assert wrong.code == 2
+    assert "Did you mean torsional_speed?" in wrong.err
+    assert "Stick-slip of the torsional model" in wrong.err
+    assert "one of the two" in call("new", "--example", "torsional_speed", "--model", "torsion").err

@@ -34,6 +34,8 @@ function = {
     **{f"law {n}": lambda n=n: make_right_hand_side(8, Options(friction=n)) for n in (1, 2, 3)},
     "drive": lambda: make_right_hand_side(8, Options(driven=1, limited=1)),
     "events 3": lambda: make_events(8, rows, Options(friction=3))[1],
+    "options": lambda: make_right_hand_side(8, Options(swirl=1, stabilizer=1, weight=1, axial_friction=1)),
+    "stabilizer": lambda: make_right_hand_side(8, Options(hertz=1, stabilizer=1)),
     **{name: lambda stepper=stepper: stepper.make(8, stepper.rows(rows)) for name, stepper in STEPPERS.items()},
     "events": lambda: make_events(8, rows)[1],
 }[sys.argv[1]]()
@@ -50,7 +52,20 @@ def has_wide_registers() -> bool:
 
 @pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
 @pytest.mark.parametrize(
-    "part", ["rhs", "law 1", "law 2", "law 3", "drive", "tsitouras", "dormand_prince", "events", "events 3"]
+    "part",
+    [
+        "rhs",
+        "law 1",
+        "law 2",
+        "law 3",
+        "drive",
+        "options",
+        "stabilizer",
+        "tsitouras",
+        "dormand_prince",
+        "events",
+        "events 3",
+    ],
 )
 def test_lane_loops_compile_to_packed_instructions(part: str, tmp_path: Path) -> None:
     """One function call or branch in a lane loop, and LLVM goes back to one lane at a time: five times slower.

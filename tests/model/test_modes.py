@@ -90,6 +90,20 @@ def test_energy_balance(modes: str) -> None:
     assert np.max(np.abs(held - held[0] - work)) < 2e-4 * through
 
 
+def test_what_is_frozen_is_not_carried_from_point_to_point() -> None:
+    """Each point of a chain has the set speed and the static position of its own."""
+    text = (
+        "modes: {axial: frozen, torsional: frozen}\nsimulation: {transient: 20 s, observe: 5 s}\n"
+        "sweep: {rotary_speed: [2 rad/s, 4 rad/s], wob: [10 kN, 30 kN], procedure: up-down, along: rotary_speed}"
+    )
+    found = nsdrill.run(text)
+    speed = found.rotary_speed.broadcast_like(found.bit_speed_min)
+    assert np.array_equal(found.bit_speed_min, speed)
+    assert np.array_equal(found.bit_speed_max, speed)
+    assert np.all(found.surface_torque_max == 0.0)
+    assert np.allclose(found.bit_force_max, found.wob.broadcast_like(found.bit_force_max), rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -97,6 +111,10 @@ def test_energy_balance(modes: str) -> None:
         ("modes: {torsional: frozen}\ndrive: {kind: stiff}", "modes.torsional: frozen"),
         ("modes: {lateral: frozen}\nsweep: {drillstring.eccentricity: [1 mm, 2 mm]}", "frozen does without"),
         ("modes: {lateral: frozen}\ninitial: {x: 2 mm}", "frozen does without"),
+        (
+            "modes: {torsional: frozen}\noperation: {rotary_speed: {ramp: [[0 s, 2 rad/s], [9 s, 3 rad/s]]}}",
+            "would not follow it",
+        ),
         ("drive: {kind: stiff, matching: 2}", "the drive stiff does not read"),
         ("sweep: {drive.inertia: [1000 kg*m^2, 2000 kg*m^2]}", "the drive ideal does not read"),
         ("drive: {kind: soft_torque, compensated_inertia: 3000 kg*m^2}", "below drive.inertia"),

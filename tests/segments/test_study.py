@@ -88,6 +88,27 @@ def test_a_trace_has_the_forces_of_the_equations(results: Path) -> None:
     assert found["current"] == pytest.approx(current, rel=1e-9)
 
 
+def test_a_stiff_drive_turns_with_the_set_speed_of_each_point_of_a_chain() -> None:
+    """The motion is carried on, the drive's speed is not. The current, too, is that of steady drilling at each speed."""
+    text = STUDY.replace("13 rad/s, 30 rad/s]", "30 rad/s, 31 rad/s], procedure: up").replace("20 s", "1 s")
+    done = api.run(f"{text}drive: {{kind: stiff}}\n", progress=False)
+    for name in ("drive_speed_min", "drive_speed_max"):
+        np.testing.assert_array_equal(done[name].to_numpy().ravel(), [30.0, 31.0])
+    exact = [Plain(speed=speed, pipes=2, collars=2).I for speed in (30.0, 31.0)]
+    np.testing.assert_allclose(done["current_max"].to_numpy().ravel(), exact, rtol=1e-12)
+    np.testing.assert_array_equal(
+        done["final_state"].sel(state="twist").to_numpy().ravel()[0],
+        done["initial_state"].sel(state="twist").to_numpy().ravel()[1],
+    )
+
+
+def test_lobes_are_an_axis() -> None:
+    head = STUDY.replace("20 s", "2 s").partition("sweep:")[0] + "simulation: {transient: 2 s, observe: 2 s}\n"
+    both = api.run(f"{head}sweep: {{bit.lobes: [1, 3]}}\n", progress=False)["axial_max"].to_numpy().ravel()
+    alone = api.run(f"{head}bit: {{lobes: 3}}\n", progress=False)["axial_max"].to_numpy().ravel()
+    assert both[0] != both[1] == alone[0]
+
+
 def test_steady_drilling_returns_once_a_revolution() -> None:
     """The section is a whole turn of the bit. Without pulsation steady drilling on a low lobe repeats with each; on flat
     rock it is an equilibrium."""

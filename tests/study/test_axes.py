@@ -72,7 +72,7 @@ def test_the_wall_stiffness_is_an_axis_of_the_linear_law() -> None:
 @pytest.mark.parametrize(("sweep", "words"), [
     ("bit.rock_stifness: [1 MN/m]", ["line 1: sweep.bit.rock_stifness", "unknown key", "Did you mean bit.rock_stiff"]),
     ("rock_stiffness: [1 MN/m]", ["an unknown key", "Did you mean bit.rock_stiffness?"]),
-    ("bit.lobes: [1, 3]", ["fixed when the model is compiled", "Run one study for each value: --set bit.lobes=3"]),
+    ("bit.lobes: [1.5, 3]", ["a whole number, at least 1 and at most 8"]),
     ("well.law: [linear]", ["a key that is no number"]),
     ("simulation.rtol: [1.0e-6]", ["not of the string or its operation"]),
     ("operation.wob: [20 kN]", ["Write wob."]),

@@ -6,23 +6,24 @@ import difflib
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from nsdrill.app.check import ends_of, operation_of
 from nsdrill.data import OVERRIDES, json_text
 from nsdrill.errors import InputError
-from nsdrill.models.christoforou_yigit import charts
-from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import OPERATION, with_values
 from nsdrill.models.operation import Operation
+from nsdrill.models.registry import NAMES, described
 from nsdrill.plot.kinds import CHART_KINDS
-from nsdrill.variables import MODEL, dimension_of
+from nsdrill.variables import dimension_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from nsdrill.models.numbers import CriticalSpeeds
     from nsdrill.plot.charts import Chart
     from nsdrill.study.study import Study
 
@@ -59,8 +60,11 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Chart:
         listing = "\n".join(f"  {name:<24} {words}" for name, words in CHART_KINDS.items())
         found = "a study without a kind" if kind is None else f"{kind!r} with a study"
         raise InputError(f"plot kind: found {found}.{hint} Allowed of a study, which is not run:\n{listing}")
-    if study.model != MODEL:
-        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed: {MODEL}.")
+    home = described(study.model).charts
+    if not home:
+        having = ", ".join(model for model in NAMES if described(model).charts)
+        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed: {having}.")
+    charts: Any = import_module(home)
     if name in ("drive-card", "drive-tuning"):
         if along is not None:
             raise InputError(
@@ -110,9 +114,7 @@ def _values(study: Study, key: str, operation: Operation) -> np.ndarray:
     return np.linspace(low, high, VALUES)
 
 
-def _points(
-    parameters: Parameters, operation: Operation, key: str, x: np.ndarray
-) -> Sequence[tuple[Parameters, Operation]]:
+def _points(parameters: Any, operation: Operation, key: str, x: np.ndarray) -> Sequence[tuple[Any, Operation]]:
     if key in OPERATION:
         return [(parameters, replace(operation, **{key: float(value)})) for value in x]
     if key.startswith("initial."):
@@ -122,7 +124,7 @@ def _points(
     return [(with_values(parameters, {key: float(value)}), operation) for value in x]
 
 
-def _without_frozen(study: Study, chart: charts.CriticalSpeeds) -> charts.CriticalSpeeds:
+def _without_frozen(study: Study, chart: CriticalSpeeds) -> CriticalSpeeds:
     """Without the speeds of motions that the string does not have."""
     modes, none = study.parameters.modes, chart.lateral[:0]
     if modes.lateral == "frozen":

@@ -49,8 +49,10 @@ class Passes:
             add(now)
             self.watch(own)
 
-        engine = Engine(work, self.executor, self.workers, self.lanes, deliver, watch, remote=self.remote)
-        add(engine.run(starts, pending))
+        for part, points in work.parts(pending):
+            base = replace(own)
+            engine = Engine(part, self.executor, self.workers, self.lanes, deliver, watch, remote=self.remote)
+            add(engine.run(starts, points))
 
     def write(self, points: Array, records: Array) -> None:
         """Put records into the log, and make them safe now and then."""

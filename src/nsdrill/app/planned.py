@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from nsdrill.models.kept import Kept
+from nsdrill.models.leaves import values_at
 from nsdrill.models.registry import described
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
@@ -25,4 +26,5 @@ def kept_of(study: Study) -> Kept:
         study.more,
         model.states(study.parameters),
         study.model,
+        model.options(values_at(study.parameters, study.initial, study.axes).parameters),
     )

@@ -215,7 +215,8 @@ def _compute(
     work = work_of(study)
     if lanes is None:
         lanes = choose_lanes(-(-work.plan.chains // workers))
-    compiled_parts(lanes, work.variant)
+    if not work.compiled:
+        compiled_parts(lanes, work.variant)
     own: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with own as threads:
         passes = Passes(log, executor or threads, workers, lanes, watch, remote=executor is not None)

@@ -42,13 +42,12 @@ def command(study: str, as_json: bool, everything: bool, units: str, overrides: 
 
     loaded = load(study, overrides)
 
-    from nsdrill.app.check import MEANINGS, check
+    from nsdrill.app.check import check
     from nsdrill.cli.words import count, in_units, knots_text, label_of, value_text
     from nsdrill.data import json_text
     from nsdrill.errors import printable
     from nsdrill.files import amount
-    from nsdrill.models.christoforou_yigit.coefficients import UNITS
-    from nsdrill.models.christoforou_yigit.figures import GROUPS
+    from nsdrill.models.numbers import GROUPS
 
     report = check(loaded, units)
     if as_json:
@@ -76,7 +75,7 @@ def command(study: str, as_json: bool, everything: bool, units: str, overrides: 
     others = [value_text(name, getattr(operation, name), units, both=True) for name in ("wob", "rotary_speed")]
     click.echo(f"\n{start}{', '.join((depth, *others))}{':' if shown else '.'}")
     if report.coefficients is not None:
-        rows = [(name, float(getattr(report.coefficients, name)), UNITS[name], MEANINGS[name]) for name in MEANINGS]
+        rows = [(name, float(getattr(report.coefficients, name)), *told) for name, told in report.told.items()]
         _table("Coefficients", rows, units, shown)
     for group, title in GROUPS.items():
         if found := [(name, f.value, f.units, f.meaning) for name, f in shown.items() if f.group == group]:

@@ -100,6 +100,11 @@ class Model(ABC):
     def starts(self, points: Values, number: Array | int) -> Array:
         """The initial states with the phase last, shape (n, states + 1), of the starts of these numbers."""
 
+    def held(self, parameters: Any) -> tuple[str, ...]:
+        """The names of states that do not move. In a chain of runs each has its own values of them: what the run before
+        ended in is that of another operating point."""
+        return ()
+
     @abstractmethod
     def sizes(self, table: Array, variant: Variant) -> Array:
         """The natural size of each state, shape (n, states): the absolute tolerance is ``rtol`` times this."""

@@ -78,7 +78,8 @@ class Description:
     a string with these parameters has, the angle of the drive last: one of ``several_states``, where not all strings
     have the same; where their number depends on the parameters, ``states_allowed`` tells whether a file may have such
     states. A slice of starts may vary all, or those that are ``sliced``. ``own_trace`` has the variables of a trace,
-    ``untraced`` the states that a trace leaves out.
+    ``untraced`` the states that a trace leaves out. ``options`` gives the words of what such a string has beside the
+    usual: a feature whose ``only`` is one of them is there only then.
 
     ``labels`` stand after ``response``, which has a bit for each of ``responses``, those that the model can show;
     ``check_features`` are the features from which the responses are made, ``shown`` those whose range ``show`` prints,
@@ -88,9 +89,10 @@ class Description:
 
     ``orders`` and ``relations`` say what values must satisfy together: ``relations(check)`` yields the faults of a
     study, ``check`` is a :class:`nsdrill.study.relations.Checker`. ``units_by`` has the keys whose units depend on a
-    choice: (key of the choice, its words with their units). The template of a study shows ``example_axis``, a key with
-    a least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from
-    parameters, initial state and axes.
+    choice: (key of the choice, its words with their units). ``compiled`` are keys of whole numbers that are fixed when
+    the model is compiled, and may be an axis all the same. The template of a study shows ``example_axis``, a key with a
+    least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from parameters,
+    initial state and axes.
     """
 
     name: str
@@ -117,9 +119,13 @@ class Description:
     orders: tuple[Order, ...] = ()
     relations: Callable[[Any], Iterator[Any]] | None = None
     units_by: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
+    compiled: tuple[str, ...] = ()
     example_axis: tuple[str, str, str] = ("", "", "")
     example_slice: str = ""
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
+    options: Callable[[Any], tuple[str, ...]] = lambda _: ()
+    checks: str = ""
+    charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
 
     @property

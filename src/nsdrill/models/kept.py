@@ -13,7 +13,8 @@ class Kept:
     """What is kept of each point beside features and labels: how many peaks and returns to the Poincare section, and
     whether the Lyapunov exponent; from how many states each operating point is started, 0 where from one only,
     without a dimension for it; whether there are checks of each point; the axes beside those of the operation; the
-    names of the states, () for those that the model has by default; and the name of the model."""
+    names of the states, () for those that the model has by default; the name of the model; and the words of its
+    options that bring variables."""
 
     peaks: int = 0
     returns: int = 0
@@ -23,6 +24,7 @@ class Kept:
     axes: tuple[Axis, ...] = ()
     states: tuple[str, ...] = ()
     model: str = MODEL
+    options: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         model = described(self.model)
@@ -30,6 +32,7 @@ class Kept:
         object.__setattr__(self, "states", tuple(self.states) or model.state_sets[0])
         made = tuple(axis if isinstance(axis, Axis) else Axis(**axis) for axis in self.axes)
         object.__setattr__(self, "axes", made)
+        object.__setattr__(self, "options", tuple(self.options))
 
     @property
     def variables(self) -> tuple[Variable, ...]:
@@ -48,7 +51,7 @@ class Kept:
     def has(self, variable: Variable) -> bool:
         """Whether ``variable`` is among what is kept."""
         only = variable.only
-        return only is None or only in self.states or bool(getattr(self, only, False))
+        return only is None or only in (*self.states, *self.options) or bool(getattr(self, only, False))
 
     def length(self, dimension: str) -> int:
         """The length of a dimension that is no axis."""

@@ -46,8 +46,9 @@ GROWTH = (
     *(f"wave_{k + 1}" for k in range(WAVES)),
 )
 REPORT = GROWTH[5:]
-# In the store: seconds between looks, length of the window.
+# In the store: seconds between looks, length of the window; after what the observers of a model have there first.
 INTERVAL, LENGTH = range(2)
+GROWTH_HEADER = 3
 
 
 def growth_header(observe: float) -> Array:

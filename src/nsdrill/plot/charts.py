@@ -14,8 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, MultipleLocator, NullFormatter, StrMethodFormatter
 
-from nsdrill.models.christoforou_yigit.buckling import FULL_HELIX, HELIX
-from nsdrill.models.christoforou_yigit.charts import BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
+from nsdrill.models.numbers import FULL_HELIX, HELIX, BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import Shown, check_units, heading, operating_point, quantity
 from nsdrill.plot.style import (

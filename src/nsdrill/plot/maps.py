@@ -30,6 +30,7 @@ from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges, robust_limits, spaced
 from nsdrill.plot.style import (
     FULL_WIDTH,
+    GREEN,
     GREY,
     MOTIONS,
     ORANGE,
@@ -55,6 +56,7 @@ CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
         ("backward", ORANGE),
         ("backward rolling", VERMILLION),
         ("irregular", WINE),
+        ("low side", GREEN),
     ),
     "motion": tuple((style.name, style.colour) for style in MOTIONS),
 }

@@ -16,7 +16,7 @@ from nsdrill.files import replacing
 from nsdrill.models.description import Description
 from nsdrill.models.kept import Kept
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import model_in
+from nsdrill.models.registry import described, model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
 from nsdrill.store.attributes import check_attributes, get_attributes, plain, text_of
@@ -249,6 +249,8 @@ def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Containe
     """What results of the model of this name with these ``coords``, further ``axes`` and ``names`` of variables keep of
     each point."""
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
+    states = tuple(coords["state"].tolist())
+    options = {v.only: None for v in described(model).features if v.only and v.only not in states and v.name in names}
     return Kept(
         peaks,
         returns,
@@ -256,8 +258,9 @@ def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Containe
         starts=starts,
         verify="trusted" in names,
         axes=axes,
-        states=tuple(coords["state"].tolist()),
+        states=states,
         model=model,
+        options=tuple(options),
     )
 
 

@@ -230,7 +230,8 @@ def keys_of(model: str = MODEL) -> Keys:
     axes = {
         key.removeprefix("operation."): replace(one, nullable=False)
         for key, one in every.items()
-        if one.kind in ("quantity", "number") and key.partition(".")[0] in physical and key != "initial.spread"
+        if (one.kind in ("quantity", "number") and key.partition(".")[0] in physical and key != "initial.spread")
+        or key in found.compiled
     }
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
     groups = {".".join(parts[:end]) for key in every for parts in [key.split(".")] for end in range(1, len(parts))}

@@ -223,12 +223,6 @@ def _no_axis(name: str, keys: Keys) -> tuple[str, str, str | None]:
         return f"{name} in full", allowed, f"Write {name.removeprefix('operation.')}."
     if leaf is None:
         return "an unknown key", allowed, _near_axis(name, keys)
-    if leaf.kind == "whole" and leaf.key.startswith("bit."):
-        return (
-            "a number that is fixed when the model is compiled",
-            allowed,
-            (f"Run one study for each value: --set {name}={leaf.default_text}."),
-        )
     what = (
         "a number that is not of the string or its operation"
         if leaf.kind in ("quantity", "number", "whole")

@@ -12,7 +12,7 @@ from nsdrill.models.description import Description, Order
 from nsdrill.ranges import bound_text
 from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import SLICE, Leaf, shown
-from nsdrill.study.resolved import refined_axes
+from nsdrill.study.resolved import axis_values, refined_axes
 from nsdrill.units import USUAL
 from nsdrill.variables import AXES
 
@@ -195,6 +195,14 @@ class Checker:
                 yield self.fault(
                     f"sweep.{axis}", "an axis over the start", "no several starts beside it", ("sweep", axis)
                 )
+        for axis in set(swept) & {*self.model.compiled}:
+            values = axis_values(sweep[axis], sweep["refine"] if axis in refined_axes(sweep) else 0)
+            if odd := [value for value in values.tolist() if value != int(value)]:
+                found = f"the value {odd[0]:g}"
+                yield self.fault(f"sweep.{axis}", found, "whole numbers, as [1, 3, 5]", ("sweep", axis))
+            elif sweep["procedure"] != "same" and self.sound("sweep.procedure"):
+                found = f"an axis over {axis}, which is compiled in, with sweep.procedure: {sweep['procedure']}"
+                yield self.fault(f"sweep.{axis}", found, "with sweep.procedure: same", ("sweep", axis))
         refined, starts = refined_axes(sweep), self._starts_of_a_point()
         total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept) * starts
         if total > MOST_POINTS:

@@ -23,7 +23,14 @@ from nsdrill.study.keys import MODEL_LEAF, Leaf, keys_of
 from nsdrill.study.study import Procedure, Study
 from nsdrill.variables import AXES, Axis
 
-LATER = ("drive", "modes")  # sections that the first studies did not have
+LATER = ("drive", "modes", "stabilizer")  # sections that the first studies did not have
+# What the sections of earlier versions did not have, and its value where nothing has changed.
+NEW_KEYS: dict[tuple[str, str], Any] = {
+    ("drillstring", "eccentric_weight"): True,
+    ("mud", "swirl"): 0.0,
+    ("well", "inclination"): 0.0,
+    ("well", "axial_friction"): False,
+}
 LAW_KEYS = ("law", "dynamic_from", "b0", "b1", "b2", "b3")  # of bit.friction; the first studies have one law
 
 
@@ -69,7 +76,9 @@ def study_from_resolved(
             model=keys.model.name,
             parameters=keys.model.parameters(
                 **{
-                    name: build(cls, known.get(name, {}), lenient=True) if name in LATER else build(cls, known[name])
+                    name: build(cls, known.get(name, {}), lenient=True)
+                    if name in LATER
+                    else build(cls, _known(known, name, cls))
                     for name, cls in keys.model.sections.items()
                 }
             ),
@@ -99,6 +108,12 @@ def study_from_resolved(
         raise FileError(
             f"{name}: does not hold a study that this version can use ({type(error).__name__}: {error})."
         ) from error
+
+
+def _known(resolved: dict[str, Any], section: str, cls: type) -> dict[str, Any]:
+    """A section, of the fields of ``cls``, with what an earlier version did not know as it was then."""
+    names = {item.name for item in fields(cls)}
+    return {name: off for (of, name), off in NEW_KEYS.items() if of == section and name in names} | resolved[section]
 
 
 def _with_law(resolved: dict[str, Any], leaves: dict[str, Leaf]) -> dict[str, Any]:
@@ -174,6 +189,11 @@ def digest(resolved: dict[str, Any]) -> str:
         parts = _without(parts, ["drive"], "on_at")
     if parts.get("drive", {}).get("kind") != "dc_motor":
         parts = _without(_without(parts, ["drive"], "motor_damping"), ["drive"], "circuit_time")
+    if parts.get("stabilizer", {}).get("clearance") is None and "stabilizer.clearance" not in parts["sweep"]:
+        parts.pop("stabilizer", None)
+    for (section, name), off in NEW_KEYS.items():
+        if section in parts and parts[section].get(name) == off:
+            parts = _without(parts, [section], name)
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)
         parts = _without(parts, sections, name)

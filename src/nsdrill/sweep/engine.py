@@ -213,6 +213,9 @@ class Engine:
         end = min(place + self._segment, plan.chain_length)
         points = plan.points_of(chain, np.arange(place, end))
         runs = self.work.prepare(points)
+        if (alike := self.work.alike(runs.initial)) < len(points):
+            end, points = place + alike, points[:alike]
+            runs = self.work.prepare(points)
         if state is not None:
             self.work.begin(runs.initial[0], state)
         crew.ends[int(points[-1])] = (chain, end) if end < plan.chain_length else None

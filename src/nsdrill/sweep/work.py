@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numba import types
@@ -17,11 +17,10 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model
 from nsdrill.models.base import Variant as Fixed
-from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
-from nsdrill.models.leaves import Values, values_at
-from nsdrill.models.registry import NAMES, model_named
+from nsdrill.models.leaves import Values, values_at, with_values
+from nsdrill.models.registry import NAMES, described, model_named
 from nsdrill.models.starts import Starts
-from nsdrill.observe.exponent import GROWTH, exponent_of, growth_header, make_growth, seed_deviation
+from nsdrill.observe.exponent import GROWTH, GROWTH_HEADER, exponent_of, growth_header, make_growth, seed_deviation
 from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.motion import period, zero_one
@@ -77,11 +76,31 @@ class Work:
     @property
     def variant(self) -> Variant:
         """What is fixed when it is compiled."""
-        return Variant(self.model, self.kind.variant(self.parameters), self.record.exponent, self.simulation.pair)
+        # An option is compiled in where an axis needs it at some point.
+        fixed = self.kind.variant(self.at(self.plan.axes).parameters)
+        return Variant(self.model, fixed, self.record.exponent, self.simulation.pair)
 
     def at(self, values: Mapping[str, Any]) -> Values:
-        """What the points have at these values of the axes, scalars or arrays [points]."""
-        return values_at(self.parameters, self.initial, values)
+        """What the points have at these values of the axes, scalars or arrays [points]; of what is compiled in all have
+        what the parameters say (:meth:`parts`)."""
+        free = {key: value for key, value in values.items() if key not in self.compiled}
+        return values_at(self.parameters, self.initial, free)
+
+    @property
+    def compiled(self) -> tuple[str, ...]:
+        """The axes over what is fixed when the model is compiled."""
+        return tuple(key for key in described(self.model).compiled if key in self.plan.axes)
+
+    def parts(self, points: Array) -> Iterator[tuple[Self, Array]]:
+        """These points by what is compiled in: the work of each part, with parameters of its own, and its points."""
+        if not self.compiled:
+            yield self, points
+            return
+        values = self.plan.values(points)
+        every, which = np.unique([values[key] for key in self.compiled], axis=1, return_inverse=True)
+        for number, row in enumerate(every.T):
+            whole = {key: int(value) for key, value in zip(self.compiled, row, strict=True)}
+            yield replace(self, parameters=with_values(self.parameters, whole)), points[which.ravel() == number]
 
     def new_gang(self, lanes: int, slots: int) -> Gang:
         model, record, rows = self.kind, self.record, self.variant.rows
@@ -117,8 +136,22 @@ class Work:
         return np.concatenate([state[..., : self.state_count], state[..., -1:]], axis=-1)
 
     def begin(self, initial: Array, state: Array) -> None:
-        """Let the run of the row ``initial`` begin in ``state`` (states + 1), whatever deviation it has."""
-        initial[: self.state_count], initial[-1] = state[:-1], state[-1]
+        """Let the run of the row ``initial`` begin in ``state`` (states + 1), whatever deviation it has, but for what
+        does not move."""
+        moves = [i for i in range(self.state_count) if i not in self._held]
+        initial[moves], initial[-1] = state[moves], state[-1]
+
+    def alike(self, initial: Array) -> int:
+        """How many of the first rows of ``initial`` have all that does not move where the first has it: so many runs
+        may follow one another without :meth:`begin`."""
+        differs = np.any(initial[:, self._held] != initial[:1, self._held], axis=1)
+        return int(np.argmax(differs)) if differs.any() else len(initial)
+
+    @property
+    def _held(self) -> list[int]:
+        """The places of the states that do not move."""
+        names = self.kind.states(self.variant.fixed)
+        return [names.index(name) for name in self.kind.held(self.parameters)]
 
     def measured(self, done: Finished) -> dict[str, Array]:
         """The features of finished runs; NaN where a run did not end well."""

@@ -20,8 +20,6 @@ from nsdrill.models.christoforou_yigit.tubes import Tube
 
 # Effective length over length. A beam fixed at one end and pinned at the other has tan(x) = x, x = 4.4934...
 ENDS = {"fixed_free": 2.0, "fixed_pinned": math.pi / 4.493409457909064, "fixed_fixed": 0.5}
-HELIX = math.sqrt(2.0)  # load of the helix over that of the sinusoid
-FULL_HELIX = 2.0 * math.sqrt(2.0) - 1.0
 LONGEST = 100.0  # units of length; a longer column takes more terms than are made
 
 

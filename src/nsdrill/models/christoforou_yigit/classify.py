@@ -10,7 +10,7 @@ import numpy as np
 from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
 from nsdrill.observe.labels import motions, responses, severities
 from nsdrill.observe.thresholds import Thresholds
-from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, FORWARD, IRREGULAR, NO_WHIRL, OK, WHIRL
+from nsdrill.variables import BACKWARD, BACKWARD_ROLLING, FORWARD, IRREGULAR, LOW_SIDE, NO_WHIRL, OK, WHIRL
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -33,9 +33,11 @@ def classify(
     rolling = (np.abs(features["rolling_ratio"] - 1.0) <= t.whirl.rolling_tolerance) & (
         features["wall_contact_fraction"] >= t.whirl.rolling_contact
     )
+    still_around = np.abs(ratio) < t.whirl.direction
+    low_side = still_around & (features["wall_contact_fraction"] >= t.whirl.rolling_contact) & _low(features, whirl)
     kind = np.select(
-        [~whirl, rolling, np.abs(ratio) < t.whirl.direction, ratio > 0.0],
-        [NO_WHIRL, BACKWARD_ROLLING, IRREGULAR, FORWARD],
+        [~whirl, rolling, low_side, still_around, ratio > 0.0],
+        [NO_WHIRL, BACKWARD_ROLLING, LOW_SIDE, IRREGULAR, FORWARD],
         default=BACKWARD,
     )
     settled = features["half_difference"] <= t.settled.tolerance
@@ -45,6 +47,12 @@ def classify(
         at_rest = still(features, sizes, t.motion.absolute)
         labels |= motions(features, status, labels["settled"], in_the_bit_frame(features), sizes, at_rest, t)
     return labels
+
+
+def _low(features: Mapping[str, Array], like: Array) -> Array:
+    """Whether the collar is on average in the lower half of an inclined hole; nowhere in a vertical one."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(features["y_mean"] < 0.0) if "y_mean" in features else np.zeros(like.shape, bool)
 
 
 def still(features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:

@@ -7,6 +7,7 @@ from typing import Any
 
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.options import options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.relations import ORDERS, relations
 from nsdrill.models.description import Description, Drawn, Panel
@@ -19,6 +20,12 @@ def states(parameters: Parameters) -> tuple[str, ...]:
     if parameters.drive.kind == "dc_motor":
         return variables.MOTOR_STATE_NAMES
     return variables.STATE_NAMES if parameters.drive.ideal else variables.DRIVEN_STATE_NAMES
+
+
+def options(parameters: Parameters) -> tuple[str, ...]:
+    """What brings features of its own: stabilisers with room or friction, and an inclined hole."""
+    used = options_of(parameters)
+    return tuple(word for word, there in (("stabilizers", used.stabilizer), ("inclined", used.weight)) if there)
 
 
 def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Any]) -> dict[str, Any]:
@@ -56,9 +63,13 @@ DESCRIPTION = Description(
     orders=ORDERS,
     relations=relations,
     units_by={"well.stiffness": ("well.law", {"linear": "N/m", "hertz": "N/m^1.5"})},
+    compiled=("bit.lobes",),
+    checks="nsdrill.models.christoforou_yigit.checks",
+    charts="nsdrill.models.christoforou_yigit.charts",
     example_axis=("bit.rock_stiffness", "10 MN/m", "100 MN/m"),
     example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}",
     attributes=attributes,
+    options=options,
     drawn=Drawn(
         panels=(
             Panel("axial", "z", "axial_peaks", "axial_max"),

@@ -40,7 +40,7 @@ from nsdrill.models.christoforou_yigit.layout import (
     TURNS,
 )
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import MAIN, PARAMETERS
+from nsdrill.models.christoforou_yigit.rhs import MAIN, PARAMETERS, columns_of
 from nsdrill.observe.interpolant import (
     above,
     derivative,
@@ -61,16 +61,18 @@ SLIDES_KNOWN = PLACES[11]
 SLIDE = PLACES[12:20]
 WHIRL0, DWHIRL0, WHIRL1, DWHIRL1, SPEED0, DSPEED0, SPEED1, DSPEED1 = SLIDE
 ROLLED, TURNED = PLACES[20:22]
+ROOM = PLACES[22]  # of a turn of the squared radius the square of the stabilisers' clearance
 # A top of the bit torque has the interference first, then: by how much the bit turns, its speed with its rate and the
 # torque with its rate at both ends, and the law of the bit with the rock's stiffness.
 TURN, W0, DW0, W1, DW1, T0, DT0, T1, DT1, SMOOTHING, DECAY, RISE, DYNAMIC = PLACES[11:]
 # What turns. (Its level: the surface, for interference and squared radius; for twist and bit speed the drive's speed.)
 # And a bit speed at the end of a step that is above or below both of its neighbours; and the speed of the drive.
 Z, SPEED, TWIST, U, RHO, SPEED_END, TOP = range(7)
-# What is crossed: the rock's surface, the speed below which the bit is stuck, the wall; and grazes of rock and wall. In
-# the order of ``PARTS``, as each kind has a sum of its own: a graze comes to light only when the list of turns is full,
-# and among the crossings it would stand now here, now there.
-ROCK, STUCK, WALL, ROCK_GRAZE, WALL_GRAZE = range(len(PARTS))
+# What is crossed: the rock's surface, the speed below which the bit is stuck, the wall, which the collar touches and,
+# before it, the stabilisers; and grazes of rock, wall and stabilisers. In the order of ``PARTS``: each kind has a sum
+# of its own: a graze comes to light only when the list of turns is full, and among the crossings it would stand now
+# here, now there.
+ROCK, STUCK, WALL, STABILIZER, ROCK_GRAZE, WALL_GRAZE, STABILIZER_GRAZE = range(len(PARTS))
 
 
 @inlined
@@ -308,13 +310,15 @@ def keep(store, ring, peaks, height):  # type: ignore[no-untyped-def]
 def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, Any]:
     """The compiled (attend, settle) for a number of lanes, a row layout and these options.
 
-    ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top)`` takes the events of the
-    step just made: for what turns and for what is crossed an integer with a bit for every lane in which it does;
-    ``highs`` and ``lows`` are the lanes where the bit speed at the step's start is above or below its neighbours.
+    ``attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top, held)`` takes the
+    events of the step just made: for what turns and for what is crossed an integer with a bit for every lane in which
+    it does; ``held`` are the lanes that come to the stabilisers or leave them, ``highs`` and ``lows`` those where the
+    bit speed at the step's start is above or below its neighbours.
     ``settle(b, store)`` empties the lists: whoever wants to read the measurements calls it first.
     """
-    W, driven, friction = lanes, options.driven, options.friction
+    W, driven, friction, stabilizer = lanes, options.driven, options.friction, options.stabilizer
     h_ = W * rows.step
+    room_ = W * (rows.parameter + columns_of(options).index("clearance")) if stabilizer else 0
     drive_, gap_, stuck_, k_c_, eps_, tau_, rise_, mu_ = (
         W * (rows.parameter + PARAMETERS.index(name))
         for name in (
@@ -397,7 +401,7 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
                 b[row + W] += store[k + TURNED]
         store[CROSSINGS + COUNT] = 0.0
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows))
+    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), stabilizer)
     def settle_turns(b, store):  # type: ignore[no-untyped-def]
         peaks = int(store[PEAKS])
         locate_turns(store)
@@ -446,6 +450,25 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
                     level,
                 ):
                     settle_crossings(b, store)
+                if stabilizer and kind == RHO:
+                    level = store[k + ROOM]
+                    above0, above1, above = store[k + G0] > level, store[k + G1] > level, found > level
+                    grazes = above0 == above1 and above0 != above
+                    if grazes and note(
+                        store,
+                        CROSSINGS,
+                        STABILIZER_GRAZE,
+                        i,
+                        store[k + LENGTH],
+                        store[k + G0],
+                        store[k + D0],
+                        store[k + C0],
+                        store[k + G1],
+                        store[k + D1],
+                        store[k + C1],
+                        level,
+                    ):
+                        settle_crossings(b, store)
         store[SPARE] = 0.0
         store[TURNS + COUNT] = 0.0
 
@@ -457,14 +480,14 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
             b[row] = max(b[row], store[k + RESULT])
         store[TOPS + COUNT] = 0.0
 
-    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), friction)
+    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), friction, stabilizer)
     def settle(b, store):  # type: ignore[no-untyped-def]
         settle_turns(b, store)
         settle_crossings(b, store)
         settle_tops(b, store)
 
-    @compiled(types.void(BUFFER, BUFFER, *[types.int64] * 12), W, *astuple(rows), driven, friction)
-    def attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top):  # type: ignore[no-untyped-def]
+    @compiled(types.void(BUFFER, BUFFER, *[types.int64] * 13), W, *astuple(rows), driven, friction, stabilizer)
+    def attend(b, store, z, speed, highs, lows, twist, u, torque, rho, rock, stuck, wall, top, held):  # type: ignore[no-untyped-def]
         while z != 0:
             i = lowest_bit(z)
             z &= z - 1
@@ -520,6 +543,8 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
                 steepest = b[h_ + i] * max(abs(store[k + D0]), abs(store[k + D1]))
                 grazes = min(abs(store[k + G0] - level), abs(store[k + G1] - level)) < 2.0 * steepest
             store[k + SLIDES_KNOWN] = 1.0 if grazes else 0.0
+            if stabilizer:
+                store[k + ROOM] = b[room_ + i] * b[room_ + i]
             if grazes:
                 note_slide(b, store, k, i, x_rows, y_rows, slide_rows)
             if full:
@@ -568,5 +593,12 @@ def make_events(lanes: int, rows: Rows, options: Options = MAIN) -> tuple[Any, A
             note_slide(b, store, k, i, x_rows, y_rows, slide_rows)
             if note_radius(b, store, CROSSINGS, WALL, i, b[h_ + i], x_rows, y_rows, b[gap_ + i] * b[gap_ + i]):
                 settle_crossings(b, store)
+        if stabilizer:
+            while held != 0:
+                i = lowest_bit(held)
+                held &= held - 1
+                level = b[room_ + i] * b[room_ + i]
+                if note_radius(b, store, CROSSINGS, STABILIZER, i, b[h_ + i], x_rows, y_rows, level):
+                    settle_crossings(b, store)
 
     return attend, settle

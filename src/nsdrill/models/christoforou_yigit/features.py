@@ -43,7 +43,7 @@ from nsdrill.models.christoforou_yigit.layout import (
 )
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import AUX, MAIN, PARAMETERS, STATES, rows_of
+from nsdrill.models.christoforou_yigit.rhs import AUX, MAIN, PARAMETERS, STATES, columns_of, rows_of
 from nsdrill.models.christoforou_yigit.section import ENTRY, bit_angle_crossing
 from nsdrill.observe.interpolant import position_and_velocity
 
@@ -76,6 +76,8 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
     without, and beside so many rows of ``others``."""
     rows = rows_of(options, len(OBSERVED) + others, tangent=tangent)
     W, lobes, driven, friction = lanes, options.lobes, options.driven, options.friction
+    stabilizer, weight = options.stabilizer, options.weight
+    room_ = W * (rows.parameter + columns_of(options).index("clearance")) if stabilizer else 0
     # The drive's states, which an ideal one has not.
     lag0_, top0_, pull0_ = W * (rows.start + 8), W * (rows.start + 9), W * (rows.start_acceleration + 4)
     lag1_, top1_, pull1_ = W * (rows.stage + 8), W * (rows.stage + 9), W * (rows.acceleration + 4)
@@ -94,7 +96,9 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
     )
     eps_, tau_, rise_, mu_ = (parameter[n] for n in ("bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"))
     before_, now_, level_ = own["u_before"], own["u_now"], own["level"]
-    rock_crossings_, stuck_crossings_, wall_crossings_, rock_grazes_, wall_grazes_ = (own[name] for name in PARTS)
+    rock_crossings_, stuck_crossings_, wall_crossings_, held_crossings_, rock_grazes_, wall_grazes_, held_grazes_ = (
+        own[name] for name in PARTS
+    )
     rolled_crossings_, turned_crossings_, rolled_grazes_, turned_grazes_ = (own[name] for name in SLIDES)
     parts_, parts_count = own[PARTS[0]], len(PARTS) + len(SLIDES)
     low_, growth_, floor_ = own["low_z"], own["margin_growth"], own["torque_floor"]
@@ -117,9 +121,21 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
         top_min_,
         top_max_,
     ) = (own[name] for name in EXTREMES)
-    on_rock_, unstuck_, on_wall_, radius_, twist_sum_, lateral_, axial_, turns_, rolled_, turned_ = (
-        own[name] for name in SUMS
-    )
+    (
+        on_rock_,
+        unstuck_,
+        on_wall_,
+        radius_,
+        twist_sum_,
+        lateral_,
+        axial_,
+        turns_,
+        rolled_,
+        turned_,
+        held_,
+        x_sum_,
+        y_sum_,
+    ) = (own[name] for name in SUMS)
     twist_start_, angle_start_, lag_start_ = (own[name] for name in ANCHORS)
     attend, settle = make_events(W, rows, options)
     half_, half_count, ends_count = own[HALF[0]], len(HALF), len(ENDS)
@@ -130,7 +146,7 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
         # One bit a lane: which quantities turn inside the step, which levels are crossed, whether the collar stays on
         # the wall or passes from one half plane to the other. Two such sets share a number, as each is one more sum
         # that the registers must hold: the second has its bits above those of all lanes.
-        z_speed = twist_u = torque_rho = rock_stuck = wall_along = passing = returning = top_turns = 0
+        z_speed = twist_u = torque_rho = rock_stuck = wall_along = passing = returning = top_turns = held = 0
 
         # The quantities at the end of the step, the lanes that are observed, and those where the bit gets faster. With
         # one division for two quotients, torsional and lateral.
@@ -195,6 +211,12 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
             level = b[gap_ + i] * b[gap_ + i]
             low = rho0 > level and least_of(rho0, rho1, 2.0 * outward0, 2.0 * outward1, h) < level
             torque_rho |= far if turns(outward0, outward1) and (outward0 > 0.0 or low) else 0
+            if stabilizer:
+                near = b[room_ + i] * b[room_ + i]
+                low = rho0 > near and least_of(rho0, rho1, 2.0 * outward0, 2.0 * outward1, h) < near
+                torque_rho |= far if turns(outward0, outward1) and low else 0
+                held |= bit if (rho0 > near) != (rho1 > near) else 0
+                b[held_ + i] += h if bit != 0 and rho0 > near and rho1 > near else 0.0
             rock0, rock1 = u0 > 0.0, u > 0.0
             free0, free1 = b[speed0_ + i] > b[stuck_ + i], omega > b[stuck_ + i]
             rock_stuck |= bit if rock0 != rock1 else 0
@@ -222,6 +244,9 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
                     fma(h * (1.0 / 120.0), b[pull0_ + i] + b[pull1_ + i], 0.1 * (b[top0_ + i] - b[top1_ + i])),
                     0.5 * (b[lag0_ + i] + b[lag1_ + i]),
                 )
+            if weight:
+                b[x_sum_ + i] += shown * fma(h * (1.0 / 12.0), vx0 - vx1, 0.5 * (x0 + x1))
+                b[y_sum_ + i] += shown * fma(h * (1.0 / 12.0), vy0 - vy1, 0.5 * (y0 + y1))
             steep = 1.5 / h if h > 0.0 else 0.0
             ax0, ay0, az0, ax1, ay1, az1 = (
                 b[ax0_ + i],
@@ -297,7 +322,7 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
         highs, lows = changed & climbed, changed & ~climbed
 
         happens = z_turns | speed_turns | changed | twist_turns | u_turns | torque_tops | rho_turns | top_turns
-        if (happens | rock | stuck | wall) != 0:
+        if (happens | rock | stuck | wall | held) != 0:
             attend(
                 b,
                 store,
@@ -313,6 +338,7 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
                 stuck,
                 wall,
                 top_turns,
+                held,
             )
 
         # Returns to the section: a lobe or a revolution, hence once in many steps.
@@ -368,9 +394,7 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
     @compiled(
         types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
         W,
-        lobes,
-        driven,
-        friction,
+        *options,
         tangent,
         others,
     )
@@ -416,6 +440,7 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
             b[on_rock_ + i] += b[rock_crossings_ + i] + b[rock_grazes_ + i]
             b[unstuck_ + i] += b[stuck_crossings_ + i]
             b[on_wall_ + i] += b[wall_crossings_ + i] + b[wall_grazes_ + i]
+            b[held_ + i] += b[held_crossings_ + i] + b[held_grazes_ + i]
             b[rolled_ + i] += b[rolled_crossings_ + i] + b[rolled_grazes_ + i]
             b[turned_ + i] += b[turned_crossings_ + i] + b[turned_grazes_ + i]
             first = column if mark != CLOSES else column + half_report

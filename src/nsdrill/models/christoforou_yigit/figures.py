@@ -3,32 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.drives import Gains, circuit, gains, impedance, reflection
+from nsdrill.models.christoforou_yigit.lateral import weights
 from nsdrill.models.christoforou_yigit.laws import bit_arm, onset
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.numbers import Figure
 from nsdrill.models.operation import Operation
-
-
-@dataclass(frozen=True)
-class Figure:
-    """One number: SI value (None where there is none), SI unit, meaning, and the group of figures it stands in, one of
-    :data:`GROUPS`. A ``further`` one is shown where all are asked for."""
-
-    value: float | None
-    units: str
-    meaning: str
-    group: str = "rotation"
-    further: bool = False
-
-
-GROUPS = {
-    "axial": "Axial motion", "rotation": "Rotation and drive", "lateral": "Lateral motion", "buckling": "Buckling",
-}  # fmt: skip
 
 
 def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
@@ -60,8 +44,32 @@ def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
         ),
         "mean_torque": Figure(torque, "N m", "steady torque at the surface"),
         "static_twist": Figure(float(-torque / k.k_t), "rad", "steady twist of the string"),
+        **_lateral(parameters, stiffness, k),
         **_torsion(parameters, operation, k),
     }
+
+
+def _lateral(parameters: Parameters, stiffness: float, k: Coefficients) -> dict[str, Figure]:
+    """What decides on whirl in mud that turns, and the load across an inclined hole."""
+    found = {}
+    swirl = parameters.mud.swirl
+    if swirl:
+        critical = math.sqrt(stiffness / mass_in_swirl(k, swirl)) if stiffness > 0 else None
+        own = math.sqrt(stiffness / k.m_c) / swirl if stiffness > 0 else None
+        found = {
+            "critical_speed": Figure(critical, "rad/s", "critical speed of forward whirl in mud that turns", "lateral"),
+            "fluid_whirl": Figure(own, "rad/s", "speed above which mud that turns drives whirl by itself", "lateral"),
+        }
+    across, _ = weights(parameters)
+    if across > 0:
+        found["side_load"] = Figure(float(across), "N", "weight of the span across the hole, as it bends", "lateral")
+    return found
+
+
+def mass_in_swirl(k: Coefficients, swirl: float) -> float:
+    """The mass of the span [kg] that turns with the bit in mud that turns with ``swirl`` of its speed: its inertia
+    force at radius r is this times Omega^2 r."""
+    return float(k.m_c + k.m_f * (1.0 - swirl) ** 2)
 
 
 def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> dict[str, Figure]:
@@ -201,12 +209,15 @@ def lateral_stiffness(parameters: Parameters, operation: Operation, k: Coefficie
 
 def wall_speed(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
     """Least speed [rad/s] at which drag-limited forward synchronous whirl has the radius of the gap, None if there is
-    none: (k_r - m_l W^2)^2 c0^2 + (c_h W^2 c0^2)^2 = (m_e e0 W^2)^2, a quadratic in W^2."""
+    none: (k_r (c0 - s0) - m W^2 c0)^2 + (c W^2 c0^2)^2 = (m_e e0 W^2)^2, a quadratic in W^2, with s0 the clearance of
+    the stabilisers, m = m_c + m_f (1 - swirl)^2 and c = c_h (1 - swirl)^2."""
     stiffness = lateral_stiffness(parameters, operation, k)
     unbalance = k.m_e * parameters.drillstring.eccentricity
-    a = (k.m_l * k.gap) ** 2 + (k.c_h * k.gap**2) ** 2 - unbalance**2
-    b = -2 * stiffness * k.m_l * k.gap**2
-    c = (stiffness * k.gap) ** 2
+    swirl, room = parameters.mud.swirl, parameters.stabilizer.clearance or 0.0
+    mass = mass_in_swirl(k, swirl)
+    a = (mass * k.gap) ** 2 + (k.c_h * (1.0 - swirl) ** 2 * k.gap**2) ** 2 - unbalance**2
+    b = -2 * stiffness * (k.gap - room) * mass * k.gap
+    c = (stiffness * (k.gap - room)) ** 2
     if stiffness <= 0:
         return 0.0
     if a == 0:

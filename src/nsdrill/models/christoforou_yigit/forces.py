@@ -11,14 +11,67 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.drives import Gains, gains, motor_torque
+from nsdrill.models.christoforou_yigit.lateral import rate_of_penetration, stabilizer_radius, weights
 from nsdrill.models.christoforou_yigit.laws import bit_arm, friction
-from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.parameters import Friction, Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import History
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def _shared(parameters: Parameters, law: Friction, normal: Any, slip: Any, along: Any) -> tuple[Any, Any]:
+    """Friction [N] around the hole and along it, of a slip [m/s] around and ``along``; zero along it where the well
+    has no friction there."""
+    if not parameters.well.axial_friction:
+        return normal * friction(law, slip), np.zeros_like(slip)
+    speed = np.hypot(slip, along)
+    per_speed = normal * friction(law, speed) / np.where(speed > 0.0, speed, 1.0)
+    return per_speed * slip, per_speed * along
+
+
+def _contacts(
+    parameters: Parameters, operation: Operation | History, k: Coefficients, state: Mapping[str, Array]
+) -> dict[str, Any]:
+    """The loads at bit, wall and stabilisers and the lateral stiffness, bending less softening."""
+    string, well, bit = parameters.drillstring, parameters.well, parameters.bit
+    x, vx, y, vy, omega = (state[name] for name in ("x", "vx", "y", "vy", "bit_speed"))
+    radius = np.hypot(x, y)
+    tangential = (x * vy - y * vx) / np.where(radius > 0, radius, 1.0)
+    amplitude = 0.0 if parameters.modes.axial == "frozen" else bit.surface_amplitude
+    surface = amplitude * np.sin(bit.lobes * (state["twist"] + state["drive_angle"]))
+    bit_force = bit.rock_stiffness * np.maximum(surface - state["z"], 0.0)
+    bit_torque = bit_force * bit_arm(parameters, k, omega)
+    force, torque = {"live": (bit_force, bit_torque), "static": (operation.wob, 0.0), "none": (0.0, 0.0)}[
+        string.lateral_softening
+    ]
+    span = string.collar.span
+    softening = force * math.pi**2 / (2 * span) + torque * math.pi**3 / (2 * span**2) + np.zeros_like(omega)
+    along = state["vz"] - rate_of_penetration(k, operation.rotary_speed)
+    penetration = np.maximum(radius - k.gap, 0.0)
+    wall_force = well.stiffness * penetration ** (1.5 if well.law == "hertz" else 1.0)
+    rub, rub_along = _shared(parameters, well.friction, wall_force, omega * k.collar_radius + tangential, along)
+    found = {
+        "radius": radius,
+        "tangential": tangential,
+        "bit_force": bit_force,
+        "bit_torque": bit_torque,
+        "wall_force": wall_force,
+        "wall_friction": rub,
+        "softening": softening,
+        "axial_friction": rub_along,
+    }
+    clearance = parameters.stabilizer.clearance
+    if clearance is not None:
+        held = (k.k_bend - softening) * np.maximum(radius - clearance, 0.0)
+        around = tangential * clearance / np.where(radius > 0, radius, 1.0)
+        slip = omega * stabilizer_radius(parameters) + around
+        rub, rub_along = _shared(parameters, parameters.stabilizer.friction, np.abs(held), slip, along)
+        found["stabilizer_friction"] = rub
+        found["axial_friction"] = found["axial_friction"] + rub_along
+    return found
 
 
 def forces(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
@@ -30,38 +83,31 @@ def forces(parameters: Parameters, operation: Operation | History, state: Mappin
     surface_torque, all SI. ``operation`` may change along the array.
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-    well, bit = parameters.well, parameters.bit
     x, vx, y, vy = (state[name] for name in ("x", "vx", "y", "vy"))
-    omega = state["bit_speed"]
-    radius = np.hypot(x, y)
+    found = _contacts(parameters, operation, k, state)
+    radius = found["radius"]
     safe = np.where(radius > 0, radius, 1.0)
-    tangential = (x * vy - y * vx) / safe
-    amplitude = 0.0 if parameters.modes.axial == "frozen" else bit.surface_amplitude
-    surface = amplitude * np.sin(bit.lobes * (state["twist"] + state["drive_angle"]))
-    bit_force = bit.rock_stiffness * np.maximum(surface - state["z"], 0.0)
-    penetration = np.maximum(radius - k.gap, 0.0)
-    wall_force = well.stiffness * penetration ** (1.5 if well.law == "hertz" else 1.0)
-    slip = omega * k.collar_radius + tangential
     return {
         "radius": radius,
         "radial_velocity": (x * vx + y * vy) / safe,
         "whirl_angle": np.unwrap(np.arctan2(y, x)),
-        "whirl_speed": tangential / safe,
-        "bit_force": bit_force,
-        "bit_torque": bit_force * bit_arm(parameters, k, omega),
-        "wall_force": wall_force,
-        "wall_friction": wall_force * friction(well.friction, slip),
+        "whirl_speed": found["tangential"] / safe,
+        "bit_force": found["bit_force"],
+        "bit_torque": found["bit_torque"],
+        "wall_force": found["wall_force"],
+        "wall_friction": found["wall_friction"],
         "surface_torque": -k.k_t * (state["twist"] - state.get("lag", 0.0)),
     }
 
 
 def energy(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> Array:
-    """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic energy of the wall's contact and
-    the work still to be had from the weight on bit, W z. The rock and the lateral softening do their work in
-    :func:`powers`.
+    """Kinetic plus potential energy [J]: T + V of the theory page, with the elastic energy of the wall's contact, the
+    work still to be had from the weight on bit, W z, and that of the collar's weight in an inclined hole. The
+    rock and the lateral softening do their work in :func:`powers`.
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string, well = parameters.drillstring, parameters.well
+    clearance = parameters.stabilizer.clearance
     e0 = 0.0 if parameters.modes.lateral == "frozen" else string.eccentricity
     phi = state["twist"] + state["drive_angle"]
     omega = state["bit_speed"]
@@ -76,13 +122,17 @@ def energy(parameters: Parameters, operation: Operation | History, state: Mappin
     )
     r2 = state["x"] ** 2 + state["y"] ** 2
     penetration = np.maximum(np.sqrt(r2) - k.gap, 0.0)
+    bent2 = r2 if clearance is None else np.maximum(np.sqrt(r2) - clearance, 0.0) ** 2
+    across, steel = weights(parameters)
     exponent = 2.5 if well.law == "hertz" else 2.0
     potential = (
-        0.5 * k.k_bend * r2
+        0.5 * k.k_bend * bent2
         + 0.5 * k.k_t * (state["twist"] - state.get("lag", 0.0)) ** 2
         + 0.5 * k.k_a * state["z"] ** 2
         + operation.wob * state["z"]
         + well.stiffness * penetration**exponent / exponent
+        + across * state["y"]
+        + (steel * e0 * np.sin(phi) if string.eccentric_weight else 0.0)
     )
     if "lag" in state:  # the drive, and its controller's spring
         law = gains(parameters, k)
@@ -111,21 +161,26 @@ def _power_of_drive(
 def powers(parameters: Parameters, operation: Operation | History, state: Mapping[str, Array]) -> dict[str, Array]:
     """Power [W] that each agent feeds into :func:`energy`; dissipation is negative. Their sum is its rate of change.
 
-    ``drive`` the top drive, ``bit`` the rock (force times velocity, less torque times speed), ``drag`` mud, ``damping``
-    axial and torsional, ``wall`` wall friction, ``softening`` axial force and torque working on the bent span.
+    ``drive`` the top drive, ``bit`` the rock (force times velocity, less torque times speed), ``drag`` mud, which also
+    drives where it turns, ``damping`` axial and torsional, ``wall`` wall friction, ``softening`` axial force and torque
+    working on the bent span; with stabilisers ``stabilizer``, their friction as it acts on collar and string
+    (:mod:`.lateral`). Friction along the axis is that of wall and stabilisers.
     """
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     string = parameters.drillstring
-    f = forces(parameters, operation, state)
-    vx, vy, vz, omega = (state[name] for name in ("vx", "vy", "vz", "bit_speed"))
-    span = string.collar.span
-    force, torque = {
-        "live": (f["bit_force"], f["bit_torque"]),
-        "static": (np.full_like(omega, operation.wob), np.zeros_like(omega)),
-        "none": (np.zeros_like(omega), np.zeros_like(omega)),
-    }[string.lateral_softening]
-    softening = force * math.pi**2 / (2 * span) + torque * math.pi**3 / (2 * span**2)
-    slip = omega * k.collar_radius + f["whirl_speed"] * f["radius"]
+    f = _contacts(parameters, operation, k, state)
+    x, y, vx, vy, vz, omega = (state[name] for name in ("x", "y", "vx", "vy", "vz", "bit_speed"))
+    slip = omega * k.collar_radius + f["tangential"]
+    bent = np.ones_like(omega)  # how much of the radius is bent
+    clearance, held = parameters.stabilizer.clearance, {}
+    if clearance is not None:
+        safe = np.where(f["radius"] > 0, f["radius"], 1.0)
+        bent = np.maximum(f["radius"] - clearance, 0.0) / safe
+        work = omega * stabilizer_radius(parameters) + f["tangential"]
+        held = {"stabilizer": -f["stabilizer_friction"] * work}
+    sigma = parameters.mud.swirl * operation.rotary_speed
+    ux, uy = vx + sigma * y, vy - sigma * x
+    drag = -k.c_h * np.hypot(ux, uy) * (ux * vx + uy * vy) + k.m_f * sigma**2 * (x * vx + y * vy)
     return {
         # The spring's energy 1/2 k_t twist^2 changes at the rate k_t twist (omega - drive speed): the drive pays its
         # part.
@@ -133,8 +188,9 @@ def powers(parameters: Parameters, operation: Operation | History, state: Mappin
         if "lag" not in state
         else (_power_of_drive(gains(parameters, k), parameters, operation, state)),
         "bit": f["bit_force"] * vz - f["bit_torque"] * omega,
-        "drag": -k.c_h * np.hypot(vx, vy) ** 3,
+        "drag": drag,
         "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,
-        "wall": -f["wall_friction"] * slip,
-        "softening": softening * (state["x"] * vx + state["y"] * vy),
+        "wall": -f["wall_friction"] * slip - f["axial_friction"] * vz,
+        **held,
+        "softening": f["softening"] * bent * (x * vx + y * vy),
     }

@@ -6,6 +6,8 @@ the bit also the other laws of :mod:`.laws`, each given by four numbers. Which l
 
 from __future__ import annotations
 
+import numpy as np
+
 from nsdrill.abi import inlined
 from nsdrill.elementary import (
     TWO_OVER_PI,
@@ -42,6 +44,18 @@ def coefficient(
     m = fma(rise, decayed, dynamic)
     fall = rise * decay * decayed * decayed
     return g * m, fma(TWO_OVER_PI * smoothing * per_flat, m, g * (fall if speed < 0.0 else -fall))
+
+
+@inlined
+def shared(
+    slip: float, along: float, unit: float, smoothing: float, decay: float, rise: float, dynamic: float
+) -> tuple[float, float]:
+    """(f(|v|) / (|v| unit), 1 / unit) at a slip v = (slip, along) / unit in two directions, unit positive: times a
+    component of v unit it is the share of the coefficient that acts against that."""
+    # The floor matters at rest only, where the quotient has a limit.
+    size = np.sqrt(fma(slip, slip, fma(along, along, 1e-60)))
+    g, decayed, per_unit = slip_factors(size, unit, smoothing, decay)
+    return g * fma(rise, decayed, dynamic) / size, per_unit
 
 
 @inlined

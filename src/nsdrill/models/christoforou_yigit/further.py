@@ -9,10 +9,11 @@ import numpy as np
 
 from nsdrill.models.christoforou_yigit import buckling, tubes
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.figures import Figure, lateral_stiffness
+from nsdrill.models.christoforou_yigit.figures import lateral_stiffness
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.tubes import Tube
 from nsdrill.models.christoforou_yigit.waves import axial_waves, rising_root, torsional_waves
+from nsdrill.models.numbers import HELIX, Figure
 from nsdrill.models.operation import Operation
 
 WAVES = 4  # standing waves that are listed
@@ -60,7 +61,7 @@ def _buckling(parameters: Parameters, operation: Operation) -> dict[str, Row]:
                 f"load at which the {name} buckles in a horizontal hole",
                 "buckling",
             ),
-            f"{name}_helical": (_number(buckling.HELIX * load), "N", "load at which that becomes a helix", "buckling"),
+            f"{name}_helical": (_number(HELIX * load), "N", "load at which that becomes a helix", "buckling"),
             f"{name}_half_wave": (buckling.half_wave(tube, HORIZONTAL), "m", "half wave of the sinusoid", "buckling"),
         }
     return found
@@ -137,25 +138,25 @@ def hung(parameters: Parameters) -> float:
 
 
 def wall_inclination(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
-    """Inclination [rad] of the hole at which the span sags as far as the wall, k_r c0 = F_g sin(alpha); None where it
-    does not."""
+    """Inclination [rad] of the hole at which the span sags as far as the wall, k_r (c0 - s0) = F_g sin(alpha) with the
+    clearance s0 of the stabilisers; None where it does not."""
     stiffness = lateral_stiffness(parameters, operation, k)
     force = hung(parameters)
-    reach = max(stiffness, 0.0) * float(k.gap)
+    reach = max(stiffness, 0.0) * (float(k.gap) - (parameters.stabilizer.clearance or 0.0))
     return math.asin(reach / force) if reach <= force and force > 0.0 else None
 
 
 def low_side_swing(parameters: Parameters, operation: Operation, k: Coefficients) -> float | None:
     """Frequency [rad/s] of small swings along the wall about the low side of a horizontal hole, sqrt(F_g / (m_l r)) at
-    the radius r of rest, k_r r + k_w (r - c0)^p = F_g; None where the collar does not rest on the wall."""
+    the radius r of rest, k_r (r - s0) + k_w (r - c0)^p = F_g; None where the collar does not rest on the wall."""
     if wall_inclination(parameters, operation, k) is None:
         return None
     stiffness, force, gap = lateral_stiffness(parameters, operation, k), hung(parameters), float(k.gap)
     well = parameters.well
-    power = 1.5 if well.law == "hertz" else 1.0
+    power, room = 1.5 if well.law == "hertz" else 1.0, parameters.stabilizer.clearance or 0.0
 
     def excess(depth: float) -> float:
-        return float(stiffness * (gap + depth) + well.stiffness * depth**power - force)
+        return float(stiffness * (gap + depth - room) + well.stiffness * depth**power - force)
 
     deep = 1e-3 * gap
     while excess(deep) < 0.0:

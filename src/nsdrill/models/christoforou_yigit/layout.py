@@ -6,6 +6,7 @@ import numpy as np
 
 from nsdrill.abi import CACHE_LINE, aligned_zeros
 from nsdrill.models.christoforou_yigit.section import REVOLUTION, section_width
+from nsdrill.observe.exponent import GROWTH_HEADER
 
 # Quantities at an end of a step that are not states: interference u of bit and rock with its rates, bit torque and its
 # rate, radius with its rate and its inverse.
@@ -14,12 +15,15 @@ ENDS = ("u", "du", "ddu", "torque", "dtorque", "radius", "dradius", "per_radius"
 EXTREMES = ("z_min", "z_max", "speed_min", "speed_max", "twist_min", "twist_max", "u_max", "torque_max", "rho_max",
             "drive_min", "drive_max")  # fmt: skip
 SUMS = ("on_rock", "unstuck", "on_wall", "radius_sum", "twist_sum", "lateral_square", "axial_square", "half_turns",
-        "rolled", "turned")  # fmt: skip
+        "rolled", "turned", "on_stabilizer", "x_sum", "y_sum")  # fmt: skip
 ANCHORS = ("twist_start", "angle_start", "lag_start")
 HALF = EXTREMES + SUMS + ANCHORS
-# Of the first three sums what comes from steps with a crossing and, apart from it, from grazes; and the same of the
-# last two, which belong to the wall.
-PARTS = ("rock_crossings", "stuck_crossings", "wall_crossings", "rock_grazes", "wall_grazes")
+# Of the times above a level what comes from steps with a crossing and, apart from it, from grazes; and the same of
+# what the collar rolls and the string turns at the wall.
+PARTS = (
+    "rock_crossings", "stuck_crossings", "wall_crossings", "stabilizer_crossings",
+    "rock_grazes", "wall_grazes", "stabilizer_grazes",
+)  # fmt: skip
 SLIDES = ("rolled_crossings", "turned_crossings", "rolled_grazes", "turned_grazes")
 # Of what may have peaks that are ripples of the error, and once more for all else: the least value since the last peak,
 # the greatest since then, if it may become one, and how far a peak stands out at a value of zero. How much farther per
@@ -48,7 +52,7 @@ LIST = COUNT + CACHE_LINE
 # room for what measures the growth of a deviation (two numbers), and, as a bit for every lane, whether the bit speed
 # rose in the last step and whether it turned inside it. Then the lists of turns, of crossings and of tops of the bit
 # torque, a ring that nobody reads, and the rings of the lanes.
-PEAKS, RETURNS, SPACING, GROWTH_HEADER = range(4)
+PEAKS, RETURNS, SPACING = range(GROWTH_HEADER)
 CLIMBED, SPEED_TURNED = range(GROWTH_HEADER + 2, GROWTH_HEADER + 4)
 TURNS = CACHE_LINE
 CROSSINGS = TURNS + LIST

@@ -79,6 +79,9 @@ class ChristoforouYigit(Model):
     def starts(self, points: Values, number: Array | int) -> Array:
         return starting_states(points.parameters, cast("Initial", points.initial), *points.operation, number)
 
+    def held(self, parameters: Parameters) -> tuple[str, ...]:
+        return rhs.held(parameters)
+
     def sizes(self, table: Array, variant: Variant) -> Array:
         return rhs.sizes(table, Options(*variant))
 

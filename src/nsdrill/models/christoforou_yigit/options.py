@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from nsdrill.models.christoforou_yigit.laws import LAWS
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -12,9 +14,10 @@ class Options(NamedTuple):
     """Whole numbers, as they go into the names of compiled functions. An option that is 0 leaves nothing in the code.
 
     ``hertz``: the law of the wall is Hertz's; ``lobes`` of the rock's surface; ``driven``: the drive is not ideal;
-    ``friction``: the number of the bit's friction law among :data:`.laws.LAWS`; ``limited``: the
-    torque of the drive has a limit;
-    ``motor``: the drive is a DC motor, whose torque is a state.
+    ``friction``: the number of the bit's friction law among :data:`.laws.LAWS`; ``limited``: the torque of the drive
+    has a limit; ``motor``: the drive is a DC motor, whose torque is a state; ``swirl``: the mud turns; ``stabilizer``:
+    the stabilisers have room, or friction; ``weight``: the hole is inclined; ``axial_friction``: friction at the wall
+    and the stabilisers acts along the axis too.
     """
 
     hertz: int = 0
@@ -23,15 +26,28 @@ class Options(NamedTuple):
     friction: int = 0
     limited: int = 0
     motor: int = 0
+    swirl: int = 0
+    stabilizer: int = 0
+    weight: int = 0
+    axial_friction: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:
-    """The options of a string."""
+    """The options of a string. A number that is an array, as an axis of a sweep is, counts as used wherever it is zero
+    too: there the terms that it brings change no bit."""
     return Options(
         hertz=int(parameters.well.law == "hertz"),
-        lobes=parameters.bit.lobes,
+        lobes=int(parameters.bit.lobes),
         driven=int(not parameters.drive.ideal),
         friction=LAWS.index(parameters.bit.friction.law),
         limited=int(parameters.drive.torque_limit is not None),
         motor=int(parameters.drive.kind == "dc_motor"),
+        swirl=_used(parameters.mud.swirl),
+        stabilizer=int(parameters.stabilizer.clearance is not None),
+        weight=_used(parameters.well.inclination),
+        axial_friction=int(parameters.well.axial_friction),
     )
+
+
+def _used(value: Any) -> int:
+    return int(np.ndim(value) > 0 or value != 0.0)

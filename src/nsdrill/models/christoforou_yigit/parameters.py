@@ -98,6 +98,7 @@ class Drillstring(Checked):
     torsional_damping: float = parameter(
         50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad; critical 1000 N m s/rad"
     )
+    eccentric_weight: bool = True
 
 
 @dataclass(frozen=True)
@@ -109,6 +110,7 @@ class Mud(Checked):
     )
     added_mass: float = parameter(1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10")
     drag: float = parameter(1.0, "", "J, L", "high", high=1e3, usual="0.5 to 2")
+    swirl: float = parameter(0.0, "", "J: 0.5", "medium", high=1.0, usual="0 to 0.5")
 
 
 @dataclass(frozen=True)
@@ -137,6 +139,14 @@ class WallFriction(Friction):
 
     static: float = parameter(0.35, "", "L", "medium", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8")
     dynamic: float = parameter(0.30, "", "R", "low", high=10.0, usual="0.1 to 0.4")
+
+
+@dataclass(frozen=True)
+class StabilizerFriction(Friction):
+    """Friction between stabilisers and wall, against slip speed in m/s."""
+
+    static: float = parameter(0.35, "", "R: as the wall", "low", high=10.0, usual="mud 0.1 to 0.4, dry rock 0.8")
+    dynamic: float = parameter(0.30, "", "R: as the wall", "low", high=10.0, usual="0.1 to 0.4")
 
 
 @dataclass(frozen=True)
@@ -172,11 +182,22 @@ class Well(Checked):
     )  # fmt: skip
     law: Literal["linear", "hertz"] = choice("linear", "P")
     friction: WallFriction = field(default_factory=WallFriction)
+    inclination: float = parameter(0.0, "rad", "P: a vertical hole", high=math.pi / 2, usual="0 to 90 deg")
+    axial_friction: bool = False
 
 
 def deepest(stiffness: float, law: str) -> float:
     """How deep [m] the largest force presses the collar into a wall of this stiffness and contact law."""
     return (LARGEST_FORCE / stiffness) ** (2 / 3 if law == "hertz" else 1.0)
+
+
+@dataclass(frozen=True)
+class Stabilizer(Checked):
+    """The stabilisers at both ends of the span, rigid and touching at once. ``clearance`` is radial, None for hinges
+    without room and without friction."""
+
+    clearance: float | None = parameter(None, "m", "P: hinges", "modelling choice", high=10.0, usual="0 to 25 mm")
+    friction: StabilizerFriction = field(default_factory=StabilizerFriction)
 
 
 @dataclass(frozen=True)
@@ -299,6 +320,7 @@ class Parameters:
     bit: Bit = field(default_factory=Bit)
     modes: Modes = field(default_factory=Modes)
     drive: Drive = field(default_factory=Drive)
+    stabilizer: Stabilizer = field(default_factory=Stabilizer)
 
     def __post_init__(self) -> None:
         collar = self.drillstring.collar.outer_diameter
@@ -306,6 +328,12 @@ class Parameters:
             raise ValueError(
                 f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer diameter of the collar, "
                 f"{collar:g} m"
+            )
+        gap, clearance = (self.well.diameter - collar) / 2, self.stabilizer.clearance
+        if clearance is not None and clearance >= gap:
+            raise ValueError(
+                f"stabilizer.clearance: found {clearance:g} m, allowed: below the gap between collar and wall, "
+                f"{gap:g} m"
             )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from nsdrill.models.christoforou_yigit.layout import ANCHORS, EXTREMES, HALF_REPORT, RINGS_OF_PEAKS, SUMS, report_width
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import INDEX
+from nsdrill.models.christoforou_yigit.rhs import INDEX, columns_of
 from nsdrill.models.christoforou_yigit.section import returns_of
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -70,7 +70,14 @@ def features(report: Array, table: Array, observe: float, options: Options) -> d
         "axial_acceleration_rms": np.sqrt(whole["axial_square"] / observe),
         "half_difference": _half_difference(first, second, bit_1, bit_2, p, half_time),
         **(_of_the_drive(first, second, whole, p["drive_speed"], observe) if options.driven else {}),
+        **({"stabilizer_contact_fraction": _fraction(whole["on_stabilizer"] / observe)} if options.stabilizer else {}),
+        **(_mean_position(whole, table[:, columns_of(options).index("weight")], observe) if options.weight else {}),
     }
+
+
+def _mean_position(whole: dict[str, Array], weight: Array, observe: float) -> dict[str, Array]:
+    """Where the collar is on average; NaN in a vertical hole, of which no side is the low one."""
+    return {f"{name}_mean": np.where(weight > 0.0, whole[f"{name}_sum"] / observe, np.nan) for name in ("x", "y")}
 
 
 def _of_the_drive(
@@ -131,7 +138,7 @@ def _half_difference(
         worst = np.maximum(worst, np.maximum(np.abs(low_1 - low_2), np.abs(high_1 - high_2)) / span)
     r_1, r_2 = np.sqrt(first["rho_max"]), np.sqrt(second["rho_max"])
     worst = np.maximum(worst, np.abs(r_1 - r_2) / (np.maximum(r_1, r_2) + 0.01 * p["gap"]))
-    for name in ("on_rock", "unstuck", "on_wall"):
+    for name in ("on_rock", "unstuck", "on_wall", "on_stabilizer"):
         worst = np.maximum(worst, np.abs(first[name] - second[name]) / time)
     return worst
 

@@ -18,6 +18,7 @@ ORDERS = (
     Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
     Order("drillstring.collar.outer_diameter", "well.diameter"),
     Order("well.friction.dynamic", "well.friction.static", True, "lower"),
+    Order("stabilizer.friction.dynamic", "stabilizer.friction.static", True, "lower"),
     Order("bit.friction.dynamic", "bit.friction.static", True, "lower"),
     Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
 )
@@ -66,7 +67,16 @@ FROZEN: dict[str, tuple[str, ...]] = {
         "mud.density",
         "mud.added_mass",
         "mud.drag",
+        "mud.swirl",
+        "well.inclination",
+        "stabilizer.clearance",
     ),
+}
+# What acts on a mode that moves alone, and its value where it does not.
+OFF: dict[str, dict[str, Any]] = {
+    "axial": {"well.axial_friction": False},
+    "torsional": {},
+    "lateral": {"mud.swirl": 0.0, "well.inclination": 0.0, "well.axial_friction": False, "stabilizer.clearance": None},
 }
 
 
@@ -76,6 +86,8 @@ def relations(check: Any) -> Iterator[Fault]:
     yield from _modes(check)
     yield from _law(check)
     yield from _drive(check)
+    yield from _stabilizer(check)
+    yield from _exponent(check)
 
 
 def _initial(check: Any) -> Iterator[Fault]:
@@ -127,6 +139,10 @@ def _modes(check: Any) -> Iterator[Fault]:
         return
     if "torsional" in stay and check.value("drive.kind") != "ideal":
         yield check.fault("drive.kind", f"{check.value('drive.kind')} with modes.torsional: frozen", "ideal")
+    for mode, value in (("torsional", "rotary_speed"), ("axial", "wob")):
+        if mode in stay and value in check.resolved.get("ramps", {}):
+            key = f"operation.{value}"
+            yield check.fault(key, f"a ramp with modes.{mode}: frozen, which would not follow it", "one value")
     for mode in stay:
         for key in FROZEN[mode]:
             what = f"which modes.{mode}: frozen does without"
@@ -136,6 +152,49 @@ def _modes(check: Any) -> Iterator[Fault]:
                 )
             elif key.startswith("initial.") and check.given(key) and check.value(key) != check.leaves[key].default:
                 yield check.fault(key, f"{check.text(key)}, {what}", "left out")
+
+        for key, off in OFF[mode].items():
+            if check.sound(key) and check.value(key) != off and not check.axis(key):
+                found = "true" if check.value(key) is True else check.text(key)
+                yield check.fault(key, f"{found}, which modes.{mode}: frozen does without", "left out")
+
+
+def _stabilizer(check: Any) -> Iterator[Fault]:
+    """Stabilisers that touch before the collar does, and no friction of stabilisers without a clearance."""
+    clearance = "stabilizer.clearance"
+    if not check.sound("stabilizer"):
+        return
+    axis = check.axis(clearance)
+    if check.value(clearance) is None and not axis:
+        allowed = "left out, or with a stabilizer.clearance: 0 mm stands for stabilisers without room"
+        for key, leaf in check.leaves.items():
+            if not key.startswith("stabilizer.friction."):
+                continue
+            if check.axis(key):
+                found = "an axis over friction of stabilisers, which stabilizer.clearance: null does without"
+                yield check.fault(f"sweep.{key}", found, allowed, ("sweep", key))
+            elif check.value(key) != leaf.default:
+                yield check.fault(key, f"{check.text(key)}, which stabilizer.clearance: null does without", allowed)
+        return
+    hole, collar = "well.diameter", "drillstring.collar.outer_diameter"
+    if not check.sound(hole, collar):
+        return
+    gap = (check.ends(hole)[0] - check.ends(collar)[1]) / 2
+    if 0.0 < gap <= check.ends(clearance)[1]:
+        allowed = f"below the gap between collar and wall, {format_quantity(gap, 'mm')}: stabilisers touch first"
+        key, place = (f"sweep.{clearance}", ("sweep", clearance)) if axis else (clearance, None)
+        yield check.fault(key, check.text(clearance, 1), allowed, place)
+
+
+def _exponent(check: Any) -> Iterator[Fault]:
+    """No Lyapunov exponent of equations that are not linearised here."""
+    if not check.sound("record", "stabilizer", "well") or not check.value("record.exponent"):
+        return
+    room = check.value("stabilizer.clearance") is not None or check.axis("stabilizer.clearance")
+    for key, there in (("stabilizer.clearance", room), ("well.axial_friction", check.value("well.axial_friction"))):
+        if there:
+            found = f"true with {key}, whose equations are not linearised"
+            yield check.fault("record.exponent", found, f"false; or without {key}")
 
 
 def _law(check: Any) -> Iterator[Fault]:

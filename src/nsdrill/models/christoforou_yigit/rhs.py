@@ -17,7 +17,14 @@ from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import gains
-from nsdrill.models.christoforou_yigit.friction import bit_arm, bit_factors, slip_factors
+from nsdrill.models.christoforou_yigit.friction import bit_arm, bit_factors, shared, slip_factors
+from nsdrill.models.christoforou_yigit.lateral import (
+    AXIAL_PARAMETERS,
+    STABILIZER_PARAMETERS,
+    SWIRL_PARAMETERS,
+    WEIGHT_PARAMETERS,
+    lane_parameters,
+)
 from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options, options_of
@@ -65,7 +72,14 @@ def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters."""
     drive = (*DRIVE_PARAMETERS, "torque_limit") if options.limited else DRIVE_PARAMETERS
     drive = (*drive, *MOTOR_PARAMETERS) if options.motor else drive
-    return (*PARAMETERS, *drive) if options.driven else PARAMETERS
+    return (
+        *PARAMETERS,
+        *(drive if options.driven else ()),
+        *(SWIRL_PARAMETERS if options.swirl else ()),
+        *(STABILIZER_PARAMETERS if options.stabilizer else ()),
+        *(WEIGHT_PARAMETERS if options.weight else ()),
+        *(AXIAL_PARAMETERS if options.axial_friction else ()),
+    )
 
 
 def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
@@ -93,7 +107,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
     cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
         W * (rows.aux_now + i) for i in range(len(AUX))
     )
-    P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
+    P = {name: W * (rows.parameter + i) for i, name in enumerate(columns_of(options))}
     phase_, drive_, wob_ = W * rows.phase, P["drive_speed"], P["wob"]
     iml_, iJ_, ima_, q_ = P["per_lateral_mass"], P["per_inertia"], P["per_axial_mass"], P["unbalance_arm"]
     bend_, soft_F_, soft_T_, drag_ = P["bending"], P["softening_force"], P["softening_torque"], P["drag"]
@@ -113,6 +127,14 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
     limited, motor = options.limited, options.motor
     T_m_, surge_ = W * (rows.stage + 11), W * (rows.acceleration + 5)
     slope_, per_time_ = (W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2))
+    # The rows of further options, which are nowhere without them.
+    swirl, stabilizer, weight, both = options.swirl, options.stabilizer, options.weight, options.axial_friction
+    sigma_, momentum_ = (P.get(name, 0) for name in SWIRL_PARAMETERS)
+    room_, R_s_, arm_s_, eps_s_, tau_s_, rise_s_, mu_s_ = (P.get(name, 0) for name in STABILIZER_PARAMETERS)
+    weight_, eccentric_ = (P.get(name, 0) for name in WEIGHT_PARAMETERS)
+    (rate_,) = (P.get(name, 0) for name in AXIAL_PARAMETERS)
+    near_ = room_ if stabilizer else gap_  # where the collar begins to touch: there is less room at the stabilisers
+    axial_ = slip_  # friction along the axis, where the slip is not needed any more
 
     @compiled(types.void(BUFFER), W, *options, tangent)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
@@ -124,7 +146,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
             # The floor matters at the hole's centre only, where no force is.
             r = np.sqrt(max(fma(x, x, y * y), 1e-60))
             b[radius_ + i] = r
-            touching |= 1 if r > b[gap_ + i] else 0
+            touching |= 1 if r > b[near_ + i] else 0
             b[slip_ + i] = fma(b[speed_ + i] * b[R_c_ + i], r, fma(x, vy, -(y * vx)))
             s, c = sincos(b[twist_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i]))
             force = b[k_c_ + i] * max(fma(b[s0_ + i], multiple_sine(s, c, lobes), -b[z_ + i]), 0.0)
@@ -146,8 +168,16 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 normal = b[k_w_ + i] * penetration
                 if hertz:
                     normal = normal * np.sqrt(penetration)
-                g, decayed, per_r = slip_factors(b[slip_ + i], r, b[eps_w_ + i], b[tau_w_ + i])
-                friction = normal * (g * fma(b[rise_w_ + i], decayed, b[mu_w_ + i]))
+                if both:
+                    slip, along = b[slip_ + i], b[vz_ + i] - b[rate_ + i]
+                    share, per_r = shared(
+                        slip, along * r, r, b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i]
+                    )
+                    friction = normal * (share * slip)
+                    b[axial_ + i] = normal * (share * (along * r))
+                else:
+                    g, decayed, per_r = slip_factors(b[slip_ + i], r, b[eps_w_ + i], b[tau_w_ + i])
+                    friction = normal * (g * fma(b[rise_w_ + i], decayed, b[mu_w_ + i]))
                 b[radial_ + i] = normal * per_r
                 b[tangential_ + i] = friction * per_r
                 b[friction_ + i] = friction
@@ -156,6 +186,31 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 b[radial_ + i] = 0.0
                 b[tangential_ + i] = 0.0
                 b[friction_ + i] = 0.0
+                if both:
+                    b[axial_ + i] = 0.0
+
+        # The stabilisers carry the restoring force of the bent span, with friction of its size. What that takes from
+        # the bit goes where the wall's friction is, as a force at the surface of the collar.
+        if stabilizer and touching != 0:
+            for i in range(W):
+                x, vx, y, vy, r = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[radius_ + i]
+                stiffness = fma(-b[soft_F_ + i], b[force_ + i], fma(-b[soft_T_ + i], b[torque_ + i], b[bend_ + i]))
+                normal = stiffness * max(r - b[room_ + i], 0.0)
+                unit = r * r
+                slip = fma(b[speed_ + i] * b[R_s_ + i], unit, b[room_ + i] * fma(x, vy, -(y * vx)))
+                if both:
+                    along = (b[vz_ + i] - b[rate_ + i]) * unit
+                    share, per_unit = shared(
+                        slip, along, unit, b[eps_s_ + i], b[tau_s_ + i], b[rise_s_ + i], b[mu_s_ + i]
+                    )
+                    friction = abs(normal) * (share * slip)
+                    b[axial_ + i] += abs(normal) * (share * along)
+                else:
+                    g, decayed, per_unit = slip_factors(slip, unit, b[eps_s_ + i], b[tau_s_ + i])
+                    friction = abs(normal) * (g * fma(b[rise_s_ + i], decayed, b[mu_s_ + i]))
+                b[radial_ + i] += normal * (r * per_unit)
+                b[tangential_ + i] += friction * (r * per_unit)
+                b[friction_ + i] += friction * b[arm_s_ + i]
 
         # Motion: lateral forces at the collar's centre, softened by axial force and torque; the moment; the slopes.
         for i in range(W):
@@ -168,12 +223,22 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 b[torque_ + i],
                 b[friction_ + i],
             )
-            stiffness = fma(-b[soft_F_ + i], force, fma(-b[soft_T_ + i], torque, b[bend_ + i]))
-            drag = b[drag_ + i] * np.sqrt(fma(vx, vx, vy * vy))
-            radial = b[radial_ + i] + stiffness
+            radial = b[radial_ + i]
+            if not stabilizer:
+                stiffness = fma(-b[soft_F_ + i], force, fma(-b[soft_T_ + i], torque, b[bend_ + i]))
+                radial = radial + stiffness
             tangential = b[tangential_ + i]
-            F_x = fma(tangential, y, -fma(radial, x, drag * vx))
-            F_y = -fma(tangential, x, fma(radial, y, drag * vy))
+            ux, uy = vx, vy
+            if swirl:  # relative to the mud
+                ux, uy = fma(b[sigma_ + i], y, vx), fma(-b[sigma_ + i], x, vy)
+            drag = b[drag_ + i] * np.sqrt(fma(ux, ux, uy * uy))
+            F_x = fma(tangential, y, -fma(radial, x, drag * ux))
+            F_y = -fma(tangential, x, fma(radial, y, drag * uy))
+            if swirl:
+                F_x = fma(b[momentum_ + i], fma(b[sigma_ + i], x, -2.0 * vy), F_x)
+                F_y = fma(b[momentum_ + i], fma(b[sigma_ + i], y, 2.0 * vx), F_y)
+            if weight:
+                F_y = F_y - b[weight_ + i]
 
             if driven:
                 lag, top, speed = b[lag_ + i], b[top_ + i], b[drive_ + i]
@@ -193,6 +258,10 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 torque = torque - damped
             q = b[q_ + i]
             moment = fma(b[c_t_ + i], omega, fma(b[k_t_ + i], twist, fma(friction, b[R_c_ + i], torque)))
+            if weight:
+                moment = fma(b[eccentric_ + i], c, moment)
+            if both:
+                force = force - b[axial_ + i]
             angular = -fma(q, fma(F_y, c, -(F_x * s)), moment) * b[iJ_ + i]
             centripetal = omega * omega
             b[ax_ + i] = fma(q, fma(centripetal, c, angular * s), F_x * b[iml_ + i])
@@ -258,6 +327,7 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
             "motor_damping": drive.motor_damping,
             "per_circuit_time": 1 / drive.circuit_time,
         }
+    values |= lane_parameters(parameters, k, rotary_speed)
     names = columns_of(options)
     table = np.zeros((depth.size, len(names)))
     for i, name in enumerate(names):
@@ -342,6 +412,17 @@ def initial_states(parameters: Parameters, initial: Initial, depth: Any, wob: An
     for i, value in enumerate((*values, initial.drive_angle)):
         states[:, i] = value
     return frozen(parameters, states, wob, rotary_speed)
+
+
+# The states of each mode.
+_OF_MODE = {"lateral": STATES[:4], "axial": STATES[4:6], "torsional": STATES[6:8]}
+
+
+def held(parameters: Parameters) -> tuple[str, ...]:
+    """The names of the states of frozen modes."""
+    return tuple(
+        name for mode, names in _OF_MODE.items() if getattr(parameters.modes, mode) == "frozen" for name in names
+    )
 
 
 def frozen(parameters: Parameters, states: np.ndarray, wob: np.ndarray, rotary_speed: np.ndarray) -> np.ndarray:

@@ -19,6 +19,7 @@ from numba import types
 from nsdrill.abi import BUFFER, RATES, compiled
 from nsdrill.elementary import fma
 from nsdrill.models.christoforou_yigit.friction import bit_slope, coefficient, slip_factors
+from nsdrill.models.christoforou_yigit.lateral import SWIRL_PARAMETERS, WEIGHT_PARAMETERS
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.christoforou_yigit.rhs import (
@@ -26,6 +27,7 @@ from nsdrill.models.christoforou_yigit.rhs import (
     DRIVE_PARAMETERS,
     PARAMETERS,
     STATES,
+    columns_of,
     make_right_hand_side,
     rows_of,
     states_of,
@@ -39,8 +41,10 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     """The compiled right-hand side of the motion and of one deviation from it.
 
     The deviation stands after the states, in their order; its accelerations after theirs. The functions of the contacts
-    at the start of the step stand among the observer's rows, at ``place``.
+    at the start of the step stand among the observer's rows, at ``place``. ValueError with options that have none.
     """
+    if options.stabilizer or options.axial_friction:
+        raise ValueError("there are no tangent dynamics with stabilisers or with friction along the axis")
     rows = rows_of(options, tangent=True)
     W, own, hertz, lobes, driven = lanes, len(states_of(options)), options.hertz, options.lobes, options.driven
     law_of_bit = options.friction
@@ -61,7 +65,10 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
         W * (rows.aux_now + i) for i in range(len(AUX))
     )
-    P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
+    P = {name: W * (rows.parameter + i) for i, name in enumerate(columns_of(options))}
+    swirl, weight = options.swirl, options.weight
+    sigma_, momentum_ = (P.get(name, 0) for name in SWIRL_PARAMETERS)
+    weight_, eccentric_ = (P.get(name, 0) for name in WEIGHT_PARAMETERS)
     iml_, iJ_, ima_, q_ = P["per_lateral_mass"], P["per_inertia"], P["per_axial_mass"], P["unbalance_arm"]
     bend_, soft_F_, soft_T_, drag_ = P["bending"], P["softening_force"], P["softening_torque"], P["drag"]
     c_a_, k_a_, c_t_, k_t_ = (
@@ -106,22 +113,34 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
             )
             dtorque = fma(dforce, arm, force * darm * domega)
 
-            speed = np.sqrt(fma(vx, vx, vy * vy))
-            along = fma(vx, dvx, vy * dvy) / max(speed, 1e-30)
+            ux, uy, dux, duy = vx, vy, dvx, dvy
+            if swirl:  # relative to the mud
+                sigma = b[sigma_ + i]
+                ux, uy, dux, duy = fma(sigma, y, vx), fma(-sigma, x, vy), fma(sigma, dy, dvx), fma(-sigma, dx, dvy)
+            speed = np.sqrt(fma(ux, ux, uy * uy))
+            along = fma(ux, dux, uy * duy) / max(speed, 1e-30)
             drag = b[drag_ + i]
             stiffness = fma(-b[soft_F_ + i], force, fma(-b[soft_T_ + i], torque, b[bend_ + i])) + b[radial_ + i]
             dstiffness = -fma(b[soft_F_ + i], dforce, b[soft_T_ + i] * dtorque)
             tangential = b[tangential_ + i]
             b[dax_ + i] = fma(
-                tangential, dy, -fma(stiffness, dx, fma(dstiffness, x, drag * fma(speed, dvx, along * vx)))
+                tangential, dy, -fma(stiffness, dx, fma(dstiffness, x, drag * fma(speed, dux, along * ux)))
             )
             b[day_ + i] = -fma(
-                tangential, dx, fma(stiffness, dy, fma(dstiffness, y, drag * fma(speed, dvy, along * vy)))
+                tangential, dx, fma(stiffness, dy, fma(dstiffness, y, drag * fma(speed, duy, along * uy)))
             )
             b[daz_ + i] = dforce
             b[dalpha_ + i] = dtorque
-            F_x = fma(tangential, y, -fma(stiffness, x, drag * speed * vx))
-            F_y = -fma(tangential, x, fma(stiffness, y, drag * speed * vy))
+            F_x = fma(tangential, y, -fma(stiffness, x, drag * speed * ux))
+            F_y = -fma(tangential, x, fma(stiffness, y, drag * speed * uy))
+            if swirl:
+                momentum, sigma = b[momentum_ + i], b[sigma_ + i]
+                b[dax_ + i] = fma(momentum, fma(sigma, dx, -2.0 * dvy), b[dax_ + i])
+                b[day_ + i] = fma(momentum, fma(sigma, dy, 2.0 * dvx), b[day_ + i])
+                F_x = fma(momentum, fma(sigma, x, -2.0 * vy), F_x)
+                F_y = fma(momentum, fma(sigma, y, 2.0 * vx), F_y)
+            if weight:
+                F_y = F_y - b[weight_ + i]
             b[force_ + i] = fma(F_x, b[cosine_ + i], F_y * b[sine_ + i])
             touching |= 1 if b[wall_ + i] > 0.0 else 0
 
@@ -187,6 +206,8 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 b[dpull_ + i] = (fma(b[k_t_ + i], dpipe, -damped) - law) * b[iJ_d_ + i]
                 dtorque = dtorque - damped
             dmoment = fma(b[c_t_ + i], domega, fma(b[k_t_ + i], dpipe, fma(b[friction_ + i], b[R_c_ + i], dtorque)))
+            if weight:
+                dmoment = fma(-b[eccentric_ + i] * s, dphi, dmoment)
             dangular = -fma(q, fma(dF_y, c, -fma(dF_x, s, b[force_ + i] * dphi)), dmoment) * b[iJ_ + i]
             twice, centripetal = 2.0 * omega * domega, omega * omega
             b[dax_ + i] = fma(

@@ -9,7 +9,7 @@ DRIVEN_STATE_NAMES = (*STATE_NAMES[:-1], "lag", "drive_speed", STATE_NAMES[-1]) 
 MOTOR_STATE_NAMES = (*DRIVEN_STATE_NAMES[:-1], "motor_impulse", "motor_torque", STATE_NAMES[-1])  # with a DC motor
 
 LABELS = (
-    flag("whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular"),
+    flag("whirl_kind", "kind of whirl", "none forward backward backward_rolling irregular low_side"),
     flag("stick_slip_severity", "severity band of the stick-slip index",
          "none torsional_oscillation medium onset_of_full_stall severe"),
     flag("bounce_severity", "severity band of the time off the rock", "none light moderate strong severe"),
@@ -30,6 +30,9 @@ FEATURES = (
     feature("radius_mean", "m", "mean radial displacement of the collar"),
     feature("wall_contact_fraction", "1", "fraction of time with the collar on the wall"),
     feature("wall_force_max", "N", "greatest normal force on the wall"),
+    feature("stabilizer_contact_fraction", "1", "fraction of time with the stabilisers on the wall", "stabilizers"),
+    feature("x_mean", "m", "mean displacement of the collar in an inclined hole, x, across it", "inclined"),
+    feature("y_mean", "m", "mean displacement of the collar in an inclined hole, y, the low side at -y", "inclined"),
     feature("whirl_speed_mean", "rad s-1", "mean whirl speed"),
     feature("whirl_ratio", "1", "mean whirl speed over mean bit speed"),
     feature("rolling_ratio", "1", "rolling ratio while on the wall: 1 rolls backward without slip, 0 does not roll"),

@@ -95,6 +95,7 @@ DESCRIPTION = Description(
     told=("bit_speed_min", "bit_speed_max", "stick_slip_index", "stuck_fraction", "lift_off_fraction"),
     orders=ORDERS,
     relations=relations,
+    compiled=("bit.lobes",),
     example_axis=("drillstring.torsional_damping_time", "1 ms", "10 ms"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 26 rad/s, points: 9}}",
     drawn=Drawn(

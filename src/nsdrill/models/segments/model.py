@@ -124,6 +124,9 @@ class Segments(ScalarModel):
                 stretch, turn = stretch + 1 / string.stretches[node], turn + 1 / string.springs[node]
         return {**found, **values, "current": steady.current}
 
+    def held(self, parameters: Parameters) -> tuple[str, ...]:
+        return ("drive_speed", "current") if parameters.drive.kind == "stiff" else ()
+
     # What is observed
 
     def section(self, report: Array, record: Record, variant: Variant) -> dict[str, Array]:

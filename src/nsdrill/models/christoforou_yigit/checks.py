@@ -1,0 +1,191 @@
+"""What ``check`` finds of a study of this model: coefficients, what an engineer reads off them, and warnings."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from operator import itemgetter
+from typing import Any
+
+from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, derive
+from nsdrill.models.christoforou_yigit.figures import figures, growth_at_rest, lateral_stiffness, mean_torque
+from nsdrill.models.christoforou_yigit.further import further_figures
+from nsdrill.models.christoforou_yigit.laws import steepest
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.leaves import Values
+from nsdrill.models.numbers import Figure
+from nsdrill.models.operation import Operation
+
+Told = Callable[[float, str, str], str]  # a value in SI units, in those shown in SI or in field units, in words
+
+MEANINGS = {
+    "m_c": "modal steel mass of the span",
+    "m_f": "modal fluid mass, inside and added",
+    "m_l": "lateral mass",
+    "m_e": "eccentric mass",
+    "k_bend": "bending stiffness of the span",
+    "c_h": "hydrodynamic drag coefficient",
+    "m_a": "axial mass",
+    "k_a": "axial stiffness of the pipe",
+    "J": "rotary inertia",
+    "k_t": "torsional stiffness of the pipe",
+    "gap": "radial clearance between collar and wall",
+    "depth_of_cut": "depth of cut per revolution",
+    "cutting_arm": "arm of the cutting torque",
+    "buckling_load": "buckling load of the span",
+}
+COEFFICIENTS = {name: (UNITS[name], meaning) for name, meaning in MEANINGS.items()}
+MOST_STEPS_A_SECOND = 2000  # a point of 500 s then takes a million steps
+LEAST_PERIODS = 4
+SHARP = 500.0  # smoothing times dynamic_from
+
+
+def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
+    """Those at an operating point."""
+    return derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
+
+
+def every_figure(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
+    """The figures at an operating point, those of the long list last."""
+    return {**figures(parameters, operation), **further_figures(parameters, operation)}
+
+
+def warnings(study: Any, corners: list[Values], told: Told) -> list[str | None]:
+    """Warnings of a study, with what its points have at the ends of all axes and ramps in ``corners``; None where there
+    is nothing to warn of."""
+    found = [one(study, corners, told) for one in (_buckled, _slow, _rounded, _overloaded, _eccentric, _unstable)]
+    if study.swept or not study.ramped:  # else there is no observed window
+        found.append(_few_periods(study, corners, told))
+    return found
+
+
+def _buckled(study: Any, corners: list[Values], told: Told) -> str | None:
+    least, worst, load, wall = min(
+        (
+            (
+                float(lateral_stiffness(at.parameters, Operation(*at.operation), k)),
+                at.operation[1],
+                float(k.buckling_load),
+                at.parameters.well,
+            )
+            for at in corners
+            for k in [derive(at.parameters, *at.operation)]
+        ),
+        key=itemgetter(0),
+    )
+    if least >= 0:
+        return None
+    if wall.law == "linear" and wall.stiffness <= -least:
+        return (
+            f"Unheld: at {told(worst, 'N', 'kN')} the lateral stiffness of the span is "
+            f"{told(least, 'N/m', 'N/m')}, and a wall of {told(wall.stiffness, 'N/m', 'N/m')} is too "
+            "soft to hold it: the collar goes on through the wall and the run fails. Shorten the span, lower the "
+            "weight on bit or take a stiffer wall."
+        )
+    return (
+        f"Buckled: at {told(worst, 'N', 'kN')} the lateral stiffness of the span is negative "
+        f"({told(least, 'N/m', 'N/m')}; Euler load {told(load, 'N', 'kN')}). The collar leans on the "
+        "wall there; that is allowed, but no whirl inside the hole exists. Shorten the span or "
+        "lower the weight on bit if it is not meant."
+    )
+
+
+def _slow(study: Any, corners: list[Values], told: Told) -> str | None:
+    """An explicit method takes about (slope of the friction) / 3.3 steps a second while the bit sticks."""
+
+    def steps(at: Values) -> tuple[float, str, float]:
+        k = derive(at.parameters, *at.operation)
+        law = at.parameters.bit.friction
+        key = "b1" if law.law == "rational" else "smoothing"
+        return float(steepest(at.parameters, k) * at.operation[1] / k.J / 3.3), key, float(getattr(law, key))
+
+    rate, key, value = max(map(steps, corners))
+    if rate <= MOST_STEPS_A_SECOND:
+        return None
+    return (
+        f"Slow: the friction at the bit is so steep ({key} {value:g} s/rad) that a stuck bit takes about "
+        f"{rate:.3g} steps per simulated second. A smaller {key} is faster in proportion."
+    )
+
+
+def _rounded(study: Any, corners: list[Values], told: Told) -> str | None:
+    """The smoothing takes the peak off the linear law, which has all its fall below the speed dynamic_from."""
+    law = study.parameters.bit.friction
+    if law.law != "linear":
+        return None
+    laws = [at.parameters.bit.friction for at in corners]
+    sharpness, law = min(((law.smoothing * law.dynamic_from, law) for law in laws), key=itemgetter(0))
+    if sharpness >= SHARP:
+        return None
+    return (
+        f"Rounded: with smoothing {law.smoothing:g} s/rad and dynamic_from {law.dynamic_from:g} rad/s their product is "
+        f"{sharpness:.3g}. Below {SHARP:g} the smoothing takes off the peak of the linear law, and stick-slip ends at "
+        f"a lower speed than it should. Raise bit.friction.smoothing to {SHARP / law.dynamic_from:.3g} s/rad."
+    )
+
+
+def _overloaded(study: Any, corners: list[Values], told: Told) -> str | None:
+    """A motor at its limit does not keep the set speed."""
+    if study.parameters.drive.torque_limit is None:
+        return None
+    torque, limit = max(
+        (
+            (mean_torque(at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)), limit)
+            for at in corners
+            if (limit := at.parameters.drive.torque_limit) is not None
+        ),
+        key=lambda pair: pair[0] - pair[1],
+    )
+    if torque <= limit:
+        return None
+    return (
+        f"Overloaded: steady drilling takes {told(torque, 'N m', 'kN*m')}, and the drive has "
+        f"{told(limit, 'N m', 'kN*m')} at most (drive.torque_limit). It cannot keep the set speed; the string "
+        "stops or turns slower, and lags behind more and more."
+    )
+
+
+def _eccentric(study: Any, corners: list[Values], told: Told) -> str | None:
+    gap, offset = min(
+        ((float(derive(at.parameters, *at.operation).gap), at.parameters.drillstring.eccentricity) for at in corners),
+        key=lambda pair: pair[0] - pair[1],
+    )
+    if offset <= gap:
+        return None
+    return (
+        f"Eccentric: the eccentricity ({told(offset, 'm', 'mm')}) exceeds the clearance "
+        f"({told(gap, 'm', 'mm')}): the collar is on the wall at almost any speed."
+    )
+
+
+def _unstable(study: Any, corners: list[Values], told: Told) -> str | None:
+    """A drive that swings the string by itself, as gains of the wrong sign make it."""
+    if study.parameters.drive.ideal or study.parameters.modes.torsional == "frozen":
+        return None
+    found = [
+        (root, at)
+        for at in corners
+        if (root := growth_at_rest(at.parameters, derive(at.parameters, *at.operation))) is not None
+    ]
+    if not found:
+        return None
+    root, at = max(found, key=lambda pair: pair[0].real)
+    swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
+    depth = f" at {told(at.operation[0], 'm', 'm')}" if "depth" in study.swept else ""
+    return (
+        f"Unstable: without any friction at the bit the string and its drive{depth} do not come to rest: an eigenvalue "
+        f"is {root.real:.4g}{f' +- {abs(root.imag):.4g}i' if swing else ''} 1/s, so a deviation grows e-fold in "
+        f"{1 / root.real:.3g} s{swing}. Look at the signs and sizes of the gains of drive: "
+        f"{study.parameters.drive.kind}."
+    )
+
+
+def _few_periods(study: Any, corners: list[Values], told: Told) -> str | None:
+    coefficients = [derive(at.parameters, *at.operation) for at in corners]
+    period = max(2 * math.pi * math.sqrt(float(k.J) / float(k.k_t)) for k in coefficients)
+    if study.simulation.observe >= LEAST_PERIODS * period:
+        return None
+    return (
+        f"Short: the torsional period at the greatest depth is {period:.3g} s; the observed window of "
+        f"{study.simulation.observe:g} s holds fewer than {LEAST_PERIODS}. Lengthen simulation.observe."
+    )

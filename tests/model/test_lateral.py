@@ -1,0 +1,308 @@
+"""Mud that turns, stabilisers, weight and friction along the axis: the equations, their energy, and known answers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from reference import Case
+from scipy.integrate import solve_ivp
+from sweep.runs import finish, run_work, same_bits, work_for
+
+import nsdrill
+from model.cases import operation_of, random_case, random_state
+from model.lateral import Lateral, derivative, parameters, solve
+from nsdrill.abi import Rows
+from nsdrill.kernel.settings import Simulation
+from nsdrill.models.christoforou_yigit.forces import energy, powers
+from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
+from nsdrill.models.christoforou_yigit.options import Options, options_of
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit.rhs import STATES, drifts, make_right_hand_side, pack, rows_of
+from nsdrill.models.christoforou_yigit.tangent import make_tangent
+from nsdrill.models.leaves import with_values
+from nsdrill.observe.thresholds import Record
+from nsdrill.study import parse_study
+
+FORMS = {
+    "swirl": {"swirl": 0.5},
+    "stabilizer": {"clearance": 0.02},
+    "weight": {"inclination": 1.0},
+    "axial": {"axial_friction": True},
+    "heavy and rubbing": {"inclination": 1.4, "axial_friction": True, "eccentric_weight": False},
+    "all": {"swirl": 0.4, "clearance": 0.01, "inclination": 0.5, "axial_friction": True},
+}
+
+
+def slopes(options: Options, tables: np.ndarray, times: np.ndarray, states: np.ndarray, lanes: int = 1) -> np.ndarray:
+    """d(state)/dt [n, 8] by the compiled equations, so many lanes at once."""
+    rows: Rows = rows_of(options)
+    out = np.empty_like(states)
+    out[:, 0::2] = states[:, 1::2] + drifts(tables, options)
+    for first in range(0, len(states), lanes):
+        here = np.resize(np.arange(first, min(first + lanes, len(states))), lanes)
+        buffer = np.zeros((rows.total, lanes))
+        buffer[rows.stage : rows.stage + rows.states] = states[here].T
+        buffer[rows.stage_time] = times[here]
+        buffer[rows.parameter : rows.parameter + rows.parameters] = tables[here].T
+        flat = buffer.ravel()
+        make_right_hand_side(lanes, options)(flat)
+        made = flat.reshape(rows.total, lanes)[rows.acceleration : rows.acceleration + 4].T
+        out[here, 1::2] = made
+    return out
+
+
+def cases(form: str, count: int, seed: int, law: str = "linear") -> list[tuple[Case, Lateral, float, np.ndarray]]:
+    rng = np.random.default_rng(seed)
+    found = []
+    for _ in range(count):
+        c = random_case(rng, wall_law=law, lobes=3)
+        o = replace(
+            Lateral(**FORMS[form]),
+            static=rng.uniform(0.3, 0.6),
+            dynamic=rng.uniform(0.1, 0.3),
+            smoothing=10 ** rng.uniform(1, 3),
+            decay=rng.uniform(0, 5),
+        )
+        found.append((c, o, rng.uniform(0, 5), random_state(rng, c)))
+    return found
+
+
+def packed(c: Case, o: Lateral) -> np.ndarray:
+    return pack(parameters(c, o), c.depth, c.wob, c.speed)
+
+
+@pytest.mark.parametrize("law", ["linear", "hertz"])
+@pytest.mark.parametrize("form", FORMS)
+def test_derivatives_equal_the_reference(form: str, law: str) -> None:
+    """To 4e-13 of the terms summed, at 100 random states of 100 random strings."""
+    found = cases(form, 100, 3, law)
+    options = options_of(parameters(*found[0][:2]))
+    mine = slopes(
+        options,
+        np.concatenate([packed(c, o) for c, o, *_ in found]),
+        np.array([t for *_, t, _ in found]),
+        np.array([s for *_, s in found]),
+    )
+    for (c, o, t, s), row in zip(found, mine, strict=True):
+        size = derivative(c, o, t, s, terms=True)
+        assert np.all(np.abs(row - derivative(c, o, t, s)) <= 4e-13 * size), (c, o, t, s)
+
+
+def energies(c: Case, o: Lateral, states: np.ndarray, times: np.ndarray) -> np.ndarray:
+    named = {name: states[..., i] for i, name in enumerate(STATES)} | {"drive_angle": c.speed * times}
+    return energy(parameters(c, o), operation_of(c), named)
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_energy_changes_by_the_powers(form: str) -> None:
+    """dE/dt by Richardson-extrapolated central differences along the compiled slope, against the sum of the powers."""
+    compared = 0
+    for c, o, t, s in cases(form, 24, 5):
+        c = replace(c, wall_stiffness=5e6)
+        p = parameters(c, o)
+        f = slopes(options_of(p), packed(c, o), np.array([t]), s[None])[0]
+
+        def change(h: float, c: Case = c, o: Lateral = o, s: np.ndarray = s, f: np.ndarray = f, t: float = t) -> float:
+            ends = energies(c, o, np.array([s - h * f, s + h * f]), t + np.array([-h, h]))
+            return float(ends[1] - ends[0]) / (2 * h)
+
+        h, r, v = 1e-5, np.hypot(s[0], s[2]), np.hypot(s[1], s[3])
+        if min(abs(r - c.gap), abs(r - (o.clearance or 0.0))) < 2 * h * v:
+            continue  # the energy has a jump in its second derivative there
+        named = {name: s[None, i] for i, name in enumerate(STATES)} | {"drive_angle": np.array([c.speed * t])}
+        fed = powers(p, operation_of(c), named)
+        size = sum(abs(float(power[0])) for power in fed.values()) + abs(float(energies(c, o, s, np.array(t))))
+        rate = (4 * change(h / 2) - change(h)) / 3
+        assert rate == pytest.approx(sum(float(power[0]) for power in fed.values()), abs=1e-7 * size)
+        compared += 1
+    assert compared >= 20
+
+
+@pytest.mark.parametrize("form", ["swirl", "stabilizer", "weight", "all"])
+@pytest.mark.parametrize("law", ["linear", "hertz"])
+def test_lanes_do_not_change_a_bit(form: str, law: str) -> None:
+    found = cases(form, 16, 8, law)
+    options = options_of(parameters(*found[0][:2]))
+    tables = np.concatenate([packed(c, o) for c, o, *_ in found])
+    times, states = np.array([t for *_, t, _ in found]), np.array([s for *_, s in found])
+    one = slopes(options, tables, times, states)
+    for lanes in (8, 16):
+        assert one.tobytes() == slopes(options, tables, times, states, lanes).tobytes()
+
+
+@pytest.mark.parametrize("key", ["mud.swirl", "well.inclination"])
+def test_an_option_that_is_zero_somewhere_changes_no_bit_there(key: str) -> None:
+    """A point of a sweep that begins at zero has the bits of a run without the option."""
+    found = cases("swirl", 16, 9)
+    plain = [(c, replace(o, swirl=0.0)) for c, o, *_ in found]
+    times, states = np.array([t for *_, t, _ in found]), np.array([s for *_, s in found])
+    without = np.concatenate([packed(c, o) for c, o in plain])
+    zero = [with_values(parameters(c, o), {key: np.zeros(1)}) for c, o in plain]
+    swept = np.concatenate([pack(p, c.depth, c.wob, c.speed) for p, (c, _) in zip(zero, plain, strict=True)])
+    on = options_of(zero[0])
+    assert on != Options()
+    assert swept.shape[1] == without.shape[1] + 2
+    assert slopes(on, swept, times, states).tobytes() == slopes(Options(), without, times, states).tobytes()
+
+
+KEYS = {
+    "swirl": "mud: {swirl: 0.5}",
+    "stabilizer": "stabilizer: {clearance: 12.7 mm}",
+    "weight": "well: {inclination: 40 deg}",
+    "axial": "well: {axial_friction: true, inclination: 40 deg}",
+    "all": "mud: {swirl: 0.5}\nstabilizer: {clearance: 5 mm}\nwell: {inclination: 20 deg, axial_friction: true}",
+}
+OF_KEYS = {
+    "swirl": Lateral(swirl=0.5),
+    "stabilizer": Lateral(clearance=0.0127),
+    "weight": Lateral(inclination=np.radians(40)),
+    "axial": Lateral(inclination=np.radians(40), axial_friction=True),
+    "all": Lateral(swirl=0.5, clearance=0.005, inclination=np.radians(20), axial_friction=True),
+}
+
+
+@pytest.mark.parametrize("form", KEYS)
+def test_traces_follow_dop853(form: str) -> None:
+    """Half a second to a second of hits and slides, before chaos takes over."""
+    text = (
+        f"{KEYS[form]}\ninitial: {{x: 70 mm, vy: -0.6 m/s}}\noperation: {{rotary_speed: 5 rad/s}}\n"
+        "simulation: {rtol: 1.0e-11}"
+    )
+    trace = nsdrill.simulate(parse_study(text), duration=0.8, sample=0.05)
+    c = Case(speed=5.0)
+    start = [trace[name].values[0] for name in STATES]
+    exact = solve(c, OF_KEYS[form], np.array(start), trace.time.values)
+    assert trace["radius"].values.max() > c.gap, "the collar is to touch the wall"
+    size = np.array([0.05, 0.5, 0.05, 0.5, 1e-3, 0.01, 1.0, 1.0])
+    for i, name in enumerate(STATES):
+        assert np.max(np.abs(trace[name].values - exact[i])) < 2e-7 * size[i], name
+
+
+def test_a_ramp_follows_dop853() -> None:
+    """The set speed, with which the mud turns, goes from 3 to 9 rad/s within a second."""
+    text = (
+        f"{KEYS['all']}\ninitial: {{x: 70 mm, vy: -0.6 m/s}}\nsimulation: {{rtol: 1.0e-11}}\n"
+        "operation: {rotary_speed: {ramp: [[0 s, 3 rad/s], [1 s, 9 rad/s]]}}"
+    )
+    trace = nsdrill.simulate(parse_study(text), sample=0.05)
+
+    def rate(t: float, state: np.ndarray) -> np.ndarray:
+        return derivative(Case(speed=3.0 + 6.0 * t), OF_KEYS["all"], 0.0, state, phase=3.0 * t + 3.0 * t * t)
+
+    start = [trace[name].values[0] for name in STATES]
+    found = solve_ivp(rate, (0.0, 1.0), start, "DOP853", t_eval=trace.time.values, rtol=1e-10, atol=1e-12)
+    size = np.array([0.05, 0.5, 0.05, 0.5, 1e-3, 0.01, 1.0, 1.0])
+    for i, name in enumerate(STATES):
+        assert np.max(np.abs(trace[name].values - found.y[i])) < 2e-5 * size[i], name
+
+
+def state_of(trace: object) -> dict[str, np.ndarray]:
+    return {name: values.values for name, values in trace.data_vars.items()}  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("form", KEYS)
+def test_energy_balances_along_a_trajectory(form: str) -> None:
+    """To 1e-6 of the work that goes through, in 5 s of hits."""
+    text = f"{KEYS[form]}\ninitial: {{x: 70 mm, vy: -0.6 m/s}}\nsimulation: {{rtol: 1.0e-9}}"
+    study = parse_study(text)
+    trace = nsdrill.simulate(study, duration=5.0, sample=1.25e-4)
+    state, operation = state_of(trace), study.operation
+    held = energy(study.parameters, operation, state)
+    total = sum(powers(study.parameters, operation, state).values())
+    work = np.concatenate([[0.0], np.cumsum(0.5 * (total[1:] + total[:-1]) * 1.25e-4)])
+    through = float(np.sum(np.abs(total)) * 1.25e-4)
+    assert np.max(np.abs(held - held[0] - work)) < 1e-6 * through
+    assert np.any(trace["wall_force"].values > 0.0)
+
+
+def test_energy_is_kept_with_gravity_and_wall_impacts() -> None:
+    """All losses and drives off, 80 hits in 20 s: to 3e-5 J, of which each hit has its random part."""
+    text = """
+mud: {drag: 0}
+well: {inclination: 60 deg, friction: {static: 0, dynamic: 0}}
+drillstring: {lateral_softening: none, axial_damping: 0 N*s/m, torsional_damping: 0 N*m*s/rad}
+bit: {surface_amplitude: 0 mm, rock_stiffness: 1 N/m, friction: {static: 0, dynamic: 0}, cutting: {zeta: 0}}
+modes: {axial: frozen}
+operation: {wob: 0 N, rotary_speed: 1.0e-9 rad/s}
+initial: {x: 30 mm, y: 20 mm, vx: 0.3 m/s, bit_speed: 1 rad/s}
+simulation: {rtol: 1.0e-13}
+"""
+    study = parse_study(text)
+    trace = nsdrill.simulate(study, duration=20.0, sample=0.01)
+    held = energy(study.parameters, study.operation, state_of(trace))
+    assert np.any(trace["wall_force"].values > 0.0)
+    assert np.ptp(trace["bit_speed"].values) > 0.1  # the eccentric weight swings the string
+    assert np.max(np.abs(held - held[0])) < 3e-5
+
+
+@pytest.mark.parametrize("form", ["swirl", "weight", "both"])
+def test_the_deviation_is_the_derivative_of_the_motion(form: str) -> None:
+    """Against two neighbouring runs, with hits on the wall."""
+    keys = {"swirl": {"mud.swirl": 0.5}, "weight": {"well.inclination": 0.7}}
+    keys["both"] = keys["swirl"] | keys["weight"]
+    simulation = Simulation(transient=0.0, observe=3.0, rtol=1e-8)
+    work = work_for(Case(wob=10e3, speed=4.0), simulation, initial=Initial(x=0.07, vy=-0.6))
+    work = replace(work, parameters=with_values(work.parameters, keys[form]), record=Record(exponent=True))
+
+    def end(shift: float, rtol: float) -> np.ndarray:
+        one = replace(work, simulation=replace(simulation, rtol=rtol))
+        runs, gang = one.prepare(np.array([0])), one.new_gang(1, 1)
+        runs.initial[0, :8] += shift * runs.initial[0, 8:16]
+        gang._store[GROWTH_HEADER] = np.inf  # the deviation keeps its length
+        gang.add(np.array([0]), runs)
+        return finish(one, gang)[-1].final[0]
+
+    size = work.prepare(np.array([0])).sizes[0, :8]
+    quotient = (end(1e-5, 1e-12) - end(-1e-5, 1e-12))[:8] / 2e-5 / size
+    followed = end(0.0, 1e-8)[8:16] / size
+    assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
+
+
+@pytest.mark.parametrize("keys", [{"stabilizer.clearance": 0.01}, {"well.axial_friction": True}])
+def test_no_tangent_dynamics_where_there_are_none(keys: dict[str, object]) -> None:
+    with pytest.raises(ValueError, match="no tangent dynamics"):
+        make_tangent(1, options_of(with_values(Parameters(), keys)), 0)
+
+
+WIDE = "stabilizer: {clearance: 25.4 mm}"
+
+
+@pytest.mark.parametrize("keys", [WIDE, KEYS["weight"], f"{WIDE}\nwell: {{inclination: 10 deg}}"])
+def test_features_are_those_of_the_trace(keys: str) -> None:
+    """Contact with the stabilisers, grazes included, and the mean position, from a dense trace of the same run; with
+    the same bits on every number of lanes."""
+    text = f"{keys}\nsimulation: {{transient: 5 s, observe: 20 s, rtol: 1.0e-8}}\noperation: {{rotary_speed: 2 rad/s}}"
+    study = parse_study(text)
+    work = replace(work_for(Case(speed=2.0), study.simulation), parameters=study.parameters)
+    found = run_work(work)
+    trace = nsdrill.simulate(study, sample=0.0005)
+    late = trace.time.values >= 5.0
+    radius = trace["radius"].values[late]
+    if study.parameters.stabilizer.clearance is not None:
+        share = np.mean(radius > study.parameters.stabilizer.clearance)
+        assert found["stabilizer_contact_fraction"][0] == pytest.approx(share, abs=2e-3)
+        assert 0.05 < share < 1.0
+    if study.parameters.well.inclination:
+        for name in ("x", "y"):
+            mean = np.trapezoid(trace[name].values[late], dx=0.0005) / 20.0
+            assert found[f"{name}_mean"][0] == pytest.approx(mean, abs=1e-6)
+        assert found["y_mean"][0] < 0.0
+    assert found["wall_contact_fraction"][0] == pytest.approx(np.mean(radius > 0.0762), abs=2e-3)
+    assert same_bits(found, run_work(work, lanes=1))
+
+
+def test_points_of_a_sweep_have_the_bits_of_runs_of_their_own() -> None:
+    """Also those at which the option is off."""
+    short = Simulation(transient=2.0, observe=5.0)
+    work = work_for(Case(speed=5.0), short, **{"well.inclination": [0.0, 0.4, 1.2], "mud.swirl": [0.0, 0.5]})
+    swept = run_work(work)
+    assert np.isnan(swept["y_mean"][:2]).all()
+    assert not np.isnan(swept["y_mean"][2:]).any()
+    for i, (inclination, swirl) in enumerate([(a, b) for a in (0.0, 0.4, 1.2) for b in (0.0, 0.5)]):
+        own = work_for(Case(speed=5.0), short)
+        values = {"well.inclination": inclination, "mud.swirl": swirl}
+        alone = run_work(replace(own, parameters=with_values(own.parameters, values)))
+        for name, column in alone.items():
+            assert column[0].tobytes() == swept[name][i].tobytes(), name
