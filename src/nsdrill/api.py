@@ -266,14 +266,15 @@ def classify(results: ResultsLike, changes: Settings = None) -> Dataset:
     labels comes back, and the Dataset stays as it was. What was done is added to the attribute ``history``.
     """
     from nsdrill.app.report import MEASURED, reclassify, relabelled
-    from nsdrill.models.vocabulary import BY_NAME
+    from nsdrill.models.registry import model_in
     from nsdrill.store import open_results
     from nsdrill.store.dataset import to_dataset
 
     texts = texts_in(changes, "changes")
-    measured = [name for name, v in BY_NAME.items() if v.room in MEASURED and v.only is None and v.room != "label"]
     try:
         if is_dataset(results):
+            variables = model_in(results.attrs).variables
+            measured = [v.name for v in variables if v.room in MEASURED and v.only is None and v.room != "label"]
             data = results_in(results, "classify", ("status", "response", *measured))
             return to_dataset(relabelled(data, texts))
         reclassify(name_in(results), texts)

@@ -89,7 +89,7 @@ def test_a_trace_has_the_forces_of_the_equations(results: Path) -> None:
 
 
 def test_a_stiff_drive_turns_with_the_set_speed_of_each_point_of_a_chain() -> None:
-    """The motion is carried on, the drive's speed is not. The current, too, is that of steady drilling at each speed."""
+    """The motion is carried on, the speed of the drive is not; the current is that of steady drilling at each speed."""
     text = STUDY.replace("13 rad/s, 30 rad/s]", "30 rad/s, 31 rad/s], procedure: up").replace("20 s", "1 s")
     done = api.run(f"{text}drive: {{kind: stiff}}\n", progress=False)
     for name in ("drive_speed_min", "drive_speed_max"):
@@ -110,8 +110,8 @@ def test_lobes_are_an_axis() -> None:
 
 
 def test_steady_drilling_returns_once_a_revolution() -> None:
-    """The section is a whole turn of the bit. Without pulsation steady drilling on a low lobe repeats with each; on flat
-    rock it is an equilibrium."""
+    """The section is a whole turn of the bit. Without pulsation steady drilling on a low lobe repeats with each turn, and
+    on flat rock it is an equilibrium."""
     quiet = {"drillstring__pipe_segments": 2, "drillstring__collar_segments": 2, "mud__pulsation": 0.0}
     keep, simulation = Record(peaks=4, poincare=16), Simulation(150.0, 20.0)
     done = run(string(**quiet, bit__surface_amplitude=2e-4), simulation, record=keep, rotary_speed=60.0)
@@ -119,6 +119,14 @@ def test_steady_drilling_returns_once_a_revolution() -> None:
     still = run(string(**quiet, bit__surface_amplitude=0.0), simulation, record=keep, rotary_speed=60.0)
     assert still["motion"][0] == EQUILIBRIUM
     assert np.all(np.isfinite(done["section_bit_speed"][0]))
+
+
+def test_results_get_new_labels(results: Path) -> None:
+    """With a bound above every index and fraction nothing is critical."""
+    data = api.open_results(results)
+    assert np.all(data["response"] != 0)
+    bounds = {"classify.stick_slip.stick_slip_index": 1000.0, "classify.bit_bounce.lift_off_fraction": 1.0}
+    assert np.all(api.classify(data, bounds)["response"] == 0)
 
 
 def test_starts_follow_from_the_bit() -> None:
