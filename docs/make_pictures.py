@@ -35,6 +35,9 @@ CHARTS = {
     "drive-tuning": "soft_torque_speed_67kN",
 }  # fmt: skip
 COEXISTENCE = {"ensemble_speed_22kN": ("shares", "attractors"), "basin_slice": ("basin",)}
+# Of the elastic collar a sweep, and what stands in its traces.
+COLLAR = {"beam_speed": "beam_modes_speed"}
+COLLAR_TRACES = {"beam_150kN": ("150 kN", "1 MN"), "beam_350kN": ("350 kN", "0.6 MN")}
 WIDTH = 1400  # pixels, for the screen
 BLOCK = re.compile(r"(<!-- result: (\w+) -->\n).*?(<!-- end of result -->)", re.DOTALL)
 RANGES = {
@@ -108,7 +111,7 @@ def main(folder: Path) -> None:
         drawn = folder / f"{name}.png"
         nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
         shrink(drawn, HERE / "pictures" / f"{name}.png")
-    for name, config in (DRIVES | SEGMENTS).items():
+    for name, config in {**DRIVES, **SEGMENTS, **COLLAR}.items():
         results, drawn = folder / f"{name}.h5", folder / f"{name}.png"
         nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), "--overwrite")
         nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
@@ -125,6 +128,13 @@ def main(folder: Path) -> None:
             drawn = folder / f"{kind}.png"
             nsdrill("plot", str(results), "--kind", kind, "-o", str(drawn), "--overwrite")
             shrink(drawn, HERE / "pictures" / f"coexistence_{kind}.png")
+    for name, (wob, force) in COLLAR_TRACES.items():
+        trace, drawn = folder / f"{name}.h5", folder / f"{name}.png"
+        study, start = str(CONFIGS / "beam_wob_contact.yaml"), f"initial.wall_force={force}"
+        nsdrill("simulate", study, "--wob", wob, "--set", start, "--duration", "40 s", "--sample", "1 ms",
+                "-o", str(trace), "--overwrite")  # fmt: skip
+        nsdrill("plot", str(trace), "-o", str(drawn), "--overwrite")
+        shrink(drawn, HERE / "pictures" / f"{name}.png")
     # One run with its trajectory: stick-slip at low speed.
     trace, drawn = folder / "trace.h5", folder / "trace.png"
     nsdrill(

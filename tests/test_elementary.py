@@ -29,6 +29,11 @@ def direction(x):
 
 
 @numba.njit
+def between(x0, y0, x1, y1):
+    return elementary.angle_between(x0, y0, x1, y1)
+
+
+@numba.njit
 def log2(x):
     return elementary.log2(x)
 
@@ -158,3 +163,14 @@ def test_the_exponential_less_one_is_within_two_ulp() -> None:
     values = np.concatenate([values, np.nextafter(edges, 0), np.nextafter(edges, -1e9), [0.0, -0.0, -700.0]])
     assert max(ulps(expm1(x), mpmath.expm1(x)) for x in values.tolist()) <= 2.0
     assert expm1(-1e9) == expm1(-700.0) == -1.0
+
+
+def test_angle_between_two_vectors() -> None:
+    """As the arctangent of cross and dot product has it; 0 where both lie on one line."""
+
+    rng = np.random.default_rng(3)
+    for x0, y0, x1, y1 in rng.normal(size=(400, 4)).tolist():
+        exact = math.atan2(x0 * y1 - y0 * x1, x0 * x1 + y0 * y1)
+        assert between(x0, y0, x1, y1) == pytest.approx(exact, abs=1e-14)
+    assert between(1.0, 0.0, -2.0, 0.0) == between(3.0, 0.0, 1.0, 0.0) == between(0.0, 0.0, 1.0, 0.0) == 0.0
+    assert between(1.0, 0.0, 0.0, -1.0) == pytest.approx(-math.pi / 2, abs=1e-15)

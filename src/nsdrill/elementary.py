@@ -166,6 +166,18 @@ def direction(x: float) -> float:
 
 
 @inlined
+def angle_between(x0: float, y0: float, x1: float, y1: float) -> float:
+    """The angle [rad] by which the vector (x0, y0) has to turn to point as (x1, y1) does, between -pi and pi; 0
+    where both lie on one line, on which no turn has a direction."""
+    cross, dot = fma(x0, y1, -(y0 * x1)), fma(x0, x1, y0 * y1)
+    above, below, base = direction_reduced(cross, max(abs(dot), 1e-300))
+    quarters = direction_joined(cross, above / below, base)
+    back = (-2.0 if cross < 0.0 else 2.0) - quarters
+    turned = back if dot < 0.0 else quarters
+    return 1.57079632679489661923 * (0.0 if cross == 0.0 else turned)
+
+
+@inlined
 def log2(x: float) -> float:
     """Binary logarithm of a positive normal number, to 1e-9 absolute: for the step-size controller."""
     bits = float_bits(x)

@@ -25,7 +25,6 @@ from typing import Any
 
 import h5py
 import numpy as np
-from model_tables import TRACE_VARIABLES
 
 import nsdrill
 from nsdrill.app.provenance import provenance
@@ -33,10 +32,12 @@ from nsdrill.app.run import kept_of, plan_of
 from nsdrill.data import Trace
 from nsdrill.errors import NsdrillError
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.registry import described
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import MemoryLog, from_dataset, pending_records, write_results, write_trace
 from nsdrill.store.hdf5 import seal, unseal
 from nsdrill.study import parse_study
+from nsdrill.variables import MODEL
 
 from .common import Broken, arguments, check_json, command, time_limit
 
@@ -75,7 +76,7 @@ def make_bases(folder: Path) -> None:
         study = parse_study(f"title: {name}\n{text}")
         path = folder / f"{name}.h5"
         if name in ("trace", "ramp"):
-            made = {v.name: np.abs(chance.normal(0.05, 0.02, 200)) for v in TRACE_VARIABLES}
+            made = {v.name: np.abs(chance.normal(0.05, 0.02, 200)) for v in described(MODEL).trace if v.only is None}
             made |= {"depth": np.full(200, 5e3), "wob": np.full(200, 2e4)}
             made["drive_speed"] = np.linspace(3.0, 8.0, 200) if name == "ramp" else np.full(200, 3.0)
             extra: dict[str, Any] = {"procedure": "same", "replay_of": "x.h5"}

@@ -148,3 +148,32 @@ def test_keys_of_another_model_are_refused() -> None:
     for part in ("well: found an unknown key; allowed: title, model, drillstring, bit", "sweep.bit.lobes",
                  "as bit.friction.static", "initial.x: found an unknown key; allowed: twist, bit_speed"):  # fmt: skip
         assert part in text
+
+
+def test_a_ramp_is_that_of_another_integrator() -> None:
+    """DOP853 with speed and weight on bit that move, through stick-slip, leg by leg between the knots."""
+    ramps = {
+        "operation.rotary_speed": {"ramp": [["0 s", "3 rad/s"], ["10 s", "7 rad/s"], ["20 s", "7 rad/s"]]},
+        "operation.wob": {"ramp": [["0 s", "40 kN"], ["20 s", "70 kN"]]},
+        "simulation.rtol": 1e-9,
+    }
+    text = "model: torsion\noperation: {depth: 5000 m}"
+    trace = nsdrill.simulate(text, duration=20.0, sample=0.1, set=ramps)
+    p = Parameters()
+    inertia, stiffness = pipe(p.drillstring, 5000.0)
+    inertia = p.drillstring.collar_inertia + inertia / 3
+
+    def slopes(t: float, y: np.ndarray) -> list[float]:
+        speed, wob = 3.0 + 0.4 * min(t, 10.0), 40e3 + 1.5e3 * t
+        return [y[1] - speed, (-stiffness * y[0] - p.drillstring.damping * y[1] - torque(p.bit, wob, y[1])) / inertia]
+
+    state, found = np.array([0.0, 3.0]), []
+    for begin, end in ((0.0, 10.0), (10.0, 20.0)):
+        times = trace.time.values[(trace.time.values >= begin) & (trace.time.values <= end)]
+        part = solve_ivp(slopes, (begin, end), state, "DOP853", times, rtol=1e-11, atol=1e-11)
+        state = part.y[:, -1]
+        found.append(part.y[:, : -1 if end < 20.0 else None])
+    expected = np.concatenate(found, axis=1)
+    assert np.abs(trace.twist.values - expected[0]).max() < 1e-6
+    assert np.abs(trace.bit_speed.values - expected[1]).max() < 1e-5
+    assert float(trace.drive_angle[-1]) == pytest.approx(50.0 + 70.0)

@@ -110,8 +110,8 @@ def test_lobes_are_an_axis() -> None:
 
 
 def test_steady_drilling_returns_once_a_revolution() -> None:
-    """The section is a whole turn of the bit. Without pulsation steady drilling on a low lobe repeats with each turn, and
-    on flat rock it is an equilibrium."""
+    """The section is a whole turn of the bit. Without pulsation steady drilling on a low lobe repeats with each turn,
+    and on flat rock it is an equilibrium."""
     quiet = {"drillstring__pipe_segments": 2, "drillstring__collar_segments": 2, "mud__pulsation": 0.0}
     keep, simulation = Record(peaks=4, poincare=16), Simulation(150.0, 20.0)
     done = run(string(**quiet, bit__surface_amplitude=2e-4), simulation, record=keep, rotary_speed=60.0)

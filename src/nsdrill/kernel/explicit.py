@@ -9,8 +9,7 @@ The controller judges it and the observer is shown it. The lanes whose step was 
 next step begins, or earlier by the loop's hand.
 
 The weights are compile-time constants and every sum is written out, as the compiler packs no loop over weights: the
-text of the step is made from the tableau, in the functions below, which give its lines in order. Of many states only
-some share a loop over the lanes, for the same reason.
+text of the step is made from the tableau, in the functions below, which give its lines in order.
 """
 
 from __future__ import annotations
@@ -28,8 +27,9 @@ from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import INTEGRAL, decide
 from nsdrill.kernel.tableau import Tableau
 
-FEW = 16  # pairs of position and velocity that one loop over the lanes may have
-SHARE = 8  # how many it has where there are more
+# Pairs of states in one loop over the lanes. The compiler unrolls the loop over them, else it packs none; of more pairs
+# it does so no longer, and each part of them has a loop over the lanes of its own.
+TOGETHER, PART = 8, 4
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,6 @@ def _first_stage(pair: Tableau, rows: Rows) -> Iterable[str]:
     """The lanes whose last step was accepted move on; then the second stage. (Both values are loaded and one is
     selected: a masked store could not be forwarded to the loads that follow.)"""
     c, weight = pair.nodes[1], pair.matrix[0][0]
-    loops, *others = _shares(rows.blocks)
     yield "for i in range(W):"
     yield "    moves = b[moves_ + i] != 0.0"
     yield "    before, after = b[time_ + i], b[time_ + i] + b[step_ + i]"
@@ -101,17 +100,10 @@ def _first_stage(pair: Tableau, rows: Rows) -> Iterable[str]:
     yield "    b[time_ + i] = t"
     yield "    b[step_ + i] = h"
     yield f"    b[stage_time_ + i] = fma({c!r}, h, t)"
-    yield from _begun(loops, c, weight)
-    for loops in others:
-        yield "for i in range(W):"
-        yield "    moves, h = b[moves_ + i] != 0.0, b[step_ + i]"
-        yield from _begun(loops, c, weight)
-    yield "right_hand_side(b)"
-
-
-def _begun(loops: list[tuple[str, int]], c: float, weight: float) -> Iterable[str]:
-    """What the second stage does with some states."""
-    for loop, order in loops:
+    for loop, order, alone in _loops(rows.blocks):
+        if alone:
+            yield "for i in range(W):"
+            yield "    moves, h = b[moves_ + i] != 0.0, b[step_ + i]"
         yield f"    {loop}"
         for state in "xv"[:order]:
             yield f"        {state}_before, {state}_after = b[start_ + {state}], b[stage_ + {state}]"
@@ -129,6 +121,7 @@ def _begun(loops: list[tuple[str, int]], c: float, weight: float) -> Iterable[st
             yield f"        b[stage_ + x] = fma({c!r}, lead, x_now)"
         last = "xv"[order - 1]
         yield f"        b[stage_ + {last}] = fma(h, {weight!r} * a1, {last}_now)"
+    yield "right_hand_side(b)"
 
 
 def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
@@ -136,48 +129,39 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
     values are formed. Where the last two stages stand at one time, it is set once."""
     c, weights, bends = pair.nodes[stage - 1], pair.matrix[stage - 2], pair.positions[stage - 2]
     newest = f"a{stage - 1}"
-    for loops in _shares(rows.blocks):
-        yield "for i in range(W):"
-        yield "    h = b[step_ + i]"
-        yield f"    hh, newest = h * h, h * {weights[-1]!r}"
-        if c != pair.nodes[stage - 2]:
-            yield f"    b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
-        for loop, order in loops:
-            yield f"    {loop}"
-            yield from (f"        {line}" for line in _slopes(stage - 1))
-            yield f"        b[{newest}_ + j] = {newest}"
-            if order == 2:
-                ahead = "b[lead_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[lead_ + j], b[start_ + x])"
-                yield f"        b[stage_ + x] = fma(hh, {_sum(bends)}, {ahead})"
-            last = "xv"[order - 1]
-            rate = _sum(weights[:-1])
-            yield f"        b[stage_ + {last}] = fma(newest, {newest}, fma(h, {rate}, b[start_ + {last}]))"
+    head = ["for i in range(W):", "    h = b[step_ + i]", f"    hh, newest = h * h, h * {weights[-1]!r}"]
+    yield from head
+    if c != pair.nodes[stage - 2]:
+        yield f"    b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
+    for loop, order, alone in _loops(rows.blocks):
+        if alone:
+            yield from head
+        yield f"    {loop}"
+        yield from (f"        {line}" for line in _slopes(stage - 1))
+        yield f"        b[{newest}_ + j] = {newest}"
+        if order == 2:
+            ahead = "b[lead_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[lead_ + j], b[start_ + x])"
+            yield f"        b[stage_ + x] = fma(hh, {_sum(bends)}, {ahead})"
+        last = "xv"[order - 1]
+        rate = _sum(weights[:-1])
+        yield f"        b[stage_ + {last}] = fma(newest, {newest}, fma(h, {rate}, b[start_ + {last}]))"
     yield "right_hand_side(b)"
 
 
 def _judgement(pair: Tableau, rows: Rows) -> Iterable[str]:
     """The error of each state against its own tolerance rtol (size + |y|), squared and summed; what follows from it.
     The quotients of a pair share one division."""
-    *others, loops = _shares([block for block in rows.blocks if block[2] < rows.own])
+    stages = len(pair.nodes)
     yield "wanted = 0"
-    # What the others share is summed in a row that is written at the end of the step only.
-    for number, share in enumerate(others):
-        yield "for i in range(W):"
-        yield "    h = b[step_ + i]"
-        yield f"    total = {'b[attention_ + i]' if number else '0.0'}"
-        yield from _errors(pair, share)
-        yield "    b[attention_ + i] = total"
     yield "for i in range(W):"
     yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
-    yield f"    total = {'b[attention_ + i]' if others else '0.0'}"
-    yield from _errors(pair, loops)
-    yield _decision(rows)
-
-
-def _errors(pair: Tableau, loops: list[tuple[str, int]]) -> Iterable[str]:
-    """The errors of some states, added to the total."""
-    stages = len(pair.nodes)
-    for loop, order in loops:
+    yield "    total = 0.0"
+    own = [block for block in rows.blocks if block[2] < rows.own]
+    for loop, order, alone in _loops(own):
+        if alone:  # what has its place later, when the step is judged, has the sum until then
+            yield "    b[attention_ + i] = total"
+            yield "for i in range(W):"
+            yield "    h, proposal, total = b[step_ + i], b[proposed_ + i], b[attention_ + i]"
         yield f"    {loop}"
         yield from (f"        {line}" for line in _slopes(stages - 1, newest=False))
         yield f"        a{stages} = b[slope_ + j]"
@@ -193,11 +177,7 @@ def _errors(pair: Tableau, loops: list[tuple[str, int]]) -> Iterable[str]:
         else:
             yield "        quotient = error_x / scale_x"
             yield "        total = fma(quotient, quotient, total)"
-
-
-def _decision(rows: Rows) -> str:
-    """What follows from the total."""
-    return f"""\
+    yield f"""\
     ratio = h * b[per_rtol_ + i]
     tries = b[accepted_ + i] + b[rejected_ + i] + 1.0
     accepted, proposed, last, growth, attention = decide(
@@ -219,33 +199,25 @@ def _decision(rows: Rows) -> str:
     wanted |= 0 if attention * running == 0.0 else 1"""
 
 
-def _shares(blocks: Iterable[tuple[int, int, int, int]]) -> list[list[tuple[str, int]]]:
-    """The heads of the loops over blocks of states (:func:`_loops`), as shares of a loop over the lanes each."""
-    blocks = list(blocks)
-    if sum(count for _, count, _, _ in blocks) <= FEW:
-        return [_loops(blocks)]
-    return [
-        _loops([(order, min(SHARE, count - first), state + order * first, slope + first)])
-        for order, count, state, slope in blocks
-        for first in range(0, count, SHARE)
-    ]
-
-
-def _loops(blocks: Iterable[tuple[int, int, int, int]]) -> list[tuple[str, int]]:
-    """The heads of the loops over blocks of states, with the order of their states: x is the place of a position, or of
-    a state of first order, v that of its velocity, j that of its slope. Blocks of pairs that follow one another are
-    one."""
+def _loops(blocks: Iterable[tuple[int, int, int, int]]) -> list[tuple[str, int, bool]]:
+    """The heads of the loops over blocks of states, with the order of their states, and whether a loop over the lanes
+    begins anew before it: x is the place of a position, or of a state of first order, v that of its velocity, j that of
+    its slope. Blocks of pairs that follow one another are one."""
     joined: list[list[int]] = []
     for order, count, state, slope in blocks:
         if joined and joined[-1][0] == order == 2 and joined[-1][2] + 2 * joined[-1][1] == state:
             joined[-1][1] += count
         else:
             joined.append([order, count, state, slope])
-    heads = []
+    apart = sum(count for _, count, _, _ in joined) > TOGETHER
+    heads: list[tuple[str, int, bool]] = []
     for order, count, state, slope in joined:
         places = [f"({order} * p + {state + k}) * W + i" for k in range(order)] + [f"(p + {slope}) * W + i"]
         names = "x, v, j" if order == 2 else "x, j"
-        heads.append((f"for p in range({count}):\n        {names} = {', '.join(places)}", order))
+        for first in range(0, count, PART if apart else count):
+            span = f"{first}, {min(first + PART, count)}" if apart else f"{count}"
+            head = f"for p in range({span}):\n        {names} = {', '.join(places)}"
+            heads.append((head, order, apart and bool(heads)))
     return heads
 
 

@@ -163,8 +163,9 @@ class Model(ABC):
         """The last local maxima by the names of their variables, each an array [n, peaks], NaN where fewer."""
 
     @abstractmethod
-    def section(self, report: Array, record: Record, variant: Variant) -> dict[str, Array]:
-        """The last returns to the Poincare section by the names of their variables, arrays [n, returns]."""
+    def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
+        """The last returns to the Poincare section by the names of their variables, arrays [n, returns]: ``report`` and
+        ``table`` as for the features."""
 
     @abstractmethod
     def returns(self, section: Mapping[str, Array]) -> Array:

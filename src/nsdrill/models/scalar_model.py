@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from nsdrill.models.base import Array, Model, Variant
+from nsdrill.models.base import Array, Model, Ramps, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
-from nsdrill.models.starts import slice_values
+from nsdrill.models.starts import Starts, slice_values
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.thresholds import Record, Thresholds
 
@@ -74,6 +74,17 @@ class ScalarModel(Model):
 
     # What follows
 
+    @property
+    def ramps(self) -> Ramps:  # type: ignore[override]
+        from nsdrill.models.scalar_ramp import ScalarRamps
+
+        return ScalarRamps(self)
+
+    def initial(self) -> Starts:
+        """A start as it is by default."""
+        made: Starts = described(self.name).initial()
+        return made
+
     def variant(self, parameters: Any) -> Variant:
         return ()
 
@@ -117,7 +128,7 @@ class ScalarModel(Model):
         columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names))
         return np.stack(columns, axis=1)
 
-    def given(self, variant: Variant) -> tuple[str, ...]:
+    def start_names(self, variant: Variant) -> tuple[str, ...]:
         """The names of what a start gives: fields of the study's section, in the order in which they are drawn."""
         return (*self.states(variant), "drive_angle")
 
@@ -127,9 +138,8 @@ class ScalarModel(Model):
 
     def starts(self, points: Values, number: Array | int) -> Array:
         variant, initial = self.variant(points.parameters), points.initial
-        names = self.given(variant)
-        steady = self.steady(points)
-        values = {name: steady[name] if getattr(initial, name) is None else getattr(initial, name) for name in names}
+        names = self.start_names(variant)
+        values = self.given(points, names)
         number = np.atleast_1d(np.asarray(number))
         if initial.starts and (number.min() < 0 or number.max() >= initial.starts):
             raise ValueError(f"start: found {number.min()} to {number.max()}, allowed: 0 to {initial.starts - 1}")
@@ -145,6 +155,11 @@ class ScalarModel(Model):
         columns = [np.atleast_1d(np.asarray(full[name], dtype=float)) for name in names]
         points_of = np.broadcast_arrays(*columns, *(np.atleast_1d(value) for value in points.operation), number)
         return np.stack(points_of[: len(names)], axis=1)
+
+    def given(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
+        """The states of the start that the study gives, by these names."""
+        steady, initial = self.steady(points), points.initial
+        return {name: steady[name] if getattr(initial, name) is None else getattr(initial, name) for name in names}
 
     def sizes(self, table: Array, variant: Variant) -> Array:
         sizes = (np.broadcast_to(size, len(table)) for size in self.natural(self._by_name(table, variant)))
@@ -164,7 +179,7 @@ class ScalarModel(Model):
         return np.asarray(0.01 / self.fastest(self._by_name(table, variant)))
 
     def _by_name(self, table: Array, variant: Variant) -> dict[str, Array]:
-        return dict(zip(self.names(variant).parameters, table.T, strict=True))
+        return dict(zip(self.names(variant).parameters, table.T, strict=False))  # along a ramp there are more
 
     @property
     def observed(self) -> int:
@@ -202,7 +217,7 @@ class ScalarModel(Model):
 
         return peaks_of(self.declaration(()), report, record.peaks)
 
-    def section(self, report: Array, record: Record, variant: Variant) -> dict[str, Array]:
+    def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         from nsdrill.observe.findings import returns_of
 
         names, declaration = self.names(variant), self.declaration(variant)

@@ -14,7 +14,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.parameters import BitFriction
 from nsdrill.models.description import Description, Drawn, Order, Panel
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
@@ -39,11 +38,21 @@ class Drillstring(Checked):
 
 
 @dataclass(frozen=True)
+class Friction(Checked):
+    """Coefficients at rest and at high speed, the steepness eps of the sign change, and the rate tau of the fall."""
+
+    static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
+    dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
+    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
+    decay: float = parameter(3.0, "s/rad", "R", "low", high=1e6, usual="0 to 20 s/rad")
+
+
+@dataclass(frozen=True)
 class Bit(Checked):
     """A disc that rubs on the rock."""
 
     radius: float = parameter(0.1905, "m", "P (15 in)", "certain", low=1e-4, high=5.0, meaning="Radius of the bit")
-    friction: BitFriction = field(default_factory=BitFriction)
+    friction: Friction = field(default_factory=Friction)
 
 
 @dataclass(frozen=True)

@@ -101,6 +101,25 @@ class Rms:
 
 
 @dataclass(frozen=True)
+class Passages:
+    """How often per second the channel rises above its level. A visit inside one step counts where the time above is
+    measured, too."""
+
+    channel: str
+    name: str
+
+
+@dataclass(frozen=True)
+class Winding:
+    """The mean speed [rad/s] at which the vector of the channels ``x`` and ``y`` turns, by the angles between its
+    values at the ends of the steps: a step turns it by less than half a turn."""
+
+    x: str
+    y: str
+    name: str
+
+
+@dataclass(frozen=True)
 class Derived:
     """What follows from other features and from parameters, whose names are the arguments of ``function``: plain numpy
     over arrays [runs]. It may read a ``Derived`` that stands before it."""
@@ -118,8 +137,8 @@ class Section:
     spacing: str | float
 
 
-Feature = Extremes | TimeAbove | Mean | Rms | Derived
-T = TypeVar("T", Extremes, TimeAbove, Mean, Rms, Derived)
+Feature = Extremes | TimeAbove | Mean | Rms | Passages | Winding | Derived
+T = TypeVar("T", Extremes, TimeAbove, Mean, Rms, Passages, Winding, Derived)
 
 
 @dataclass(frozen=True)
@@ -147,12 +166,14 @@ class Declaration:
 
     @property
     def half(self) -> list[tuple[str, str]]:
-        """What is measured in each half: (what, of which channel)."""
+        """What is measured in each half: (what, of which channel); of a winding, which has two, under its name."""
         return [
             *((end, name) for name in self.channels_of(Extremes) for end in ("least", "greatest")),
             *(("above", name) for name in self.channels_of(TimeAbove)),
             *(("integral", name) for name in self.channels_of(Mean)),
             *(("square", name) for name in self.channels_of(Rms)),
+            *(("passages", name) for name in self.channels_of(Passages)),
+            *(("angle", winding.name) for winding in self.those(Winding)),
         ]
 
     @property
@@ -216,11 +237,13 @@ def check(names: Names, declaration: Declaration) -> None:
                     "slope and curvature, without a curvature and a frame of its own"
                 )
     for feature in declaration.features:
-        if not isinstance(feature, Derived):
+        if isinstance(feature, Winding):
+            _known("Winding", [feature.x, feature.y], known)
+        elif not isinstance(feature, Derived):
             _known(type(feature).__name__, [feature.channel], known)
-        if isinstance(feature, TimeAbove) and known[feature.channel].level is None:
+        if isinstance(feature, TimeAbove | Passages) and known[feature.channel].level is None:
             raise ValueError(
-                f"TimeAbove {feature.name!r}: the channel {feature.channel!r} has no level; "
+                f"{type(feature).__name__} {feature.name!r}: the channel {feature.channel!r} has no level; "
                 "give it a parameter or a number"
             )
         if isinstance(feature, Extremes):

@@ -17,10 +17,21 @@ from numba import types
 from numba.core.errors import NumbaError
 
 from nsdrill.abi import BUFFER, CLOSES, CONTROL, OPENS, Rows, compiled
-from nsdrill.elementary import bits_float, float_bits, fma, lowest_bit
+from nsdrill.elementary import angle_between, bits_float, float_bits, fma, lowest_bit
 from nsdrill.generate import constants, define
 from nsdrill.observe import interpolant
-from nsdrill.observe.channels import MOST, Channel, Declaration, Expression, Extremes, Names, arguments, check, size_of
+from nsdrill.observe.channels import (
+    MOST,
+    Channel,
+    Declaration,
+    Expression,
+    Extremes,
+    Names,
+    Winding,
+    arguments,
+    check,
+    size_of,
+)
 from nsdrill.observe.findings import PEAKS, RETURNS, RINGS
 from nsdrill.observe.inside import HIGH, LOW, MARGIN, NONE, locate, note_returns, turns
 from nsdrill.scalar import embedded
@@ -110,6 +121,7 @@ class _Maker:
             text,
             np=np,
             fma=fma,
+            angle_between=angle_between,
             lowest_bit=lowest_bit,
             float_bits=float_bits,
             bits_float=bits_float,
@@ -220,6 +232,8 @@ class _Maker:
                 f"    {self._own('word')} = bits_float(word)",
                 "    happens |= (1 << i) if word != 0 else 0",
             ]
+        for winding in self.declaration.those(Winding):
+            lines += [lanes.format(" if seen != 0 else 0"), f"    shows = {shows}", *_indented(self._wound(winding))]
         lines += ["if happens != 0:", "    attend(b, store, happens)"]
         if outputs:
             lines += [lanes.format(""), f"    moves = {self._b(rows.moves)} != 0.0"]
@@ -267,6 +281,9 @@ class _Maker:
                 f"word |= {bit} if turning and (d0_{k} > 0.0) != above0 else 0",
                 f"{self._own('above', name)} += shown if above0 and above1 else 0.0",
             ]
+        if ("passages", name) in self.own:
+            rises = f"g0_{k} <= {self._level(channel)} and g1_{k} > {self._level(channel)}"
+            lines += self._summed("passages", name, f"1.0 if {rises} else 0.0")
         base = self._base(channel)
         if ("integral", name) in self.own:
             if base:
@@ -292,6 +309,17 @@ class _Maker:
             ]
         return lines
 
+    def _wound(self, winding: Winding) -> list[str]:
+        """The angle by which a vector turns in the step."""
+        x, y = (self.number[name] for name in (winding.x, winding.y))
+        ends = [
+            f"g{end}_{k} = {self._code(self.declaration.channels[k].value, self.places[when])}"
+            for k in (x, y)
+            for end, when in enumerate((START, END))
+        ]
+        turned = f"angle_between(g0_{x}, g0_{y}, g1_{x}, g1_{y})"
+        return [*ends, *self._summed("angle", winding.name, turned)]
+
     def _summed(self, what: str, name: str, gathered: str) -> list[str]:
         total = self._own(what, name)
         return [f"total, more = {total}, {gathered}", f"{total} = total + more if shows else total"]
@@ -302,6 +330,7 @@ class _Maker:
         return [
             f"least_ = np.array({[self._place('least', name) for name in names]})",
             f"above_ = np.array({[self._place('above', name) for name in names]})",
+            f"passages_ = np.array({[self._place('passages', name) for name in names]})",
             f"low_ = np.array({[self._place(LOW, name) for name in names]})",
             f"ring_ = np.array({[peaking.index(name) if name in peaking else 0 for name in names]})",
         ]
@@ -351,7 +380,7 @@ class _Maker:
             lines += [
                 "        locate(",
                 "            b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, level,",
-                f"            least_[k], above_[k], low_[k], {self._place('growth')},",
+                f"            least_[k], above_[k], passages_[k], low_[k], {self._place('growth')},",
                 f"            RINGS + ({len(peaking)} * i + ring_[k]) * (peaks + 1), peaks)",
             ]
         return lines

@@ -18,8 +18,10 @@ from nsdrill.observe.channels import (
     Extremes,
     Mean,
     Names,
+    Passages,
     Rms,
     TimeAbove,
+    Winding,
     arguments,
     size_of,
 )
@@ -84,6 +86,10 @@ def measured(
             found[name] = _fraction(whole["above", feature.channel] / observe)
         elif isinstance(feature, Mean):
             found[name] = whole["integral", feature.channel] / observe
+        elif isinstance(feature, Passages):
+            found[name] = whole["passages", feature.channel] / observe
+        elif isinstance(feature, Winding):
+            found[name] = whole["angle", name] / observe
         elif isinstance(feature, Rms):
             found[name] = np.sqrt(np.maximum(whole["square", feature.channel], 0.0) / observe)
     by_name.update(zip(names.states, sizes.T, strict=True))

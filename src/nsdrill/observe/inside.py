@@ -61,11 +61,32 @@ def passage(p0, p1, p2, p3, p4, p5, low, high, above_at_low):  # type: ignore[no
 
 @inlined
 def locate(  # type: ignore[no-untyped-def]
-    b, store, i, W, h, begin, p0, p1, p2, p3, p4, p5, end, end_slope, level, least_, above_, low_, growth_, ring, peaks
+    b,
+    store,
+    i,
+    W,
+    h,
+    begin,
+    p0,
+    p1,
+    p2,
+    p3,
+    p4,
+    p5,
+    end,
+    end_slope,
+    level,
+    least_,
+    above_,
+    passages_,
+    low_,
+    growth_,
+    ring,
+    peaks,
 ):
     """What a channel of lane i does inside a step of length ``h``, from its polynomial, the values ``begin`` and
     ``end`` and the slope at the end. Then come the rows where its findings stand, or NONE: the least value, before the
-    greatest; the time above; the least value since the last peak."""
+    greatest; the time above; the passages; the least value since the last peak."""
     turning = turns(p1, end_slope)
     turn, found = 1.0, end
     if turning:
@@ -87,6 +108,8 @@ def locate(  # type: ignore[no-untyped-def]
                 first = passage(p0 - level, p1, p2, p3, p4, p5, 0.0, turn, above0)
             if above1 != top:
                 second = passage(p0 - level, p1, p2, p3, p4, p5, turn, 1.0, top)
+            if passages_ != NONE and above0 == above1:  # a visit to one side, which the ends do not show
+                b[passages_ + i] += 1.0
             # A step with both ends above was counted as a whole.
             b[above_ + i] += h * above(first, second, 1.0, above0, top, above1) - (h if above0 and above1 else 0.0)
 

@@ -172,9 +172,22 @@ def digest(resolved: dict[str, Any]) -> str:
     """SHA-256 of what influences the numbers: all but the title and the operating values and ramps that swept axes
     replace."""
     parts = {name: value for name, value in resolved.items() if name != "title"}
-    # What earlier versions did not know is left out where it is as it was then, so that a study keeps its digest.
-    if parts.get("model") == MODEL_LEAF.default:
-        del parts["model"]
+    if parts.get("model", MODEL_LEAF.default) == MODEL_LEAF.default:
+        parts = _as_before(parts)
+    for key in parts["sweep"]:
+        *sections, name = key.split(".") if "." in key else ("operation", key)
+        parts = _without(parts, sections, name)
+    ramps = {name: ramp for name, ramp in parts.pop("ramps", {}).items() if name not in parts["sweep"]}
+    if ramps:
+        parts["ramps"] = ramps
+    text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _as_before(parts: dict[str, Any]) -> dict[str, Any]:
+    """A study of the main model without what earlier versions did not know, where it is as it was then: so that it
+    keeps its digest."""
+    parts = {name: value for name, value in parts.items() if name != "model"}
     if parts.get("bit", {}).get("friction", {}).get("law") == "hyperbolic":
         for name in LAW_KEYS:
             parts = _without(parts, ["bit", "friction"], name)
@@ -194,14 +207,7 @@ def digest(resolved: dict[str, Any]) -> str:
     for (section, name), off in NEW_KEYS.items():
         if section in parts and parts[section].get(name) == off:
             parts = _without(parts, [section], name)
-    for key in parts["sweep"]:
-        *sections, name = key.split(".") if "." in key else ("operation", key)
-        parts = _without(parts, sections, name)
-    ramps = {name: ramp for name, ramp in parts.pop("ramps", {}).items() if name not in parts["sweep"]}
-    if ramps:
-        parts["ramps"] = ramps
-    text = json.dumps(parts, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return parts
 
 
 def _without(data: dict[str, Any], sections: Sequence[str], name: str) -> dict[str, Any]:

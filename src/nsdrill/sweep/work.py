@@ -170,7 +170,7 @@ class Work:
             measured |= _where(ok, exponent_of(growth, self.simulation.observe, bias))
         size = model.sizes(done.parameters, self.variant.fixed)
         if record.poincare:
-            measured |= _where(ok, model.section(done.report, record, self.variant.fixed))
+            measured |= _where(ok, model.section(done.report, record, done.parameters, self.variant.fixed))
             measured["zero_one"] = self._zero_one(model.returns(measured), size)
         labels = model.classify(measured, done.status, self.thresholds, size)
         return {

@@ -116,7 +116,7 @@ class ChristoforouYigit(Model):
         heights = reduce.peaks(report, record.peaks)
         return {name: heights[:, i] for i, name in enumerate(variable.name for variable in PEAKS)}
 
-    def section(self, report: Array, record: Record, variant: Variant) -> dict[str, Array]:
+    def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         return section.coordinates(reduce.section(report, record.peaks, record.poincare))
 
     def returns(self, section: Mapping[str, Array]) -> Array:

@@ -28,6 +28,7 @@ class Segments(ScalarModel):
 
     name = "segments"
     singles = 1
+    ramps = None  # type: ignore[assignment]
 
     def variant(self, parameters: Parameters) -> Variant:
         return parameters.drillstring.pipe_segments, parameters.drillstring.collar_segments
@@ -82,7 +83,7 @@ class Segments(ScalarModel):
 
     # Starts
 
-    def given(self, variant: Variant) -> tuple[str, ...]:
+    def start_names(self, variant: Variant) -> tuple[str, ...]:
         return "z", "twist", "bit_speed", "drive_angle"
 
     def steady(self, points: Values) -> Mapping[str, Any]:
@@ -129,8 +130,8 @@ class Segments(ScalarModel):
 
     # What is observed
 
-    def section(self, report: Array, record: Record, variant: Variant) -> dict[str, Array]:
-        found = super().section(report, record, variant)
+    def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
+        found = super().section(report, record, table, variant)
         # The drive may stray from the set point: the twist is counted from the drive, so that what repeats is seen to.
         found["section_twist"] = found["section_twist"] - found["section_lag"]
         return {f"section_{name}": found[f"section_{state}"] for name, state in SECTION.items()}

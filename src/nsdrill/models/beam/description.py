@@ -1,0 +1,72 @@
+"""What this model tells those who do not compute with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from nsdrill.models.beam.options import STATE_SETS
+from nsdrill.models.beam.parameters import MOST_MODES, Initial, Parameters
+from nsdrill.models.beam.relations import ORDERS, relations
+from nsdrill.models.christoforou_yigit import variables
+from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
+from nsdrill.models.christoforou_yigit.description import attributes
+from nsdrill.models.description import Description
+from nsdrill.variables import Variable, feature, in_trace
+
+USUAL = 5  # modes
+
+MEANINGS = {
+    "beam": "The collar between the stabilisers, an elastic beam",
+    "stations": "The places along the span where the collar may touch the wall",
+    "drillstring.eccentricity_shape": "Which modes the mass centre's distance is of: the first, or a uniform one",
+    "drillstring.lateral_softening": "Loads at the bit that soften the collar in bending; live: force and torque",
+}
+
+
+def _of_modes() -> tuple[Variable, ...]:
+    found = []
+    for n in range(1, MOST_MODES + 1):
+        for axis in "xy":
+            name = f"{axis}_{n}"
+            found += [
+                in_trace(name, "m", f"bending mode {n}, {axis}", name),
+                in_trace(f"v{name}", "m s-1", f"velocity of bending mode {n}, {axis}", name),
+            ]
+    return tuple(found)
+
+
+def states(parameters: Parameters) -> tuple[str, ...]:
+    """The names of the states of a collar with so many modes, the angle of the drive last."""
+    return STATE_SETS[parameters.beam.modes]
+
+
+DESCRIPTION = Description(
+    name="beam",
+    title="An elastic drill collar: several bending modes, walls at stations, rock, lobes",
+    parameters=Parameters,
+    initial=Initial,
+    meanings=MEANINGS,
+    states=states,
+    several_states=(STATE_SETS[USUAL], *(names for n, names in STATE_SETS.items() if n != USUAL)),
+    labels=LUMPED.labels,
+    features=(
+        *(variable for variable in LUMPED.features if variable.only is None),
+        feature("impact_rate", "s-1", "wall contacts per second"),
+    ),
+    peaks=LUMPED.peaks,
+    section=LUMPED.section,
+    own_trace=(*_of_modes(), *(variable for variable in variables.TRACE if variable.only is None)),
+    check_features=LUMPED.check_features,
+    shown=LUMPED.shown,
+    compared=LUMPED.compared,
+    grouped=LUMPED.grouped,
+    told=LUMPED.told,
+    orders=ORDERS,
+    relations=relations,
+    units_by=LUMPED.units_by,
+    checks="nsdrill.models.beam.checks",
+    example_axis=LUMPED.example_axis,
+    example_slice="{x_1: {from: -70 mm, to: 70 mm, points: 60}, vx_1: {from: -1 m/s, to: 1 m/s, points: 60}}",
+    attributes=attributes,
+    drawn=replace(LUMPED.drawn, summary=(*LUMPED.drawn.summary, "impact_rate")),
+)

@@ -1,0 +1,111 @@
+"""Forces, energy and powers of given states of the elastic collar, in plain numpy: for traces and the energy balance.
+
+The same laws as the compiled right-hand side; tests hold the two together.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from nsdrill.models.beam.columns import as_lumped, coefficients, places, shape, watched
+from nsdrill.models.beam.parameters import Parameters
+from nsdrill.models.christoforou_yigit import forces as lumped
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+State = Mapping[str, Array]
+
+
+def at_place(parameters: Parameters, state: State, place: Any) -> dict[str, Array]:
+    """x, vx, y, vy [m, m/s] of the collar at a fraction of its span."""
+    modes = range(1, parameters.beam.modes + 1)
+    return {
+        name: np.asarray(sum(shape(place, n) * state[f"{name}_{n}"] for n in modes)) for name in ("x", "vx", "y", "vy")
+    }
+
+
+def _walls(parameters: Parameters, point: Any, state: State) -> list[dict[str, Array]]:
+    """What the lumped model has as its forces, of each station."""
+    rest = {name: state[name] for name in ("z", "vz", "twist", "bit_speed", "drive_angle")}
+    return [
+        {**moved, **lumped.forces(as_lumped(parameters), point, {**rest, **moved})}
+        for place in places(parameters.stations)
+        for moved in [at_place(parameters, state, place)]
+    ]
+
+
+def forces(parameters: Parameters, point: Any, state: State) -> dict[str, Array]:
+    """What a trace has besides the states: of the watched place x, vx, y, vy [m, m/s] and the polar coordinates; the
+    forces and torques of the rock; ``wall_force`` and ``wall_friction`` of all stations together [N]."""
+    stations = _walls(parameters, point, state)
+    moved = at_place(parameters, state, watched(parameters.stations))
+    found = lumped.forces(as_lumped(parameters), point, {**state, **moved})
+    for name in ("wall_force", "wall_friction"):
+        found[name] = np.asarray(sum(station[name] for station in stations))
+    return {**moved, **found}
+
+
+def _constants(parameters: Parameters, point: Any) -> tuple[Any, float, list[float]]:
+    """The lumped coefficients, the factor of mass and stiffness, and the eccentricity of each mode."""
+    string, modes = parameters.drillstring, range(1, parameters.beam.modes + 1)
+    k = coefficients(parameters, point.depth, point.wob, point.rotary_speed)
+    uniform, e0 = string.eccentricity_shape == "uniform", string.eccentricity
+    arms = [(4 * e0 / (n * math.pi) if n % 2 else 0.0) if uniform else (e0 if n == 1 else 0.0) for n in modes]
+    return k, parameters.beam.modal_mass_factor, arms
+
+
+def energy(parameters: Parameters, point: Any, state: State) -> Array:
+    """Kinetic plus potential energy [J]: of the collar, sum_n 1/2 m_e |v_Gn|^2 + 1/2 (m - m_e) |v_n|^2 with
+    v_Gn = v_n + e_n omega (-sin phi, cos phi), its bending and the elastic energy of the walls; of twist and bit; and
+    the work still to be had from the weight on bit. Rock, softening and damping do their work in :func:`powers`."""
+    k, factor, arms = _constants(parameters, point)
+    well, phi, omega = parameters.well, state["twist"] + state["drive_angle"], state["bit_speed"]
+    found = 0.5 * (k.J * omega**2 + k.m_a * state["vz"] ** 2 + k.k_t * state["twist"] ** 2 + k.k_a * state["z"] ** 2)
+    found = found + point.wob * state["z"]
+    for n, e in enumerate(arms, start=1):
+        x, vx, y, vy = (state[f"{name}_{n}"] for name in ("x", "vx", "y", "vy"))
+        gx, gy = vx - e * omega * np.sin(phi), vy + e * omega * np.cos(phi)
+        found = found + 0.5 * factor * (
+            k.m_e * (gx**2 + gy**2) + (k.m_l - k.m_e) * (vx**2 + vy**2) + n**4 * k.k_bend * (x**2 + y**2)
+        )
+    exponent = 2.5 if well.law == "hertz" else 2.0
+    for place in places(parameters.stations):
+        at = at_place(parameters, state, place)
+        depth = np.maximum(np.hypot(at["x"], at["y"]) - k.gap, 0.0)
+        found = found + well.stiffness * depth**exponent / exponent
+    return np.asarray(found)
+
+
+def powers(parameters: Parameters, point: Any, state: State) -> dict[str, Array]:
+    """Power [W] that each agent feeds into :func:`energy`, as :func:`nsdrill.models.christoforou_yigit.forces.powers`
+    names them; ``structure`` is the damping of the modes. Their sum is the rate at which the energy changes."""
+    k, factor, _ = _constants(parameters, point)
+    string, beam = parameters.drillstring, parameters.beam
+    omega, vz, span = state["bit_speed"], state["vz"], string.collar.span
+    watch = forces(parameters, point, state)
+    stations = _walls(parameters, point, state)
+    force = {"static": point.wob, "none": 0.0}.get(string.lateral_softening, watch["bit_force"])
+    torque = watch["bit_torque"] if string.lateral_softening == "live" else 0.0
+    softening: Any = 0.0
+    structure: Any = 0.0
+    for n in range(1, beam.modes + 1):
+        x, vx, y, vy = (state[f"{name}_{n}"] for name in ("x", "vx", "y", "vy"))
+        softer = force * (n * math.pi) ** 2 / (2 * span) + torque * (n * math.pi) ** 3 / (2 * span**2)
+        softening = softening + factor * softer * (x * vx + y * vy)
+        critical = 2 * factor * np.sqrt(k.m_l * k.k_bend) * n**2
+        structure = structure - beam.damping_ratio * critical * (vx**2 + vy**2)
+    drag = k.c_h / sum(abs(shape(place, 1)) ** 3 for place in places(parameters.stations))
+    return {
+        "drive": -k.k_t * state["twist"] * point.rotary_speed,
+        "bit": watch["bit_force"] * vz - watch["bit_torque"] * omega,
+        "drag": np.asarray(-drag * sum(np.hypot(at["vx"], at["vy"]) ** 3 for at in stations)),
+        "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,
+        "structure": np.asarray(structure),
+        "wall": np.asarray(
+            sum(-at["wall_friction"] * (omega * k.collar_radius + at["whirl_speed"] * at["radius"]) for at in stations)
+        ),
+        "softening": np.asarray(softening),
+    }

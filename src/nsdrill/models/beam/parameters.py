@@ -1,0 +1,163 @@
+"""The parameters of the elastic collar, in SI units: those of the lumped model, and what its modes and walls need.
+
+Sources: **G** Ghasemloonia, Rideout & Butt, vibration of a drill collar section under weight on bit with contact; the
+others as in :mod:`nsdrill.models.christoforou_yigit.parameters`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from nsdrill.models.christoforou_yigit.parameters import Collar, Cutting, Friction, Material, Pipe, WallFriction
+from nsdrill.models.operation import LARGEST_FORCE
+from nsdrill.models.starts import Starts, state
+from nsdrill.ranges import Checked, choice, parameter
+
+MOST_MODES, MOST_STATIONS = 10, 21
+
+
+@dataclass(frozen=True)
+class Drillstring(Checked):
+    """The string. ``lateral_softening`` is by the force of the rock at every moment (``force``), by its torque as well
+    (``live``), by the weight on bit (``static``), or none."""
+
+    collar: Collar = field(default_factory=Collar)
+    pipe: Pipe = field(default_factory=Pipe)
+    material: Material = field(default_factory=Material)
+    eccentricity: float = parameter(0.0127, "m", "CY as reported (1/2 in)", "medium", high=10.0, usual="1 to 15 mm")
+    eccentricity_shape: Literal["first", "uniform"] = choice("first", "R: as the lumped model has it")
+    eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
+    lateral_softening: Literal["force", "live", "static", "none"] = choice(
+        "force", "G has a constant force; CY the torque, which a shaft feels in second order only"
+    )
+    axial_damping: float = parameter(4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m")
+    torsional_damping: float = parameter(
+        50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad"
+    )
+
+
+@dataclass(frozen=True)
+class Mud(Checked):
+    """The drilling fluid: density, added-mass coefficient C_A and drag coefficient C_D."""
+
+    density: float = parameter(
+        1500.0, "kg/m^3", "J, L", "high", high=1e5, usual="air 1 kg/m^3, mud 1000 to 2400 kg/m^3"
+    )
+    added_mass: float = parameter(1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10")
+    drag: float = parameter(1.0, "", "J, L", "high", high=1e3, usual="0.5 to 2")
+
+
+@dataclass(frozen=True)
+class Well(Checked):
+    """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for the Hertz law."""
+
+    diameter: float = parameter(0.381, "m", "P (15 in)", "certain", low=1e-4, high=10.0, usual="3 3/4 to 36 in")
+    stiffness: float = parameter(
+        25e6, "N/m or N/m^1.5", "CY as reported; L has 1e9, G 6.78e11 N/m^1.5", "low: sweep it", low=1.0, high=1e13,
+        usual="1 MN/m to 10 GN/m; Hertz 1 to 1000 GN/m^1.5",
+    )  # fmt: skip
+    law: Literal["linear", "hertz"] = choice("linear", "P; G has Hertz's")
+    friction: WallFriction = field(default_factory=WallFriction)
+
+
+@dataclass(frozen=True)
+class BitFriction(Friction):
+    """Friction between bit and rock, against bit speed in rad/s."""
+
+    static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
+    dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
+    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
+    decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad")
+
+
+@dataclass(frozen=True)
+class Bit(Checked):
+    """The bit on its lobed surface s = s0 sin(n_b phi)."""
+
+    lobes: int = parameter(3, "", "B (3 roller cone, 1 PDC)", "high", low=1, high=8, usual="1, 3; 5 or 6 blades")
+    surface_amplitude: float = parameter(1e-3, "m", "B", "high", high=1.0, usual="0.1 to 10 mm")
+    rock_stiffness: float = parameter(
+        25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
+    )
+    cutting: Cutting = field(default_factory=Cutting)
+    friction: BitFriction = field(default_factory=BitFriction)
+
+
+@dataclass(frozen=True)
+class Beam(Checked):
+    """The collar between the stabilisers, simply supported at both."""
+
+    modes: int = parameter(5, "", "G", "high", low=1, high=MOST_MODES, usual="1 to 10",
+                           meaning="Number of bending modes in each plane, sin(n pi x / l)")  # fmt: skip
+    damping_ratio: float = parameter(0.0, "", "R", "low", high=10.0, usual="0.005 to 0.01",
+                                     meaning="Structural damping ratio of every mode")  # fmt: skip
+    modal_mass_factor: float = parameter(
+        1.0, "", "R: 10 has the modal mass that G prints with the frequencies that follow from its buckling load",
+        "modelling choice", low=1e-3, high=1e3, usual="1",
+        meaning="Factor of the modal mass and of the bending stiffness, which leaves the frequencies as they are",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Stations(Checked):
+    """Where along the span the collar may touch the wall: ``number`` places, equally spaced from ``first`` to ``last``.
+    ``watched`` None is the station nearest to the middle."""
+
+    number: int = parameter(5, "", "R", "modelling choice", low=1, high=MOST_STATIONS, usual="1 to 10",
+                            meaning="Number of places along the span where the collar may touch the wall")  # fmt: skip
+    first: float = parameter(0.1, "", "G", "high", low=0.001, high=0.999, usual="0.05 to 0.5",
+                             meaning="Place of the first one as a fraction of the span")  # fmt: skip
+    last: float = parameter(0.9, "", "R: mirrors the first", "modelling choice", low=0.001, high=0.999,
+                            usual="0.5 to 0.95", meaning="Place of the last one as a fraction of the span")  # fmt: skip
+    watched: float | None = parameter(
+        None, "", "R: the station nearest to the middle of the span", "modelling choice", low=0.001, high=0.999,
+        usual="0.5", meaning="Place at which radius and whirl are measured, as a fraction of the span",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All that does not change during a sweep."""
+
+    drillstring: Drillstring = field(default_factory=Drillstring)
+    beam: Beam = field(default_factory=Beam)
+    stations: Stations = field(default_factory=Stations)
+    mud: Mud = field(default_factory=Mud)
+    well: Well = field(default_factory=Well)
+    bit: Bit = field(default_factory=Bit)
+
+    def __post_init__(self) -> None:
+        collar = self.drillstring.collar.outer_diameter
+        if collar >= self.well.diameter:
+            raise ValueError(
+                f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer diameter of the collar, "
+                f"{collar:g} m"
+            )
+        if self.stations.number > 1 and self.stations.first >= self.stations.last:
+            raise ValueError(
+                f"stations.first: found {self.stations.first:g}, allowed: below stations.last, {self.stations.last:g}"
+            )
+
+
+@dataclass(frozen=True)
+class Initial(Starts):
+    """The state at the start. ``x_1`` ... ``vy_1`` are of the first bending mode, the others begin at rest.
+
+    With a ``wall_force`` the collar begins at rest as a force at the watched place bends it in the plane of x, so far
+    that a wall there presses it with this force; 0 is as far as the wall.
+    """
+
+    x_1: float = state(1e-3, "m", 10.0, "within the gap, 10 to 100 mm", "First bending mode, in the plane of x")
+    y_1: float = state(0.0, "m", 10.0, "as x_1", "First bending mode, in the plane of y")
+    vx_1: float = state(0.0, "m/s", 1e3, "up to 5 m/s", "Its velocity in the plane of x")
+    vy_1: float = state(0.0, "m/s", 1e3, "up to 5 m/s", "Its velocity in the plane of y")
+    wall_force: float | None = parameter(
+        None, "N", high=LARGEST_FORCE, usual="0 to 1 MN",
+        meaning="Force with which the wall presses the collar at the start, bent at rest in the plane of x",
+    )  # fmt: skip
+    z: float | None = state(None, "m", 1e3, "-50 to 50 mm")
+    vz: float = state(0.0, "m/s", 1e3, "up to 1 m/s")
+    twist: float = state(0.0, "rad", 1e5, "-150 to 0 rad: some 20 turns")
+    bit_speed: float | None = state(None, "rad/s", 1e4, "-10 to 60 rad/s")
+    drive_angle: float = state(0.0, "rad", 1e9, "after a day at 120 rpm 1 million rad")

@@ -1,0 +1,261 @@
+"""The right-hand side of the elastic collar, for all lanes at once.
+
+Collar: simply supported, deflection X = sum x_n sin(n pi xi), Y alike, n = 1 ... N; modal mass m and stiffness
+k_n = E I (n pi)^4 / (2 l^3) - P (n pi)^2 / (2 l) - T (n pi)^3 / (2 l^2) (Ghasemloonia, Rideout & Butt for m and P; the
+torque as Christoforou & Yigit have it). All that is local acts at stations j, with phi_jn = sin(n pi xi_j)::
+
+    N_j = k_w max(r_j - c, 0)^(1 or 3/2),   T_j = N_j f(omega R + theta_j' r_j)
+    f_j = -N_j e_r - T_j e_theta - d |v_j| v_j
+    F_n = -k_n (x_n, y_n) - c_n (x_n', y_n') + sum_j phi_jn f_j
+
+    J_e phi'' = -T_ob - c_t omega - k_t psi - sum_j T_j R - sum_n q_n (F_yn cos phi - F_xn sin phi)
+    x_n'' = q_n (omega^2 cos phi + phi'' sin phi) + F_xn / m
+    y_n'' = q_n (omega^2 sin phi - phi'' cos phi) + F_yn / m
+
+with q_n = m_e e_n / m and J_e = J + sum_n m_e e_n (e_n - q_n): Lagrange's equations of the kinetic energy that
+:func:`nsdrill.models.beam.forces.energy` gives. Bit, rock and twist are those of the lumped model. The text is written
+out over modes and stations, as a loop over them inside the one over the lanes would not compile to packed instructions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from nsdrill.abi import BUFFER, Rows, compiled
+from nsdrill.elementary import fma, sincos
+from nsdrill.generate import define
+from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
+from nsdrill.models.christoforou_yigit.friction import slip_factors
+from nsdrill.models.christoforou_yigit.lobes import multiple_sine
+from nsdrill.scalar import STEP
+
+# Left for the observer: cosine and sine of the bit angle, force and torque of the rock, and over the stations on the
+# wall the sums of friction, of ones, and of slip.
+SHARED = ("cosine", "sine", "force", "torque", "friction", "pressed", "slipping")
+# Of each station: place, its radius, radius times radial velocity, slip times radius, and the forces there.
+LOCAL = ("px", "py", "reach", "inward", "slip", "fx", "fy")
+PARAMETERS = (
+    "drive_speed", "wob",
+    "per_lateral_mass", "per_inertia", "per_axial_mass", "unbalance_arm",
+    "bending", "softening_constant", "softening_force", "softening_torque", "structural", "drag",
+    "axial_damping", "axial_stiffness", "torsional_damping", "torsional_stiffness",
+    "gap", "wall_stiffness", "collar_radius", "wall_smoothing", "wall_decay", "wall_rise", "wall_dynamic",
+    "rock_stiffness", "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic",
+    "stuck_below", "torque_size",
+)  # fmt: skip
+# Forces that are added up in one loop over the lanes: a smaller loop is unrolled by the compiler before it is packed,
+# in a larger one not all numbers have a register.
+TOGETHER = 10
+
+
+def columns_of(options: Options) -> tuple[str, ...]:
+    """The names of the lane parameters: those of every collar, then the shapes of the modes at the watched place and at
+    each station."""
+    modes = range(1, options.modes + 1)
+    shapes = (f"phi_{j}_{n}" for j in range(1, options.stations + 1) for n in modes)
+    return (*PARAMETERS, *(f"watched_{n}" for n in modes), *shapes)
+
+
+def aux_of(options: Options) -> tuple[str, ...]:
+    """The names of the auxiliary outputs."""
+    return (*SHARED, *(f"{name}_{j}" for j in range(1, options.stations + 1) for name in LOCAL))
+
+
+def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
+    """The lane buffer for an observer with so many rows, with a deviation beside the states or without."""
+    states = 4 * options.modes + 4
+    companions = states if tangent else 0
+    width = len(columns_of(options)) if columns is None else columns
+    return Rows(states + companions, len(aux_of(options)), width, observed, companions)
+
+
+@lru_cache
+def make_right_hand_side(lanes: int, options: Options, *, tangent: bool = False) -> Any:
+    """The compiled right-hand side for a number of lanes and these options; with ``tangent`` that of a deviation
+    besides, which is the difference of the slopes at two states ``STEP`` times the deviation about the motion, as
+    :func:`nsdrill.scalar.in_lanes` has it."""
+    helpers = {"np": np, "fma": fma, "sincos": sincos, "slip_factors": slip_factors, "multiple_sine": multiple_sine}
+    function = define("right_hand_side", text(lanes, options, tangent=tangent), **helpers)
+    return compiled(types.void(BUFFER), lanes, *options, tangent)(function)
+
+
+def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
+    """The source of the right-hand side."""
+    rows = rows_of(options, tangent=tangent)
+    lines = ["def right_hand_side(b):"]
+    for sign in ("+", "-") if tangent else ():
+        lines += _Writer(lanes, options, rows, sign).lines()
+        for k in range(rows.own_slopes):
+            slope, follows = (f"b[{lanes * (rows.acceleration + n)} + i]" for n in (k, rows.own_slopes + k))
+            found = slope if sign == "+" else f"({follows} - {slope}) * {0.5 / STEP!r}"
+            lines += [f"    for i in range({lanes}):", f"        {follows} = {found}"]
+    return "\n".join([*lines, *_Writer(lanes, options, rows).lines(), ""])
+
+
+def total(terms: list[tuple[str, str]], last: str = "") -> str:
+    """The sum of products and of ``last``, fused: the text of the expression."""
+    found = last or f"{terms[-1][0]} * {terms[-1][1]}"
+    for one, other in reversed(terms if last else terms[:-1]):
+        found = f"fma({one}, {other}, {found})"
+    return found
+
+
+class _Writer:
+    """Writes the loops, of states moved by ``sign`` times ``STEP`` times the deviation if there is a sign."""
+
+    def __init__(self, lanes: int, options: Options, rows: Rows, sign: str = "") -> None:
+        modes = options.modes
+        self.lanes, self.options = lanes, options
+        self.modes, self.stations = range(1, modes + 1), range(1, options.stations + 1)
+        place = {name: rows.stage + k for k, name in enumerate(states_of(modes))}
+        place |= {name: rows.acceleration + k for k, name in enumerate(slopes_of(modes))}
+        place |= {name: rows.aux_now + k for k, name in enumerate(aux_of(options))}
+        place |= {name: rows.parameter + k for k, name in enumerate(columns_of(options))}
+        place |= {"time": rows.stage_time, "phase": rows.phase}
+        self.row = {name: f"b[{lanes * number} + i]" for name, number in place.items()}
+        if sign:
+            deviation = lanes * rows.own
+            for name in states_of(modes):
+                number = lanes * place[name]
+                self.row[name] = f"(b[{number} + i] {sign} {STEP!r} * b[{number + deviation} + i])"
+
+    def lines(self) -> list[str]:
+        flags = " = ".join(f"touching_{j}" for j in self.stations)
+        found = [f"    {flags} = 0", *self._loop(self._bit())]
+        for j in self.stations:
+            found += [
+                *self._loop(self._station(j)),
+                f"    if touching_{j} != 0:",
+                *(f"    {line}" for line in self._loop(self._wall(j))),
+            ]
+        eccentric = self.options.eccentric
+        if self.options.modes * self.options.stations <= 2:
+            eccentric = tuple(self.modes)
+        others = [n for n in self.modes if n not in eccentric]
+        few = len(eccentric) * self.options.stations <= TOGETHER
+        for modes in (others, [] if few else eccentric):
+            each = max(1, TOGETHER // self.options.stations)
+            for first in range(0, len(modes), each):
+                found += self._loop(self._bending(modes[first : first + each]))
+        return found + self._loop([*(self._bending(eccentric) if few else []), *self._turning()])
+
+    def _loop(self, body: list[str]) -> list[str]:
+        return [f"    for i in range({self.lanes}):", *(f"        {line}" for line in body)]
+
+    def _load(self, *names: str) -> list[str]:
+        return [f"{name} = {self.row[name]}" for name in names]
+
+    def _store(self, **values: str) -> list[str]:
+        return [f"{self.row[name]} = {value}" for name, value in values.items()]
+
+    def _bit(self) -> list[str]:
+        """Interference with the lobed surface, force, torque; the sums over the stations begin."""
+        return [
+            *self._load("drive_speed", "time", "phase", "twist", "z", "bit_speed", "rock_stiffness",
+                        "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"),
+            "s, c = sincos(twist + fma(drive_speed, time, phase))",
+            f"lobe = multiple_sine(s, c, {self.options.lobes})",
+            "force = rock_stiffness * max(fma(surface_amplitude, lobe, -z), 0.0)",
+            "g, decayed, _ = slip_factors(bit_speed, 1.0, bit_smoothing, bit_decay)",
+            *self._store(cosine="c", sine="s", force="force", friction="0.0", pressed="0.0", slipping="0.0",
+                         torque="force * (g * fma(bit_rise, decayed, bit_dynamic))"),
+        ]  # fmt: skip
+
+    def _station(self, j: int) -> list[str]:
+        """Place and velocity there, and the drag of the mud."""
+        shapes = {n: f"phi_{j}_{n}" for n in self.modes}
+        lines = self._load(*shapes.values(), *(name for n in self.modes for name in lateral(n)))
+        for k, name in enumerate(("px", "vx", "py", "vy")):
+            lines.append(f"{name} = {total([(shapes[n], lateral(n)[k]) for n in self.modes])}")
+        return [
+            *lines,
+            *self._load("gap", "drag", "collar_radius", "bit_speed"),
+            # The floor matters at the hole's centre only, where no force is.
+            "reach = np.sqrt(max(fma(px, px, py * py), 1e-60))",
+            f"touching_{j} |= 1 if reach > gap else 0",
+            "drag = drag * np.sqrt(fma(vx, vx, vy * vy))",
+            *self._store(**{
+                f"px_{j}": "px", f"py_{j}": "py", f"reach_{j}": "reach", f"inward_{j}": "fma(px, vx, py * vy)",
+                f"slip_{j}": "fma(bit_speed * collar_radius, reach, fma(px, vy, -(py * vx)))",
+                f"fx_{j}": "-(drag * vx)", f"fy_{j}": "-(drag * vy)",
+            }),
+        ]  # fmt: skip
+
+    def _wall(self, j: int) -> list[str]:
+        """Penetration, normal force, friction against the slip of the collar's surface."""
+        px, py, reach, slip, fx, fy = (f"{name}_{j}" for name in ("px", "py", "reach", "slip", "fx", "fy"))
+        return [
+            *self._load(px, py, reach, slip, fx, fy, "gap", "wall_stiffness", "wall_smoothing", "wall_decay",
+                        "wall_rise", "wall_dynamic", "friction", "pressed", "slipping"),
+            f"penetration = max({reach} - gap, 0.0)",
+            f"touches = 1.0 if {reach} > gap else 0.0",
+            "normal = wall_stiffness * penetration",
+            *(["normal = normal * np.sqrt(penetration)"] if self.options.hertz else []),
+            f"g, decayed, per_radius = slip_factors({slip}, {reach}, wall_smoothing, wall_decay)",
+            "rubbing = normal * (g * fma(wall_rise, decayed, wall_dynamic))",
+            "radial, tangential = normal * per_radius, rubbing * per_radius",
+            *self._store(**{
+                fx: f"fma(tangential, {py}, fma(-radial, {px}, {fx}))",
+                fy: f"fma(-tangential, {px}, fma(-radial, {py}, {fy}))",
+                "friction": "friction + rubbing", "pressed": "pressed + touches",
+                "slipping": f"fma(touches * per_radius, {slip}, slipping)",
+            }),
+        ]  # fmt: skip
+
+    def _bending(self, modes: Sequence[int]) -> list[str]:
+        """The forces on these modes, and the accelerations of those that are not eccentric."""
+        torque = bool(self.options.torque)
+        lines = [
+            *self._load("bending", "softening_constant", "softening_force", "force", "structural", "per_lateral_mass"),
+            "softened = fma(softening_force, force, softening_constant)",
+            *(self._load("softening_torque", "torque") if torque else []),
+            *(["twisted = softening_torque * torque"] if torque else []),
+            *self._load(*(f"f{axis}_{j}" for j in self.stations for axis in "xy")),
+        ]
+        for n in modes:
+            x, vx, y, vy = lateral(n)
+            softer = total([(repr(float(n**2)), "softened")], f"{float(n**3)!r} * twisted" if torque else "")
+            lines += [
+                *self._load(x, vx, y, vy, *(f"phi_{j}_{n}" for j in self.stations)),
+                f"stiffness = fma({float(n**4)!r}, bending, -({softer}))",
+                f"damping = {float(n**2)!r} * structural",
+            ]
+            for axis, position, velocity in (("x", x, vx), ("y", y, vy)):
+                elastic = f"-fma(stiffness, {position}, damping * {velocity})"
+                force = total([(f"phi_{j}_{n}", f"f{axis}_{j}") for j in self.stations], elastic)
+                mass = "" if n in self.options.eccentric else " * per_lateral_mass"
+                lines += self._store(**{f"a{axis}_{n}": f"{force}{mass}"})
+        return lines
+
+    def _turning(self) -> list[str]:
+        """The moment, the bit's acceleration, the eccentric modes, which have their forces in place of accelerations so
+        far, and the axial motion."""
+        lines = self._load(
+            "cosine", "sine", "twist", "bit_speed", "z", "vz", "force", "torque", "friction", "unbalance_arm",
+            "per_inertia", "per_lateral_mass", "per_axial_mass", "torsional_damping", "torsional_stiffness",
+            "collar_radius", "axial_damping", "axial_stiffness", "wob",
+        )  # fmt: skip
+        lines.append(
+            "moment = fma(torsional_damping, bit_speed, fma(torsional_stiffness, twist, "
+            "fma(friction, collar_radius, torque)))"
+        )
+        for n in self.options.eccentric:
+            lines += [
+                *self._load(f"ax_{n}", f"ay_{n}"),
+                f"arm_{n} = unbalance_arm" + (f" * {1.0 / n!r}" if n > 1 else ""),
+                f"moment = fma(arm_{n}, fma(ay_{n}, cosine, -(ax_{n} * sine)), moment)",
+            ]
+        lines += ["angular = -moment * per_inertia", "centripetal = bit_speed * bit_speed"]
+        for n in self.options.eccentric:
+            forward, across = "fma(centripetal, cosine, angular * sine)", "fma(centripetal, sine, -(angular * cosine))"
+            lines += self._store(**{
+                f"ax_{n}": f"fma(arm_{n}, {forward}, ax_{n} * per_lateral_mass)",
+                f"ay_{n}": f"fma(arm_{n}, {across}, ay_{n} * per_lateral_mass)",
+            })  # fmt: skip
+        axial = "(force - fma(axial_damping, vz, fma(axial_stiffness, z, wob))) * per_axial_mass"
+        return lines + self._store(az=axial, bit_acceleration="angular")

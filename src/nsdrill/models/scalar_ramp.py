@@ -1,0 +1,105 @@
+"""A scalar model along a ramp: its own right-hand side, with lane parameters that move in time.
+
+Before each evaluation the moving values are put where the right-hand side reads them. The kernel counts angles from a
+drive of constant speed, that of the middle of a segment; the true drive is ahead of it by ahead(t) = slope t (t -
+length) / 2, zero at both ends. So while the right-hand side is evaluated, positions that are counted from the drive are
+less by that, and the phase is more. A controller sees the set speed of the middle of the segment.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsdrill.models.base import Array, Ramps, Variant
+from nsdrill.models.leaves import Values
+from nsdrill.models.schedule import Schedule
+from nsdrill.observe.thresholds import Thresholds
+
+if TYPE_CHECKING:
+    from nsdrill.models.scalar_model import ScalarModel
+
+
+class ScalarRamps(Ramps):
+    """Of a model, which has the lane parameter ``drive_speed`` and says its ``frames``."""
+
+    def __init__(self, model: ScalarModel) -> None:
+        self.model = model
+
+    def _moving(self, variant: Variant) -> list[int]:
+        """The places of the lane parameters that move: all but the speed of the drive."""
+        names = self.model.names(variant).parameters
+        return [place for place, name in enumerate(names) if name != "drive_speed"]
+
+    def columns(self, variant: Variant) -> tuple[str, ...]:
+        names = self.model.names(variant).parameters
+        moving = [names[place] for place in self._moving(variant)]
+        kept = (*(f"{name}_kept" for name in self.model.frames), "phase_kept")
+        return (
+            *names, *(f"{name}_start" for name in moving), *(f"{name}_slope" for name in moving), *kept,
+            "ahead_square", "ahead_linear",
+        )  # fmt: skip
+
+    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
+        from numba import types
+
+        from nsdrill.abi import BUFFER, compiled
+        from nsdrill.elementary import fma
+        from nsdrill.models.registry import NAMES
+
+        names, columns = self.model.names(variant), self.columns(variant)
+        rows, W = self.model.rows(variant, columns=len(columns)), lanes
+        place = {name: W * (rows.parameter + number) for number, name in enumerate(columns)}
+        count = len(names.parameters)
+        now = np.array([W * (rows.parameter + number) for number in self._moving(variant)])
+        start_, slope_ = W * (rows.parameter + count), W * (rows.parameter + count + len(now))
+        frames = np.array([W * (rows.stage + names.states.index(name)) for name in self.model.frames], np.int64)
+        kept_ = slope_ + W * len(now)
+        time_, phase_, saved_ = W * rows.stage_time, W * rows.phase, place["phase_kept"]
+        square_, linear_ = place["ahead_square"], place["ahead_linear"]
+        motion = self.model.right_hand_side(lanes, variant)
+
+        @compiled(types.void(BUFFER), W, NAMES.index(self.model.name), *variant)
+        def ramped(b):  # type: ignore[no-untyped-def]
+            for j in range(len(now)):
+                for i in range(W):
+                    b[now[j] + i] = fma(b[slope_ + j * W + i], b[time_ + i], b[start_ + j * W + i])
+            for i in range(W):
+                ahead = fma(b[square_ + i], b[time_ + i], b[linear_ + i]) * b[time_ + i]
+                b[saved_ + i] = b[phase_ + i]
+                b[phase_ + i] += ahead
+                for k in range(len(frames)):
+                    b[kept_ + k * W + i] = b[frames[k] + i]
+                    b[frames[k] + i] -= ahead
+            motion(b)
+            for i in range(W):
+                b[phase_ + i] = b[saved_ + i]
+                for k in range(len(frames)):
+                    b[frames[k] + i] = b[kept_ + k * W + i]
+
+        return ramped
+
+    def pack(self, parameters: Any, schedule: Schedule, cuts: Array, thresholds: Thresholds) -> Array:
+        point, variant = schedule.at(cuts), self.model.variant(parameters)
+        initial = self.model.initial()
+        ends = self.model.pack(Values(parameters, initial, (point.depth, point.wob, point.rotary_speed)), thresholds)
+        names, columns, moving = self.model.names(variant).parameters, self.columns(variant), self._moving(variant)
+        length = np.diff(cuts)[:, np.newaxis]
+        slope = np.diff(ends, axis=0) / length
+        speed = names.index("drive_speed")
+        table = np.zeros((len(cuts) - 1, len(columns)))
+        table[:, : len(names)] = ends[:-1]
+        table[:, speed] = 0.5 * (ends[:-1, speed] + ends[1:, speed])
+        table[:, len(names) : len(names) + len(moving)] = ends[:-1, moving]
+        table[:, len(names) + len(moving) : len(names) + 2 * len(moving)] = slope[:, moving]
+        table[:, -2] = 0.5 * slope[:, speed]
+        table[:, -1] = -0.5 * slope[:, speed] * length[:, 0]
+        return table
+
+    def mend(self, samples: Array, table: Array, cuts: Array, time: Array, variant: Variant) -> None:
+        segment = np.clip(np.searchsorted(cuts, time, side="right") - 1, 0, len(table) - 1)
+        within = np.clip(time - cuts[segment], 0.0, None)
+        ahead = (table[segment, -2] * within + table[segment, -1]) * within
+        for name in self.model.frames:
+            samples[:, self.model.names(variant).states.index(name)] -= ahead

@@ -1,0 +1,179 @@
+"""What is observed of the elastic collar: against the lumped model, against a sampled trace, and in every command."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cli.helpers import call_here
+from kernel.test_compilation import has_wide_registers
+
+import nsdrill
+from nsdrill.errors import StudyError
+
+ONE = {"model": "beam", "beam.modes": 1, "stations.number": 1, "stations.first": 0.5}
+ROLLING = """
+initial: {{{x}: 78 mm, {vy}: -0.8 m/s}}
+operation: {{depth: 5000 m, wob: 66.72 kN}}
+sweep: {{rotary_speed: [2 rad/s, 7 rad/s]}}
+simulation: {{transient: 1 s, observe: 4 s, rtol: 1.0e-9}}
+record: {{peaks: 8, poincare: 4}}
+"""
+
+
+@pytest.fixture(scope="module")
+def both() -> tuple[nsdrill.Dataset, nsdrill.Dataset]:
+    """The lumped model and a collar of one mode with a wall at mid-span, through wall contacts and bit-bounce."""
+    lumped = nsdrill.run(ROLLING.format(x="x", vy="vy"))
+    collar = nsdrill.run(ROLLING.format(x="x_1", vy="vy_1"), set={**ONE, "drillstring.lateral_softening": "live"})
+    return lumped, collar
+
+
+EXACT = (
+    "bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction", "axial_min", "axial_max",
+    "lift_off_fraction", "bit_force_max", "radius_max", "radius_mean", "wall_contact_fraction", "wall_force_max",
+    "whirl_speed_mean", "whirl_ratio", "surface_torque_min", "surface_torque_max", "surface_torque_mean",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_one_mode_has_the_features_of_the_lumped_model(both: tuple[nsdrill.Dataset, ...], name: str) -> None:
+    """To 1e-5: extremes are located on polynomials of one degree less, means are sums over them."""
+    lumped, collar = (np.ravel(one[name]) for one in both)
+    assert collar == pytest.approx(lumped, rel=1e-5, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["rolling_ratio", "lateral_acceleration_rms", "axial_acceleration_rms"])
+def test_what_is_summed_from_ends_of_steps(both: tuple[nsdrill.Dataset, ...], name: str) -> None:
+    """Trapezia over the steps, of which a contact has ten or more: to two percent."""
+    lumped, collar = (np.ravel(one[name]) for one in both)
+    assert collar == pytest.approx(lumped, rel=0.02, abs=1e-3)
+
+
+def test_the_torque_of_the_bit_at_its_greatest(both: tuple[nsdrill.Dataset, ...]) -> None:
+    """Looked at where steps end: never more than the greatest in between, and near it."""
+    lumped, collar = (np.ravel(one["bit_torque_max"]) for one in both)
+    assert np.all(collar <= lumped * (1 + 1e-6))
+    assert np.all(collar > 0.99 * lumped)
+
+
+def test_one_mode_has_the_labels_returns_and_peaks_of_the_lumped_model(both: tuple[nsdrill.Dataset, ...]) -> None:
+    lumped, collar = both
+    for name in ("response", "whirl_kind", "stick_slip_severity", "bounce_severity", "whirl_severity"):
+        assert np.array_equal(lumped[name], collar[name]), name
+    for name in ("section_radius", "section_whirl_angle", "section_axial", "axial_peaks", "bit_speed_peaks"):
+        assert np.ravel(collar[name]) == pytest.approx(np.ravel(lumped[name]), rel=1e-4, abs=1e-6, nan_ok=True), name
+
+
+def test_features_are_those_of_the_trace() -> None:
+    """Five modes and five walls, from near the wall at 7 rad/s: a trace with a sample every 50 us, 2 s."""
+    study = "model: beam\ninitial: {x_1: 78 mm, vy_1: -0.8 m/s}\n"
+    study += "operation: {rotary_speed: 7 rad/s}\nsimulation: {transient: 0 s, observe: 2 s, rtol: 1.0e-9}\n"
+    found = nsdrill.run(study)
+    trace = nsdrill.simulate(study, duration=2.0, sample=5e-5)
+    value = {name: float(np.ravel(found[name])[0]) for name in found.data_vars if np.size(found[name]) == 1}
+    on = trace.wall_force.values > 0
+    assert 0.05 < value["wall_contact_fraction"] < 0.95
+    assert value["wall_contact_fraction"] == pytest.approx(on.mean(), abs=2e-3)
+    assert value["impact_rate"] == pytest.approx(np.sum(on[1:] & ~on[:-1]) / 2.0)
+    assert value["radius_max"] == pytest.approx(trace.radius.values.max(), rel=1e-5)
+    assert value["radius_mean"] == pytest.approx(trace.radius.values.mean(), rel=1e-3)
+    turned = trace.whirl_angle.values[-1] - trace.whirl_angle.values[0]
+    assert value["whirl_speed_mean"] == pytest.approx(turned / 2.0, rel=1e-6)
+    assert value["bit_torque_max"] == pytest.approx(trace.bit_torque.values.max(), rel=0.01)
+    # A force alone at one station is the greatest of all: the others do not touch here.
+    assert value["wall_force_max"] == pytest.approx(trace.wall_force.values.max(), rel=1e-3)
+
+
+STUDY = """\
+model: beam
+beam: {modes: 3}
+stations: {number: 3}
+sweep: {rotary_speed: [4 rad/s, 7 rad/s], procedure: up}
+simulation: {transient: 2 s, observe: 4 s}
+record: {peaks: 4, poincare: 4}
+"""
+
+
+def test_every_command_knows_the_collar(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "study.yaml").write_text(STUDY)
+    out, again = tmp_path / "out.h5", tmp_path / "trace.h5"
+    for line in (
+        f"check {tmp_path / 'study.yaml'}",
+        f"run {tmp_path / 'study.yaml'} -o {out}",
+        f"show {out}",
+        f"replay {out} --rotary-speed 7rad/s -o {again}",
+        f"show {again}",
+        f"plot {out} -o {tmp_path / 'bifurcation.png'}",
+        f"plot {again} -o {tmp_path / 'trace.png'}",
+        f"export {out} -o {tmp_path / 'out.csv'}",
+    ):
+        answer = call_here(capfd, monkeypatch, *line.split())
+        assert answer.code == 0, (line, answer)
+    assert nsdrill.replay(out, rotary_speed=7.0).attrs["same_bits"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"stations.first": 0.95}, "the first before the last"),
+        ({"stations.number": 1, "stations.last": 0.7}, "with one station"),
+        ({"initial.wall_force": "1 kN", "initial.x_1": "2 mm"}, "the force bends all modes"),
+        ({"record.section": "lobe"}, "revolution, with the model beam"),
+        ({"beam.modes": 11}, "at most 10"),
+        ({"beam.modes": 4, "stations.number": 1, "stations.first": 0.5, "operation.wob": "3 MN"}, "without end"),
+        ({"drive.kind": "stiff"}, "unknown key"),
+    ],
+)
+def test_what_does_not_fit_together_is_told(changes: dict[str, object], words: str) -> None:
+    with pytest.raises(StudyError, match=words):
+        nsdrill.check(STUDY, set=changes)
+
+
+def test_a_buckled_collar_that_its_walls_hold_is_no_fault() -> None:
+    """At twice the buckling load mode 1 bends away from the axis; a wall at mid-span holds it. With four modes at 3 MN,
+    mode 2 would go on for ever, as that wall is at its node."""
+    nsdrill.check(STUDY, set={"stations.number": 1, "stations.first": 0.5, "operation.wob": "1.4 MN"})
+
+
+def test_the_exponent_leaves_the_motion_as_it_is() -> None:
+    """A run has the same bits with its Lyapunov exponent measured or not."""
+    plain = nsdrill.run(STUDY)
+    measured = nsdrill.run(STUDY, set={"record.exponent": True})
+    assert np.asarray(plain["final_state"]).tobytes() == np.asarray(measured["final_state"]).tobytes()
+    assert np.all(np.isfinite(measured["lyapunov_exponent"]))
+
+
+ASSEMBLY = """
+import sys
+from nsdrill.models.beam.options import Options
+from nsdrill.models.registry import model_named
+from nsdrill.kernel.steppers import STEPPERS
+model, options = model_named("beam"), Options(*map(int, sys.argv[2:]))
+function = {
+    "rhs": lambda: model.right_hand_side(8, options),
+    "step": lambda: STEPPERS["tsitouras"].make(8, STEPPERS["tsitouras"].rows(model.rows(options, 40))),
+}[sys.argv[1]]()
+print("".join(function.inspect_asm().values()))
+"""
+
+
+@pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
+@pytest.mark.parametrize("what", ["rhs 1 1", "rhs 2 1", "rhs 5 1", "rhs 5 5", "rhs 4 3 1 3 1 1", "step 5 5"])
+def test_loops_over_modes_and_stations_are_packed(what: str, tmp_path: Path) -> None:
+    """Compiled afresh, as code from the cache shows no assembly."""
+    done = subprocess.run(
+        [sys.executable, "-c", ASSEMBLY, *what.split()],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}, capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    packed = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)pd\b[^\n]*%[yz]mm", done.stdout)
+    single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", done.stdout)
+    assert len(packed) > 100
+    assert len(single) < 0.1 * len(packed)
