@@ -28,6 +28,7 @@ DRIVES = {
     "torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning",
     "friction": "friction_laws",
 }  # fmt: skip
+SEGMENTS = {"segments_rest": "segments_speed_100kN", "segments_down": "segments_speed_down"}
 LATERAL = ("whirl_clearance", "inclination")
 CHARTS = {
     "critical-speeds": "fig5_speed_67kN", "buckling": "fig5_speed_67kN", "drive-card": "soft_torque_speed_67kN",
@@ -110,7 +111,7 @@ def main(folder: Path) -> None:
         drawn = folder / f"{name}.png"
         nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
         shrink(drawn, HERE / "pictures" / f"{name}.png")
-    for name, config in {**DRIVES, **COLLAR}.items():
+    for name, config in {**DRIVES, **SEGMENTS, **COLLAR}.items():
         results, drawn = folder / f"{name}.h5", folder / f"{name}.png"
         nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), "--overwrite")
         nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
@@ -149,6 +150,10 @@ def main(folder: Path) -> None:
     )
     nsdrill("plot", str(trace), "-o", str(drawn), "--overwrite")
     shrink(drawn, HERE / "pictures" / "trace.png")
+    regulated = ("--rotary-speed", "13 rad/s", "--duration", "140 s", "-o", str(trace), "--overwrite")
+    nsdrill("simulate", str(CONFIGS / "segments_lqr.yaml"), *regulated)
+    nsdrill("plot", str(trace), "-o", str(drawn), "--overwrite")
+    shrink(drawn, HERE / "pictures" / "segments_lqr.png")
     page = HERE / "studies.md"
     text = page.read_text(encoding="utf-8")
     page.write_text(BLOCK.sub(lambda m: f"{m[1]}{result(summaries[m[2]])}{m[3]}", text), encoding="utf-8")

@@ -23,7 +23,7 @@ from nsdrill.models.christoforou_yigit.figures import figures
 from nsdrill.models.christoforou_yigit.further import further_figures
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
-from nsdrill.models.registry import described
+from nsdrill.models.registry import NAMES, described
 from nsdrill.plot.kinds import (
     ALIASES,
     CHART_KINDS,
@@ -122,6 +122,17 @@ def parameters() -> str:
         for leaf in found
     )
     return table(["key", "symbol", "default", "source", "confidence"], rows)
+
+
+def segments_keys() -> str:
+    """The keys of the string of segments, with their sources."""
+    keys = keys_of("segments")
+    rows = (
+        [code(leaf.key), leaf.default_text, allowed(leaf), leaf.meaning, leaf.source, leaf.confidence]
+        for section in (*keys.model.sections, "initial")
+        for leaf in keys.of(section)
+    )
+    return table(["key", "default", "allowed", "meaning", "source", "confidence"], rows)
 
 
 def study_keys() -> str:
@@ -234,6 +245,19 @@ def trace_variables() -> str:
         ["variable", "type", "units", "meaning"],
         ([code(v.name), v.dtype, v.units, v.long_name] for v in described(MODEL).trace),
     )
+
+
+def other_variables() -> str:
+    """What only other models than the usual one have in results and traces."""
+    usual = {v.name for v in (*described(MODEL).variables, *described(MODEL).trace)}
+    others = [name for name in NAMES if name != MODEL]
+    rows = (
+        [code(v.name), code(name), ROOMS.get(v.room, "trace"), v.units, v.long_name]
+        for name in others
+        for v in dict.fromkeys((*described(name).variables, *described(name).trace))
+        if v.name not in usual
+    )
+    return table(["variable", "model", "kind", "units", "meaning"], rows)
 
 
 def coordinates() -> str:
@@ -364,11 +388,13 @@ def link(found: re.Match[str]) -> str:
 
 TABLES: dict[str, Callable[[], str]] = {
     "parameters": parameters,
+    "segments keys": segments_keys,
     "study keys": study_keys,
     "thresholds": thresholds,
     "units": units,
     "results variables": results_variables,
     "trace variables": trace_variables,
+    "other variables": other_variables,
     "coordinates": coordinates,
     "coefficients": coefficients,
     "check figures": check_figures,

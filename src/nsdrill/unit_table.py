@@ -69,6 +69,10 @@ mph mile_per_hour = 1 mi/h
 kph = 1 km/h
 mps = 1 m/s
 fps = 1 ft/s
+A ampere amp = 1 [current]
+V volt = 1 W/A
+ohm = 1 V/A
+H henry = 1 V*s/A
 """
 PREFIXES = {
     name: Fraction(10) ** power for names, power in (

@@ -39,6 +39,13 @@ USUAL: dict[str, tuple[str, ...]] = {
     "N m/rad": ("N*m/rad", "kN*m/rad", "ft*lbf/rad"),
     "kg m^2": ("kg*m^2",),
     "Hz": ("Hz",),
+    "kg": ("kg", "lb"),
+    "m^3/s": ("m^3/s", "l/min", "gal/min"),
+    "Pa s": ("Pa*s", "mPa*s"),
+    "A": ("A", "kA"),
+    "H": ("H", "mH"),
+    "ohm": ("ohm", "mohm"),
+    "V s/rad": ("V*s/rad",),
 }
 """Units to suggest and to display in, by the SI units of the quantity; SI engineering units first."""
 
@@ -47,6 +54,7 @@ CF = {
     "m/s^2": "m s-2", "kg/m^3": "kg m-3", "Pa": "Pa", "N/m": "N m-1", "N/m^1.5": "N m-1.5", "N s/m": "N s m-1",
     "N m s/rad": "N m s rad-1", "N m": "N m", "1/s": "s-1", "s/m": "s m-1", "s/rad": "s rad-1",
     "N m/rad": "N m rad-1", "kg m^2": "kg m2", "Hz": "Hz", "s^2/rad^2": "s2 rad-2",
+    "kg": "kg", "m^3/s": "m3 s-1", "Pa s": "Pa s", "A": "A", "H": "H", "ohm": "ohm", "V s/rad": "V s rad-1",
 }  # fmt: skip
 """Units as the attributes of files have them, by the SI units of a key."""
 

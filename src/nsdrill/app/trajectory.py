@@ -268,7 +268,9 @@ def _trace(
     }
     told = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
     point = history if schedule.ramps else start
-    return Trajectory(Trace(time, {**state, **model.outputs(study.parameters, point, state), **told}, attrs), status)
+    known = {variable.name for variable in described(study.model).trace}
+    shown = {name: values for name, values in state.items() if name in known}
+    return Trajectory(Trace(time, {**shown, **model.outputs(study.parameters, point, state), **told}, attrs), status)
 
 
 def _points(study: Study, operation: Operation) -> Values:

@@ -171,6 +171,10 @@ class Model(ABC):
     def returns(self, section: Mapping[str, Array]) -> Array:
         """The states at the returns, shape (n, returns, states), in a frame in which what repeats is seen to."""
 
+    def seen(self, sizes: Array) -> Array:
+        """The natural sizes of what :meth:`returns` gives, from those of the states: of the first ones, here."""
+        return sizes
+
     @abstractmethod
     def classify(
         self, features: Mapping[str, Array], status: Array, thresholds: Thresholds, sizes: Array

@@ -99,8 +99,10 @@ class Description:
     ``parameters`` is the dataclass tree of its numbers, each field a section of the study; ``initial`` that of its
     start; ``meanings`` says in one line what each key of these means. ``states`` gives the names of the states that
     a string with these parameters has, the angle of the drive last: one of ``several_states``, where not all strings
-    have the same. ``own_trace`` has the variables of a trace, the states among them. ``options`` gives the words of
-    what such a string has beside the usual: a feature whose ``only`` is one of them is there only then.
+    have the same; where their number depends on the parameters, ``states_allowed`` tells whether a file may have such
+    states. A slice of starts may vary all, or those that are ``sliced``. ``own_trace`` has the variables of a trace,
+    ``untraced`` the states that a trace leaves out. ``options`` gives the words of what such a string has beside the
+    usual: a feature whose ``only`` is one of them is there only then.
 
     ``labels`` stand after ``response``, which has a bit for each of ``responses``, those that the model can show;
     ``check_features`` are the features from which the responses are made, ``shown`` those whose range ``show`` prints,
@@ -124,6 +126,9 @@ class Description:
     states: Callable[[Any], tuple[str, ...]]
     features: tuple[Variable, ...]
     own_trace: tuple[Variable, ...]
+    states_allowed: Callable[[tuple[str, ...]], bool] | None = None
+    sliced: tuple[str, ...] = ()
+    untraced: tuple[Variable, ...] = ()
     labels: tuple[Variable, ...] = ()
     peaks: tuple[Variable, ...] = ()
     section: tuple[Variable, ...] = ()
@@ -181,11 +186,20 @@ class Description:
         """Every state that a string of this model may have."""
         return max(self.state_sets, key=len)
 
+    def may_have(self, states: tuple[str, ...]) -> bool:
+        """Whether a string of this model may have these states, by their names in order."""
+        return states in self.state_sets or (self.states_allowed is not None and self.states_allowed(states))
+
     @property
     def trace(self) -> tuple[Variable, ...]:
         """Every variable of a trace, in the order of files: those of the model, then the operating point."""
         own = {variable.name for variable in self.own_trace}
         return (*self.own_trace, *(variable for variable in _OPERATION if variable.name not in own))
+
+    @property
+    def trace_and_states(self) -> tuple[Variable, ...]:
+        """Every variable of a trace, then the states that it leaves out."""
+        return (*self.trace, *self.untraced)
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:

@@ -26,6 +26,7 @@ _HOME = {
         "nsdrill.models.christoforou_yigit.description:DESCRIPTION",
         "nsdrill.models.christoforou_yigit.model:ChristoforouYigit",
     ),
+    "segments": ("nsdrill.models.segments.description:DESCRIPTION", "nsdrill.models.segments.model:Segments"),
     "beam": ("nsdrill.models.beam.description:DESCRIPTION", "nsdrill.models.beam.model:ElasticCollar"),
     "torsion": ("nsdrill.models.torsion:DESCRIPTION", "nsdrill.models.torsion:Torsion"),
 }

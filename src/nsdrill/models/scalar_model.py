@@ -129,9 +129,17 @@ class ScalarModel(Model):
         columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names))
         return np.stack(columns, axis=1)
 
+    def start_names(self, variant: Variant) -> tuple[str, ...]:
+        """The names of what a start gives: fields of the study's section, in the order in which they are drawn."""
+        return (*self.states(variant), "drive_angle")
+
+    def started(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """All states by their names and the drive's angle, from what a start gives."""
+        return values
+
     def starts(self, points: Values, number: Array | int) -> Array:
         variant, initial = self.variant(points.parameters), points.initial
-        names = (*self.states(variant), "drive_angle")
+        names = self.start_names(variant)
         values = self.given(points, names)
         number = np.atleast_1d(np.asarray(number))
         if initial.starts and (number.min() < 0 or number.max() >= initial.starts):
@@ -144,7 +152,8 @@ class ScalarModel(Model):
             words = np.random.Philox(key=initial.seed).random_raw(initial.starts * len(names))
             uniform = np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(initial.starts, len(names))
             values |= self.drawn(points, uniform[number])
-        columns = [np.atleast_1d(np.asarray(values[name], dtype=float)) for name in names]
+        full, names = self.started(points, values), (*self.states(variant), "drive_angle")
+        columns = [np.atleast_1d(np.asarray(full[name], dtype=float)) for name in names]
         points_of = np.broadcast_arrays(*columns, *(np.atleast_1d(value) for value in points.operation), number)
         return np.stack(points_of[: len(names)], axis=1)
 
@@ -245,10 +254,10 @@ class ScalarModel(Model):
         settled = features["half_difference"] <= thresholds.settled.tolerance
         labels = {"response": response, **severities(features, response, thresholds), "settled": settled}
         labels = {name: np.where(status == OK, value, 0).astype(np.int8) for name, value in labels.items()}
-        if f"section_{self.names(()).states[0]}" in features:
-            still = self.still(features, sizes, thresholds.motion.absolute)
+        if any(name.startswith("section_") for name in features):
+            still, seen = self.still(features, sizes, thresholds.motion.absolute), self.seen(sizes)
             returns = self.returns(features)
-            labels |= motions(features, status, labels["settled"], returns, sizes, still, thresholds)
+            labels |= motions(features, status, labels["settled"], returns, seen, still, thresholds)
         return labels
 
     def scales(self, table: Array) -> dict[str, Array]:

@@ -34,4 +34,4 @@ class _ByName(Mapping[str, Variable]):
 
 
 BY_NAME: Mapping[str, Variable] = _ByName("variables")
-IN_TRACE: Mapping[str, Variable] = _ByName("trace")
+IN_TRACE: Mapping[str, Variable] = _ByName("trace_and_states")

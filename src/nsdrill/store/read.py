@@ -271,7 +271,7 @@ def check_coordinates(where: PathLike, coords: Mapping[str, Array], model: Descr
     if not procedures or len(set(procedures)) < len(procedures) or not set(procedures) <= set(PROCEDURES):
         found = ", ".join(map(str, coords["procedure"]))
         raise FileError(f"{where}: the procedures are {found}; they should be of {', '.join(PROCEDURES)}.")
-    if tuple(coords["state"].tolist()) not in model.state_sets:
+    if not model.may_have(tuple(coords["state"].tolist())):
         found = ", ".join(map(str, coords["state"]))
         raise FileError(f"{where}: the states are {found}; they should be {', '.join(model.state_sets[0])}.")
     if not whole:

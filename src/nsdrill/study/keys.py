@@ -196,7 +196,7 @@ class Keys:
     @property
     def slices(self) -> tuple[str, ...]:
         """The states that a slice of starts may vary."""
-        return self.model.state_sets[0]
+        return self.model.sliced or self.model.state_sets[0]
 
     def of(self, section: str) -> list[Leaf]:
         """The leaves of a section."""

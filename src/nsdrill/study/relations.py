@@ -171,7 +171,8 @@ class Checker:
         if procedure != "same" and self.sound("sweep.procedure"):
             found = f"starts of their own at every point, with sweep.procedure: {procedure}, which carries the state on"
             yield self.fault(key, found, "with sweep.procedure: same")
-        drawn = plane if plane else [name for name in self.model.all_states if f"initial.{name}" in self.leaves]
+        states = self.model.sliced or self.model.all_states
+        drawn = plane if plane else [name for name in states if f"initial.{name}" in self.leaves]
         for name in drawn:
             leaf = self.leaves[f"initial.{name}"]
             if self.given(leaf.key) and self.sound(leaf.key) and self.value(leaf.key) != leaf.default:

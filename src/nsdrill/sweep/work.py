@@ -187,7 +187,7 @@ class Work:
 
     def _zero_one(self, returns: Array, size: Array) -> Array:
         """The 0-1 test where it says something: on motions without a period."""
-        size = size[:, : returns.shape[-1]]  # not all states need be seen at a return
+        size = self.kind.seen(size)[:, : returns.shape[-1]]  # not all states need be seen at a return
         index = np.full(len(size), np.nan)
         open_ = np.flatnonzero(period(returns, size, self.thresholds.motion) == 0)
         index[open_] = zero_one(returns[open_], size[open_])

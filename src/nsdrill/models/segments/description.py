@@ -1,0 +1,117 @@
+"""What this model tells those who do not compute with it."""
+
+from __future__ import annotations
+
+from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.segments.names import names_of
+from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters
+from nsdrill.models.segments.relations import ORDERS, relations
+from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
+from nsdrill.variables import at_section, feature, in_trace
+
+
+def states_of(pipes: int, collars: int) -> tuple[str, ...]:
+    """The names of the states with so many segments, the angle of the drive last."""
+    return (*names_of(pipes, collars).states, "drive_angle")
+
+
+def states(parameters: Parameters) -> tuple[str, ...]:
+    """The names of the states of a string."""
+    return states_of(parameters.drillstring.pipe_segments, parameters.drillstring.collar_segments)
+
+
+def are_states(found: tuple[str, ...]) -> bool:
+    """Whether these are the states of a string with any allowed number of segments. (The names tell of all segments
+    together only.)"""
+    last = (len(found) - 2) // 4 - 1
+    return 2 <= last <= 2 * MOST_SEGMENTS and found == states_of(1, last - 1)
+
+
+# The states between surface and bit, which a trace leaves out.
+_INNER = (
+    in_trace("u_0", "m", "position of the top, from that in steady drilling, positive up"),
+    in_trace("v_0", "m s-1", "axial velocity of the top"),
+    *(variable for node in range(1, 2 * MOST_SEGMENTS) for variable in (
+        in_trace(f"u_{node}", "m", f"position of node {node}, from where it is in steady drilling, positive up"),
+        in_trace(f"v_{node}", "m s-1", f"axial velocity of node {node}"),
+        in_trace(f"angle_{node}", "rad", f"angle of node {node} less that of the set speed"),
+        in_trace(f"speed_{node}", "rad s-1", f"turning speed of node {node}"),
+    )),
+)  # fmt: skip
+DESCRIPTION = Description(
+    name="segments",
+    title="A string of segments in the axial and the torsional direction, with mud, hoist and an electric motor",
+    parameters=Parameters,
+    initial=Initial,
+    meanings={
+        "drillstring": "The string", "drillstring.kelly": "The kelly, a rigid body",
+        "hoist": "What the string hangs from", "mud": "The drilling fluid", "mud.density": "Density",
+        "mud.flow": "Mean flow", "well": "The hole", "bit": "The bit on its lobed surface",
+        "bit.lobes": "Lobes a turn: 3 for a roller cone, 1 for a PDC bit",
+        "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2",
+        "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set speed",
+        "bit.friction": "Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w)",
+        "drive": "What turns the string; each kind reads its own keys",
+        "drive.kind": "Motor at constant voltage, a drive that keeps its speed, or a controlled motor",
+        "initial.z": "Bit above its mean cutting surface; null: where it rests under the weight on bit",
+        "initial.bit_speed": "Bit speed; null: the set speed; a string at rest 0",
+    },
+    states=states,
+    states_allowed=are_states,
+    sliced=("z", "twist", "bit_speed", "drive_angle"),
+    responses=("bit_bounce", "stick_slip"),
+    check_features=("lift_off_fraction", "stick_slip_index"),
+    labels=(BY_NAME["stick_slip_severity"], BY_NAME["bounce_severity"]),
+    features=(
+        *(BY_NAME[name] for name in (
+            "bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction", "axial_min",
+            "axial_max", "lift_off_fraction", "bit_force_max", "surface_torque_min", "surface_torque_max",
+            "surface_torque_mean", "drive_speed_min", "drive_speed_max")),
+        feature("current_min", "A", "least current of the motor"),
+        feature("current_max", "A", "greatest current of the motor"),
+        feature("hook_load_change_min", "N", "least hook load, less that of steady drilling"),
+        feature("hook_load_change_max", "N", "greatest hook load, less that of steady drilling"),
+    ),
+    peaks=(BY_NAME["axial_peaks"], BY_NAME["bit_speed_peaks"]),
+    section=(
+        *(BY_NAME[f"section_{name}"] for name in ("axial", "axial_velocity", "twist", "bit_speed")),
+        at_section("drive_speed", "rad s-1", "speed of the drive"),
+        at_section("current", "A", "current of the motor"),
+    ),
+    own_trace=(
+        *(IN_TRACE[name] for name in ("z", "vz", "twist", "bit_speed")),
+        IN_TRACE["lag"],
+        in_trace("drive_speed", "rad s-1", "speed of the drive"),
+        in_trace("current", "A", "current of the motor"),
+        *(IN_TRACE[name] for name in ("drive_angle", "bit_force", "bit_torque", "surface_torque")),
+        in_trace("hook_load_change", "N", "hook load less that of steady drilling"),
+    ),
+    untraced=_INNER,
+    shown=("stick_slip_index", "stuck_fraction", "lift_off_fraction", "bit_force_max", "surface_torque_max"),
+    compared={
+        **dict.fromkeys(("bit_speed_min", "bit_speed_max", "bit_speed_mean"), "set_speed"),
+        "stuck_fraction": None, "lift_off_fraction": None,
+    },
+    told=("bit_speed_min", "bit_speed_max", "stick_slip_index", "stuck_fraction", "lift_off_fraction"),
+    orders=ORDERS,
+    relations=relations,
+    compiled=("bit.lobes",),
+    example_axis=("drillstring.torsional_damping_time", "1 ms", "10 ms"),
+    example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 26 rad/s, points: 9}}",
+    drawn=Drawn(
+        panels=(
+            Panel("axial", "z", "axial_peaks", "axial_max"),
+            Panel("torsional", "bit_speed", "bit_speed_peaks", "bit_speed_max"),
+        ),
+        histories=("z", "bit_speed", "drive_speed", "bit_force", "bit_torque", "current"),
+        planes=(("z", "vz"), ("twist", "bit_speed")),
+        section=("section_axial", "section_twist", "section_bit_speed"),
+        section_planes=(("section_axial", "section_axial_velocity"), ("section_twist", "section_bit_speed")),
+        summary=("stick_slip_index", "stuck_fraction", "lift_off_fraction"),
+        attractors=(
+            ("bit_speed_min", "bit_speed_max", "Swing of the bit"),
+            (None, "lift_off_fraction", "Time off the rock"),
+            (None, "stick_slip_index", "Stick-slip index"),
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,166 @@
+"""The string of segments as a model: what is compiled in is the number of segments of pipe and of collars."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from nsdrill.models.base import Array, Variant
+from nsdrill.models.leaves import Values
+from nsdrill.models.scalar_model import ScalarModel
+from nsdrill.models.segments import names
+from nsdrill.models.segments.observed import DECLARATION
+from nsdrill.models.segments.parameters import Parameters
+from nsdrill.models.segments.string import bit_torque, steady_of, string_of
+from nsdrill.observe.channels import Declaration, Names
+from nsdrill.observe.thresholds import Record, Thresholds
+
+# What is seen at the returns, and the state that it is.
+SECTION = {"axial": "z", "axial_velocity": "vz", "twist": "twist", "bit_speed": "bit_speed",
+           "drive_speed": "drive_speed", "current": "current"}  # fmt: skip
+
+
+class Segments(ScalarModel):
+    """Pairs of position and velocity from the surface to the bit, then angles and speeds, then the motor's current."""
+
+    name = "segments"
+    singles = 1
+    ramps = None  # type: ignore[assignment]
+
+    def variant(self, parameters: Parameters) -> Variant:
+        return parameters.drillstring.pipe_segments, parameters.drillstring.collar_segments
+
+    def names(self, variant: Variant) -> Names:
+        return names.names_of(*(variant or names.DEFAULT))
+
+    def declaration(self, variant: Variant) -> Declaration:
+        return DECLARATION
+
+    def slopes(self, variant: Variant) -> Callable[..., Sequence[float]]:
+        raise NotImplementedError("the right-hand side is written for lanes")
+
+    def right_hand_side(self, lanes: int, variant: Variant) -> Any:
+        from nsdrill.models.segments.rhs import make_right_hand_side
+
+        return make_right_hand_side(lanes, self.rows(variant), *variant)
+
+    def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
+        return names.columns(points, thresholds)
+
+    def natural(self, table: Mapping[str, Array], variant: Variant = ()) -> Sequence[Any]:
+        """Lengths: the rock's penetration under the weight on bit, at least a tenth of the lobes; angles: a tenth of a
+        radian; turning speeds: a tenth of the set speed; the current: a tenth of that of steady drilling. Velocities:
+        the length times the frequency of a segment, at the bit that of the contact."""
+        pipes, collars = variant or names.DEFAULT
+        length = table["wob"] / (table["chain_stiffness"] + table["rock_stiffness"])
+        length = np.maximum(length, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
+        pipe, collar = length * np.sqrt(table["pipe_axial"]), length * np.sqrt(table["collar_axial"])
+        bit = length * np.sqrt(table["rock_stiffness"] * table["per_bit_mass"])
+        speed = 0.1 * table["set_speed"]
+        axial = [length, pipe] * (pipes + 1) + [length, collar] * (collars - 1) + [length, bit]
+        return [*axial, *[0.1, speed] * (pipes + collars + 1), np.maximum(0.1 * table["steady_current"], 1.0)]
+
+    def sizes(self, table: Array, variant: Variant) -> Array:
+        values = self.natural(self._by_name(table, variant), variant)
+        return np.stack([np.broadcast_to(value, len(table)).astype(float) for value in values], axis=1)
+
+    def drifts(self, table: Array, variant: Variant) -> Array:
+        """Angles are counted from that of the set speed."""
+        rows, nodes = self.rows(variant), sum(variant) + 1
+        drift = np.zeros((len(table), rows.own_slopes))
+        drift[:, nodes : 2 * nodes] = -self._by_name(table, variant)["set_speed"][:, None]
+        return drift
+
+    def phase_rate(self, table: Array) -> Array:
+        return self._by_name(table, ())["set_speed"]
+
+    def fastest(self, table: Mapping[str, Array]) -> Array:
+        square = np.maximum(table["rock_stiffness"] * table["per_bit_mass"], 4 * table["collar_axial"])
+        return np.sqrt(np.maximum(square, table["set_speed"] ** 2))
+
+    # Starts
+
+    def start_names(self, variant: Variant) -> tuple[str, ...]:
+        return "z", "twist", "bit_speed", "drive_angle"
+
+    def steady(self, points: Values) -> Mapping[str, Any]:
+        depth, wob, speed = points.operation
+        steady = steady_of(points.parameters, string_of(points.parameters, depth), wob, speed)
+        return {"z": steady.z, "twist": steady.angles[-1], "bit_speed": speed}
+
+    def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
+        """Twists from none to one and a half times that of steady drilling, bit speeds from 0 to twice the set speed,
+        bit positions about the static one by the amplitude of the lobes; closer to steady drilling with a smaller
+        spread."""
+        q, steady = points.initial.spread, self.steady(points)
+        return {"z": steady["z"] + q * points.parameters.bit.surface_amplitude * (2 * shape[:, 0] - 1),
+                "twist": steady["twist"] * (1 + q * (1.5 * shape[:, 1] - 1)),
+                "bit_speed": steady["bit_speed"] * (1 + q * (2 * shape[:, 2] - 1)),
+                "drive_angle": 2 * math.pi * shape[:, 3]}  # fmt: skip
+
+    def started(self, points: Values, values: Mapping[str, Any]) -> Mapping[str, Any]:
+        """All states from those that a start gives."""
+        depth, wob, speed = points.operation
+        parameters = points.parameters
+        string = string_of(parameters, depth)
+        steady = steady_of(parameters, string, wob, speed)
+        found: dict[str, Any] = dict.fromkeys(self.states(self.variant(parameters)), 0.0)
+        stretch, turn = 1 / parameters.hoist.stiffness, 0.0
+        last = len(string.springs)
+        for node in range(last + 1):
+            u, angle, rate = ("z", "twist", "bit_speed") if node == last else (
+                f"u_{node}", f"angle_{node}" if node else "lag", f"speed_{node}" if node else "drive_speed"
+            )  # fmt: skip
+            # What lies above the node, as a share of the whole string's compliance.
+            share = turn * string.torsional
+            found[u] = values["z"] * stretch * string.axial
+            # The part of the twist that drag to the wall makes does not grow in proportion to the compliance.
+            extra = values["twist"] - steady.angles[-1]
+            found[angle] = steady.angles[node] + extra * share
+            found[rate] = speed + (values["bit_speed"] - speed) * share
+            if node < last:
+                stretch, turn = stretch + 1 / string.stretches[node], turn + 1 / string.springs[node]
+        return {**found, **values, "current": steady.current}
+
+    def held(self, parameters: Parameters) -> tuple[str, ...]:
+        return ("drive_speed", "current") if parameters.drive.kind == "stiff" else ()
+
+    # What is observed
+
+    def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
+        found = super().section(report, record, table, variant)
+        # The drive may stray from the set point: the twist is counted from the drive, so that what repeats is seen to.
+        found["section_twist"] = found["section_twist"] - found["section_lag"]
+        return {f"section_{name}": found[f"section_{state}"] for name, state in SECTION.items()}
+
+    def returns(self, section: Mapping[str, Array]) -> Array:
+        return np.stack([section[f"section_{name}"] for name in SECTION], axis=-1)
+
+    def seen(self, sizes: Array) -> Array:
+        nodes = sizes.shape[-1] // 4
+        return sizes[..., [2 * nodes - 2, 2 * nodes - 1, -3, -2, 2 * nodes + 1, -1]]
+
+    def still(self, features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:
+        """Whether neither bit speed nor bit position moves."""
+        size = self.seen(sizes)
+        moved = features["axial_max"] - features["axial_min"], features["bit_speed_max"] - features["bit_speed_min"]
+        return np.asarray((moved[0] <= absolute * size[..., 0]) & (moved[1] <= absolute * size[..., 3]))
+
+    def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
+        string, bit, hoist = string_of(parameters, point.depth), parameters.bit, parameters.hoist
+        drag = parameters.drillstring.torsional_damping_time
+        angle = bit.lobes * (state["twist"] + state["drive_angle"])
+        interference = bit.surface_amplitude * np.sin(angle) - state["z"]
+        closing = bit.surface_amplitude * bit.lobes * np.cos(angle) * state["bit_speed"] - state["vz"]
+        damped = np.maximum(1 + names.over(bit.rock_damping, point.wob) * closing, 0.0)
+        force = bit.rock_stiffness * np.maximum(interference, 0.0) * damped
+        wound = state["lag"] - state["angle_1"] + drag * (state["drive_speed"] - state["speed_1"])
+        return {
+            "bit_force": force,
+            "bit_torque": bit_torque(parameters, point.wob, point.rotary_speed, force, state["bit_speed"]),
+            "surface_torque": string.pipe.torsional * wound,
+            "hook_load_change": -(hoist.stiffness * state["u_0"] + hoist.damping * state["v_0"]),
+        }

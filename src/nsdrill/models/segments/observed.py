@@ -1,0 +1,77 @@
+"""What is observed of the string of segments."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from nsdrill.observe.channels import Channel, Declaration, Derived, Extremes, Mean, Outputs, Section, TimeAbove
+
+
+def _bit(  # type: ignore[no-untyped-def]
+    sine_, cosine_, interference_, closing_, force_, bit_speed, bit_acceleration, bit_axial_acceleration,
+    rock_stiffness, closing_factor, surface_amplitude, lobes_,
+):  # fmt: skip
+    """The interference of bit and rock, its rate and second derivative; the force and its rate."""
+    turn = lobes_ * bit_speed
+    rate = surface_amplitude * (lobes_ * cosine_ * bit_acceleration - sine_ * turn * turn) - bit_axial_acceleration
+    damped = 1.0 + closing_factor * closing_
+    force_rate = rock_stiffness * (closing_ * damped + interference_ * closing_factor * rate)
+    return interference_, closing_, rate, force_, force_rate if force_ > 0.0 else 0.0
+
+
+def _surface_torque(  # type: ignore[no-untyped-def]
+    lag, drive_speed, angle_1, speed_1, surface_stiffness, torsional_time
+):
+    return surface_stiffness * (lag - angle_1 + torsional_time * (drive_speed - speed_1))
+
+
+def _surface_torque_rate(  # type: ignore[no-untyped-def]
+    drive_speed, speed_1, drive_acceleration, turn_1, surface_stiffness, torsional_time
+):
+    return surface_stiffness * (drive_speed - speed_1 + torsional_time * (drive_acceleration - turn_1))
+
+
+def _index(bit_speed_max: Any, bit_speed_min: Any, bit_speed_mean: Any) -> Any:
+    infinite = np.full(len(bit_speed_mean), np.inf)
+    return np.divide(50.0 * (bit_speed_max - bit_speed_min), bit_speed_mean, out=infinite, where=bit_speed_mean != 0.0)
+
+
+DECLARATION = Declaration(
+    outputs=Outputs(("interference", "closing", "bend", "force", "force_rate"), _bit),
+    channels=(
+        Channel("bit position", "z", "vz", "bit_axial_acceleration"),
+        Channel("interference", "interference", "closing", "bend", level=0.0),
+        Channel("twist", "twist", "bit_speed", "bit_acceleration", frame="set_speed"),
+        Channel("bit speed", "bit_speed", "bit_acceleration", rate_of="twist", level="stuck"),
+        Channel("bit angle", lambda twist, set_speed, time, phase: twist + (phase + set_speed * time),
+                "bit_speed", "bit_acceleration"),
+        Channel("force", "force", "force_rate", size="wob"),
+        Channel("surface torque", _surface_torque, _surface_torque_rate, size="steady_torque"),
+        Channel("drive speed", "drive_speed", "drive_acceleration"),
+        Channel("current", "current", "current_rate"),
+        Channel("hook load", lambda u_0, v_0, hoist_stiffness, hoist_damping:
+                -(hoist_stiffness * u_0 + hoist_damping * v_0),
+                lambda v_0, top_acceleration, hoist_stiffness, hoist_damping:
+                -(hoist_stiffness * v_0 + hoist_damping * top_acceleration), size="wob"),
+    ),
+    features=(
+        Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),
+        TimeAbove("interference", "touching"),
+        Derived("lift_off_fraction", lambda touching: 1.0 - touching),
+        Extremes("bit speed", greatest="bit_speed_max", least="bit_speed_min", peaks="bit_speed_peaks"),
+        TimeAbove("bit speed", "slipping"),
+        Derived("stuck_fraction", lambda slipping: 1.0 - slipping),
+        Mean("bit speed", "bit_speed_mean"),
+        Derived("stick_slip_index", _index),
+        Extremes("force", greatest="bit_force_max"),
+        Extremes("surface torque", greatest="surface_torque_max", least="surface_torque_min"),
+        Mean("surface torque", "surface_torque_mean"),
+        Extremes("drive speed", greatest="drive_speed_max", least="drive_speed_min"),
+        Extremes("current", greatest="current_max", least="current_min"),
+        Extremes("hook load", greatest="hook_load_change_max", least="hook_load_change_min"),
+    ),
+    section=Section("bit angle", 2.0 * math.pi),
+)  # fmt: skip

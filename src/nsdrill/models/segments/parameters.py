@@ -1,0 +1,249 @@
+"""The parameters of the string of segments, in SI units, with source and confidence of each default.
+
+Sources: **B** Sarker, Rideout & Butt, "Dynamic model of an oilwell drillstring with stick-slip and bit-bounce
+interaction", ICBGM 2012, as far as its tables can be read; **CY** Christoforou & Yigit 2003, J. Sound Vib. 267, as
+reported by others; **R** reconstructed here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE, Cutting, Material, Pipe
+from nsdrill.models.starts import Starts, state
+from nsdrill.ranges import Checked, choice, parameter
+
+MOST_SEGMENTS = 40
+
+
+@dataclass(frozen=True)
+class Collar(Checked):
+    """The drill collars."""
+
+    outer_diameter: float = parameter(0.171, "m", "B", "high", low=1e-4, high=10.0, usual="3 1/8 to 11 1/4 in")
+    inner_diameter: float = parameter(0.0571, "m", "B", "high", high=10.0, usual="1 1/4 to 4 in")
+    length: float = parameter(200.0, "m", "B", "high", low=1e-2, high=1e4, usual="20 to 400 m")
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_bore(self.inner_diameter, self.outer_diameter)
+
+
+@dataclass(frozen=True)
+class DrillPipe(Pipe):
+    """The drill pipe."""
+
+    outer_diameter: float = parameter(0.101, "m", "B", "high", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in")
+    inner_diameter: float = parameter(0.0848, "m", "B", "high", high=10.0, usual="1.8 to 6 in")
+
+
+@dataclass(frozen=True)
+class Kelly(Checked):
+    """The kelly, a rigid body here: its spring would be a hundred times stiffer than the pipe."""
+
+    length: float = parameter(15.0, "m", "B", "high", high=100.0, usual="12 to 17 m", meaning="Length")
+    outer_diameter: float = parameter(
+        0.379, "m", "B as printed: 12.65 t; a kelly is about 0.13 m", "low", low=1e-4, high=10.0,
+        usual="0.08 to 0.15 m", meaning="Outer diameter",
+    )  # fmt: skip
+    inner_diameter: float = parameter(0.0825, "m", "B", "medium", high=10.0, usual="0.05 to 0.1 m",
+                                      meaning="Inner diameter")  # fmt: skip
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_bore(self.inner_diameter, self.outer_diameter)
+
+
+def _check_bore(inner: float, outer: float) -> None:
+    if inner > WIDEST_BORE * outer:
+        raise ValueError(
+            f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer diameter, {outer:g} m"
+        )
+
+
+@dataclass(frozen=True)
+class Drillstring(Checked):
+    """The string: segments of pipe and of collars. A damping time is the damping of a segment over its stiffness."""
+
+    pipe_segments: int = parameter(
+        10,
+        "",
+        "B",
+        "high",
+        low=1,
+        high=MOST_SEGMENTS,
+        usual="5 to 20",
+        meaning="Into how many segments the pipe is cut",
+    )
+    collar_segments: int = parameter(
+        10, "", "B", "high", low=1, high=MOST_SEGMENTS, usual="5 to 20",
+        meaning="Into how many segments the collars are cut",
+    )  # fmt: skip
+    collar: Collar = field(default_factory=Collar)
+    pipe: DrillPipe = field(default_factory=DrillPipe)
+    kelly: Kelly = field(default_factory=Kelly)
+    material: Material = field(default_factory=Material)
+    axial_damping_time: float = parameter(
+        0.2e-3, "s", "R: B's number is lost", "low: sweep it", high=1.0, usual="0 to 5 ms",
+        meaning="Axial material damping: damping of a segment over its stiffness",
+    )  # fmt: skip
+    torsional_damping_time: float = parameter(
+        10e-3, "s", "R: B's number is lost", "low: sweep it", high=1.0, usual="0 to 20 ms",
+        meaning="Torsional material damping: damping of a segment over its stiffness",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Hoist(Checked):
+    """What the string hangs from."""
+
+    stiffness: float = parameter(
+        9.3e6, "N/m", "B", "high", low=1.0, high=1e13, usual="5 to 20 MN/m", meaning="Stiffness of cable and derrick"
+    )
+    damping: float = parameter(
+        0.0, "N s/m", "R: B's number is lost", "low", high=1e9, usual="0 to 100 kN s/m",
+        meaning="Damping of cable and derrick",
+    )  # fmt: skip
+    mass: float = parameter(
+        7031.0, "kg", "B", "high", high=1e6, usual="5 to 40 t", meaning="Mass of swivel and travelling block"
+    )
+
+
+@dataclass(frozen=True)
+class Mud(Checked):
+    """The drilling fluid, which flows down the bore and up the annulus."""
+
+    density: float = parameter(1198.0, "kg/m^3", "B", "high", high=1e5, usual="1000 to 2400 kg/m^3")
+    viscosity: float = parameter(0.03, "Pa s", "B", "high", high=1e3, usual="0.001 to 0.1 Pa s",
+                                 meaning="Viscosity between the turning string and the wall")  # fmt: skip
+    flow: float = parameter(0.022, "m^3/s", "B", "high", high=10.0, usual="0.01 to 0.08 m^3/s", meaning="Mean flow")
+    pulsation: float = parameter(0.002, "m^3/s", "B", "high", high=10.0, usual="0 to 0.01 m^3/s",
+                                 meaning="Amplitude of the pumps' pulsation")  # fmt: skip
+    pulsation_rate: float = parameter(25.13, "rad/s", "B", "high", high=1e4, usual="10 to 60 rad/s",
+                                      meaning="Angular frequency of the pulsation")  # fmt: skip
+    annulus_factor: float = parameter(0.045, "", "B", "high", high=10.0, usual="0.02 to 0.1",
+                                      meaning="Weisbach's friction factor outside of the string")  # fmt: skip
+    bore_factor: float = parameter(0.035, "", "B", "high", high=10.0, usual="0.01 to 0.1",
+                                   meaning="Weisbach's friction factor in the bore")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Well(Checked):
+    """The hole."""
+
+    diameter: float = parameter(0.2, "m", "B", "high", low=1e-4, high=10.0, usual="3 3/4 to 36 in")
+
+
+@dataclass(frozen=True)
+class BitFriction(Checked):
+    """Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w) with the bit speed w in rad/s."""
+
+    level: float = parameter(0.06, "", "B", "medium: the labels are one short", high=10.0, usual="0.02 to 0.5",
+                             meaning="Factor of the whole law (mu0)")  # fmt: skip
+    hump: float = parameter(2.0, "s/rad", "B", "medium: as the level", high=1e3, usual="0 to 5 s/rad",
+                            meaning="Height of the hump at low speed (alpha)")  # fmt: skip
+    narrowing: float = parameter(1.0, "s^2/rad^2", "B", "medium: as the level", high=1e6, usual="0.1 to 10 s^2/rad^2",
+                                 meaning="How soon the hump falls with speed (beta)")  # fmt: skip
+    viscous: float = parameter(0.01, "s/rad", "B", "medium: as the level", high=1e3, usual="0 to 0.1 s/rad",
+                               meaning="Rise with speed (nu)")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SegmentCutting(Cutting):
+    """The cutting torque. ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2, 0 if negative; the depth of cut is 2 pi ROP / w."""
+
+    speed: Literal["live", "mean"] = choice("live", "R: with 'mean' (the set speed) the paper's peaks do not come out")
+    threshold: float = parameter(10e3, "N", "B", "high", low=1.0, high=1e7, usual="1 to 50 kN",
+                                 meaning="Force on the bit above which it cuts")  # fmt: skip
+    slow: float = parameter(0.05, "rad/s", "R", "low", low=1e-6, high=10.0, usual="0.01 to 0.5 rad/s",
+                            meaning="Bit speed below which the depth of cut grows no further")  # fmt: skip
+    smoothing: float = parameter(50.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="10 to 1000 s/rad",
+                                 meaning="Steepness of the cutting torque at zero speed")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Bit(Checked):
+    """The bit on its lobed surface s = s0 sin(b phi)."""
+
+    radius: float = parameter(0.1, "m", "B", "high", low=1e-4, high=5.0, usual="0.05 to 0.4 m",
+                              meaning="Radius of the bit")  # fmt: skip
+    mass: float = parameter(65.0, "kg", "B", "high", high=1e5, usual="20 to 500 kg", meaning="Mass of the bit")
+    lobes: int = parameter(1, "", "B", "medium: the labels are one short", low=1, high=8, usual="1 to 6")
+    surface_amplitude: float = parameter(1e-3, "m", "B", "medium: as lobes", high=1.0, usual="0.1 to 10 mm")
+    rock_stiffness: float = parameter(1.16e9, "N/m", "B", "high", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m")
+    rock_damping: float = parameter(1.5e5, "N s/m", "B", "high", high=1e9, usual="0 to 1 MN s/m",
+                                    meaning="Damping of the rock under the weight on bit")  # fmt: skip
+    cutting: SegmentCutting = field(default_factory=SegmentCutting)
+    friction: BitFriction = field(default_factory=BitFriction)
+
+
+@dataclass(frozen=True)
+class Drive(Checked):
+    """What turns the string: a shaft that keeps its speed (``stiff``), a motor at constant voltage (``voltage``), or
+    the motor with its voltage controlled by a linear-quadratic regulator (``lqr``). The weights of the regulator are
+    those of squared deviations from steady drilling, and of the squared voltage."""
+
+    kind: Literal["voltage", "stiff", "lqr"] = choice("voltage", "B")
+    inductance: float = parameter(0.005, "H", "CY as quoted; B's is lost", "low", low=1e-6, high=100.0,
+                                  usual="1 to 50 mH", meaning="Inductance of the motor")  # fmt: skip
+    resistance: float = parameter(0.01, "ohm", "CY as quoted; B's is lost", "low", low=1e-9, high=1e3,
+                                  usual="0.005 to 0.1 ohm", meaning="Resistance of the motor")  # fmt: skip
+    motor_constant: float = parameter(6.0, "V s/rad", "CY as quoted; B's is lost", "low", low=1e-3, high=1e4,
+                                      usual="1 to 20 V s/rad", meaning="Voltage over motor speed")  # fmt: skip
+    gear: float = parameter(7.2, "", "CY as quoted; B's is lost", "low", low=1e-3, high=1e3, usual="1 to 12",
+                            meaning="Turns of the motor for one of the table")  # fmt: skip
+    motor_inertia: float = parameter(23.0, "kg m^2", "CY as quoted; B's is lost", "low", high=1e6,
+                                     usual="5 to 50 kg m^2", meaning="Inertia at the motor's shaft")  # fmt: skip
+    table_inertia: float = parameter(930.0, "kg m^2", "CY as quoted; B's is lost", "low", high=1e7,
+                                     usual="200 to 2000 kg m^2", meaning="Inertia of the table")  # fmt: skip
+    table_damping: float = parameter(0.0, "N m s/rad", "R: B's number is lost", "low", high=1e7,
+                                     usual="0 to 500 N m s/rad", meaning="Damping of the table")  # fmt: skip
+    control_weight: float = parameter(950.0, "", "B: a loose number", "medium", low=1e-9, high=1e15, usual="1 to 1e5",
+                                      meaning="Weight of the squared control voltage; kind lqr")  # fmt: skip
+    lag_weight: float = parameter(1.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e6",
+                                  meaning="Weight of the table's squared angle; kind lqr")  # fmt: skip
+    drive_speed_weight: float = parameter(20000.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e6",
+                                          meaning="Weight of the table's squared speed; kind lqr")  # fmt: skip
+    current_weight: float = parameter(1.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e6",
+                                      meaning="Weight of the squared current; kind lqr")  # fmt: skip
+    twist_weight: float = parameter(80000.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e6",
+                                    meaning="Weight of the bit's squared angle; kind lqr")  # fmt: skip
+    bit_speed_weight: float = parameter(950000.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e7",
+                                        meaning="Weight of the bit's squared speed; kind lqr")  # fmt: skip
+    control_from: float = parameter(0.0, "s", "", "", high=1e7, usual="0 or 40 s",
+                                    meaning="Time of a run at which the control begins; kind lqr")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """All that does not change during a sweep."""
+
+    drillstring: Drillstring = field(default_factory=Drillstring)
+    hoist: Hoist = field(default_factory=Hoist)
+    mud: Mud = field(default_factory=Mud)
+    well: Well = field(default_factory=Well)
+    bit: Bit = field(default_factory=Bit)
+    drive: Drive = field(default_factory=Drive)
+
+    def __post_init__(self) -> None:
+        widest = max(self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter)
+        if widest >= self.well.diameter:
+            raise ValueError(
+                f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer diameters of pipe and "
+                f"collars, {widest:g} m"
+            )
+
+
+@dataclass(frozen=True)
+class Initial(Starts):
+    """The state at the start, from which the rest of the string follows. None stands for steady drilling.
+
+    The positions and angles between surface and bit are those of a string that is stretched or twisted by a force or a
+    torque at its ends, and the speeds grow from that of the table to that of the bit as such angles do."""
+
+    z: float | None = state(None, "m", 1e3, "-50 to 50 mm")
+    twist: float | None = state(None, "rad", 1e5, "-150 to 0 rad; a string at rest 0",
+                                "Angle of the bit less that of the drive; null: that of steady drilling")  # fmt: skip
+    bit_speed: float | None = state(None, "rad/s", 1e4, "-10 to 60 rad/s; a string at rest 0")
+    drive_angle: float = state(0.0, "rad", 1e9, "any")

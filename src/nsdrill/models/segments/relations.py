@@ -1,0 +1,68 @@
+"""What several values of a study of this model must satisfy together. Each fault names the key that the user wrote."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from nsdrill.errors import Fault
+from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE
+from nsdrill.models.description import Order
+
+ORDERS = (
+    Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
+    Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
+    Order("drillstring.kelly.inner_diameter", "drillstring.kelly.outer_diameter", True, "lower", WIDEST_BORE),
+    Order("drillstring.collar.outer_diameter", "well.diameter"),
+    Order("drillstring.pipe.outer_diameter", "well.diameter"),
+    Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
+)
+LEAST_LOAD = 1e3  # N: with less the rock's damping, which is that under the weight on bit, has no measure
+
+_MOTOR = ("inductance", "resistance", "motor_constant", "gear", "motor_inertia", "table_inertia", "table_damping")
+_WEIGHTS = ("control_weight", "lag_weight", "drive_speed_weight", "current_weight", "twist_weight", "bit_speed_weight")
+# The keys of the drive that each kind reads. The stiff one has a torque, which is given as the current of the motor.
+READ_BY = {
+    "stiff": ("motor_constant", "gear", "table_damping"),
+    "voltage": _MOTOR,
+    "lqr": (*_MOTOR, *_WEIGHTS, "control_from"),
+}
+
+
+def relations(check: Any) -> Iterator[Fault]:
+    """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
+    yield from _load(check)
+    yield from _drive(check)
+    if check.sound("record.exponent") and check.value("record.exponent"):
+        yield check.fault("record.exponent", "true, and this model has no Lyapunov exponent", "false")
+
+
+def _load(check: Any) -> Iterator[Fault]:
+    """A load under which the rock has its damping."""
+    keys = ("operation.wob", "bit.rock_damping")
+    if not check.sound(*keys) or check.ends("bit.rock_damping")[1] == 0.0:
+        return
+    if check.ends("operation.wob")[0] < LEAST_LOAD:
+        yield check.fault(
+            "sweep.wob" if check.axis("operation.wob") else "operation.wob",
+            f"{check.text('operation.wob', 0)}, and bit.rock_damping is the damping under the weight on bit",
+            "at least 1 kN, or bit.rock_damping: 0 N*s/m",
+            ("sweep", "wob") if check.axis("operation.wob") else None,
+        )
+
+
+def _drive(check: Any) -> Iterator[Fault]:
+    """No value and no axis that the kind of drive does not read."""
+    if not check.sound("drive"):
+        return
+    kind = check.value("drive.kind")
+    allowed = f"what a drive of the kind {kind} reads: {', '.join(READ_BY[kind])}"
+    for key, leaf in check.leaves.items():
+        name = key.removeprefix("drive.")
+        if name in (key, "kind") or name in READ_BY[kind]:
+            continue
+        if check.axis(key):
+            found = f"an axis over a key that the drive {kind} does not read"
+            yield check.fault(f"sweep.{key}", found, allowed, ("sweep", key))
+        elif check.value(key) != leaf.default:
+            yield check.fault(key, f"{check.text(key)}, which the drive {kind} does not read", allowed)

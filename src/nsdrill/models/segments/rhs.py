@@ -1,0 +1,181 @@
+"""The right-hand side of the string of segments, for all lanes at once.
+
+Nodes i = 0 (surface) .. n (bit); u_i [m] up from the string's shape off bottom, th_i the angle less that of the set
+speed [rad], I the current [A]. With the numbers of :mod:`nsdrill.models.segments.string`, the damping times beta_a and
+beta_t, and D_i the mud's drag on a node:
+
+    S_i = k_i (u_{i+1} - u_i + beta_a (v_{i+1} - v_i)),    M_i = kt_i (th_{i+1} - th_i + beta_t (w_{i+1} - w_i))
+    m_0 v_0' = -k_top u_0 - c_top v_0 + S_0 + D_0,  m_i v_i' = S_i - S_{i-1} + D_i,  m_n v_n' = F - W - S_{n-1} + D_n
+    J_0 w_0' = nK I - (c_rt + cw_0) w_0 + M_0,      J_i w_i' = M_i - M_{i-1} - cw_i w_i,
+    J_n w_n' = -T - M_{n-1} - cw_n w_n,             L I' = V - R I - nK w_0
+
+The bit, with phi = th_n + the drive's angle, omega = w_n, d = s0 sin(b phi) - u_n and chi = c_c / W:
+
+    F = k_c max(d, 0) max(1 + chi d', 0)
+    T = F r_b [mu0 (tanh omega + alpha omega / (1 + beta omega^2) + nu omega) + on g zeta sqrt(delta / r_b)]
+    ROP = max(c1 W sqrt|w_c| + c2, 0),  delta = 2 pi ROP / sqrt(w_c^2 + w_s^2),  g = (2/pi) atan(eps omega)
+    on = (F - W_fs) / (0.1 W_fs), at least 0 and at most 1
+
+Sources: Sarker, Rideout & Butt 2012 for the structure and the numbers, with the friction's fifth number gamma = 1; its
+equations are read from their remains. The rock's force is Hunt and Crossley's (1975): it has the printed damping c_c at
+the working load, no jump at the touch, and never pulls, as a spring and a damper side by side would.
+
+The text is generated: one loop over the lanes for each node, its places in the buffer being constants, as the compiler
+packs no loop over nodes whose rows are apart by one stride here and another there.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from nsdrill.abi import BUFFER, Rows, compiled, inlined
+from nsdrill.elementary import direction, exp2, fma, sincos
+from nsdrill.generate import constants, define
+from nsdrill.models.segments.names import AUX, PARAMETERS
+
+# The bend of a chain about a node times stiffness over mass, and the drag. A flow of either direction has the drag
+# v |v|; tanh w is 1 - 2 / (1 + 2^(2 w log2 e)).
+HELPERS = """
+def axial_node(b, n, u, a, K_, time_, annulus_, bore_, up_, down_, mean_):
+    for i in range(n):
+        here, v = b[u + i], b[u + W + i]
+        bend = (b[u - 2 * W + i] - here) + (b[u + 2 * W + i] - here)
+        bend_rate = (b[u - W + i] - v) + (b[u + 3 * W + i] - v)
+        x, y = b[up_ + i] - v, b[down_ + i] + v
+        drag = fma(b[annulus_ + i], x * abs(x), -fma(b[bore_ + i], y * abs(y), b[mean_ + i]))
+        b[a + i] = fma(b[K_ + i], fma(b[time_ + i], bend_rate, bend), drag)
+
+def torsional_node(b, n, u, a, K_, time_, drag_):
+    for i in range(n):
+        here, v = b[u + i], b[u + W + i]
+        bend = (b[u - 2 * W + i] - here) + (b[u + 2 * W + i] - here)
+        bend_rate = (b[u - W + i] - v) + (b[u + 3 * W + i] - v)
+        b[a + i] = fma(b[K_ + i], fma(b[time_ + i], bend_rate, bend), -(b[drag_ + i] * v))
+"""
+
+MAIN = """
+    n = min(W, len(b))
+    # The flow of the mud; the bit's contact with the rock.
+    for i in range(n):
+        pulse, _ = sincos(b[pulsation_rate + i] * b[time_ + i])
+        flow = fma(b[pulsation + i], pulse, b[flow_ + i])
+        b[pipe_up + i] = flow * b[per_pipe_annulus + i]
+        b[pipe_down + i] = flow * b[per_pipe_bore + i]
+        b[collar_up + i] = flow * b[per_collar_annulus + i]
+        b[collar_down + i] = flow * b[per_collar_bore + i]
+        lobes, omega = b[lobes_ + i], b[w_n + i]
+        phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i], b[phase_ + i])
+        sine, cosine = sincos(lobes * phi)
+        amplitude = b[surface_amplitude + i]
+        interference = fma(amplitude, sine, -b[u_n + i])
+        closing = fma(amplitude * lobes * cosine, omega, -b[v_n + i])
+        force = b[rock_stiffness + i] * max(interference, 0.0) * max(fma(b[closing_factor + i], closing, 1.0), 0.0)
+        b[sine_ + i] = sine
+        b[cosine_ + i] = cosine
+        b[interference_ + i] = interference
+        b[closing_ + i] = closing
+        b[force_ + i] = force
+    for i in range(n):
+        omega, force, live = b[w_n + i], b[force_ + i], b[live_ + i]
+        at = fma(live, omega - b[set_speed + i], b[set_speed + i])
+        advance = max(fma(b[advance_ + i], np.sqrt(abs(at)), b[advance_offset + i]), 0.0)
+        depth = b[cutting_factor + i] * advance / np.sqrt(fma(at, at, b[slow_square + i]))
+        on = min(max((force - b[threshold + i]) * b[per_threshold_width + i], 0.0), 1.0)
+        held = min(max(omega, -20.0), 20.0)
+        rubbing = 1.0 - 2.0 / (1.0 + exp2(2.885390081777926814719849 * held))
+        rubbing = rubbing + b[hump + i] * omega / fma(b[narrowing + i] * omega, omega, 1.0)
+        rubbing = fma(b[viscous + i], omega, rubbing)
+        cutting = on * direction(b[smoothing + i] * omega) * np.sqrt(depth)
+        b[torque_ + i] = force * fma(b[friction_arm + i], rubbing, b[cutting_arm + i] * cutting)
+
+    # The ends and the junction of pipe and collars, which have masses and inertias of their own.
+    for i in range(n):
+        u, v = b[u_0 + i], b[v_0 + i]
+        x, y = b[pipe_up + i] - v, b[pipe_down + i] + v
+        drag = fma(b[pipe_annulus + i], x * abs(x), -fma(b[pipe_bore + i], y * abs(y), b[pipe_mean + i]))
+        pull = b[pipe_axial + i] * fma(b[axial_time + i], b[v_0 + 2 * W + i] - v, b[u_0 + 2 * W + i] - u)
+        own = fma(b[hoist_stiffness + i], u, b[hoist_damping + i] * v) * b[per_top_mass + i]
+        b[a_0 + i] = fma(b[top_share + i], fma(2.0, pull, drag), -own)
+    for i in range(n):
+        u, v = b[u_j + i], b[v_j + i]
+        x, y = b[pipe_up + i] - v, b[pipe_down + i] + v
+        drag = fma(b[pipe_annulus + i], x * abs(x), -fma(b[pipe_bore + i], y * abs(y), b[pipe_mean + i]))
+        pull = b[pipe_axial + i] * fma(b[axial_time + i], b[v_j - 2 * W + i] - v, b[u_j - 2 * W + i] - u)
+        above = b[joint_pipe_share + i] * fma(2.0, pull, drag)
+        x, y = b[collar_up + i] - v, b[collar_down + i] + v
+        drag = fma(b[collar_annulus + i], x * abs(x), -fma(b[collar_bore + i], y * abs(y), b[collar_mean + i]))
+        pull = b[collar_axial + i] * fma(b[axial_time + i], b[v_j + 2 * W + i] - v, b[u_j + 2 * W + i] - u)
+        b[a_j + i] = fma(b[joint_collar_share + i], fma(2.0, pull, drag), above)
+    for i in range(n):
+        u, v = b[u_n + i], b[v_n + i]
+        x, y = b[collar_up + i] - v, b[collar_down + i] + v
+        drag = fma(b[collar_annulus + i], x * abs(x), -fma(b[collar_bore + i], y * abs(y), b[collar_mean + i]))
+        pull = b[collar_axial + i] * fma(b[axial_time + i], b[v_n - 2 * W + i] - v, b[u_n - 2 * W + i] - u)
+        own = (b[force_ + i] - b[wob + i]) * b[per_bit_mass + i]
+        b[a_n + i] = fma(b[bit_share + i], fma(2.0, pull, drag), own)
+    for i in range(n):
+        th, w, current = b[th_0 + i], b[w_0 + i], b[I_ + i]
+        pull = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_0 + 2 * W + i] - w, b[th_0 + 2 * W + i] - th)
+        turn = fma(b[motor + i], current, -(b[table_damping + i] * w)) * b[per_drive_inertia + i]
+        b[alpha_0 + i] = fma(b[drive_share + i], fma(2.0, pull, -(b[pipe_drag + i] * w)), turn)
+        speed = b[set_speed + i]
+        law = fma(b[gain_lag + i], th, fma(b[gain_drive_speed + i], w - speed,
+              fma(b[gain_twist + i], b[th_n + i] - b[steady_twist + i],
+              fma(b[gain_bit_speed + i], b[w_n + i] - speed, b[gain_current + i] * (current - b[steady_current + i])))))
+        law = law if b[time_ + i] >= b[control_from + i] else 0.0
+        fall = fma(b[resistance + i], current - b[steady_current + i], b[motor + i] * (w - speed))
+        b[current_rate + i] = -(law + fall) * b[per_inductance + i]
+    for i in range(n):
+        th, w = b[th_j + i], b[w_j + i]
+        above = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_j - 2 * W + i] - w, b[th_j - 2 * W + i] - th)
+        above = fma(2.0, above, -(b[pipe_drag + i] * w))
+        below = b[collar_torsional + i] * fma(b[torsional_time + i], b[w_j + 2 * W + i] - w, b[th_j + 2 * W + i] - th)
+        below = fma(2.0, below, -(b[collar_drag + i] * w))
+        b[alpha_j + i] = fma(b[joint_pipe_turn + i], above, b[joint_collar_turn + i] * below)
+    for i in range(n):
+        th, w = b[th_n + i], b[w_n + i]
+        pull = b[collar_torsional + i] * fma(b[torsional_time + i], b[w_n - 2 * W + i] - w, b[th_n - 2 * W + i] - th)
+        own = b[torque_ + i] * b[per_bit_inertia + i]
+        b[alpha_n + i] = fma(b[bit_turn + i], fma(2.0, pull, -(b[collar_drag + i] * w)), -own)
+"""
+
+
+@lru_cache
+def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> Any:
+    """The compiled right-hand side for a number of lanes and of segments of pipe and collar, in a buffer of these
+    rows."""
+    W, last = lanes, pipes + collars
+    place = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
+    place |= {name: W * (rows.aux_now + i) for i, name in enumerate(AUX)}
+    place |= {"time_": W * rows.stage_time, "phase_": W * rows.phase, "W": W}
+    for word, node in (("0", 0), ("j", pipes), ("n", last)):
+        for name, first, slope in (("u v a", 0, 0), ("th w alpha", 2 * (last + 1), last + 1)):
+            position, velocity, rate = name.split()
+            place[f"{position}_{word}"] = W * (rows.stage + first + 2 * node)
+            place[f"{velocity}_{word}"] = W * (rows.stage + first + 2 * node + 1)
+            place[f"{rate}_{word}"] = W * (rows.acceleration + slope + node)
+    place["I_"] = W * (rows.stage + 4 * (last + 1))
+    place["current_rate"] = W * (rows.acceleration + 2 * (last + 1))
+    helpers = {name: inlined(define(name, f"W = {W}\n{HELPERS}", fma=fma)) for name in ("axial_node", "torsional_node")}
+    lines = []
+    for node in range(1, last):
+        if node == pipes:
+            continue
+        ring = "pipe" if node < pipes else "collar"
+        u, th = W * (rows.stage + 2 * node), W * (rows.stage + 2 * (last + 1) + 2 * node)
+        a, alpha = W * (rows.acceleration + node), W * (rows.acceleration + last + 1 + node)
+        words = ("axial", "annulus", "bore", "up", "down", "mean")
+        K, annulus, bore, up, down, mean = (place[f"{ring}_{word}"] for word in words)
+        lines += [
+            f"    axial_node(b, n, {u}, {a}, {K}, {place['axial_time']}, {annulus}, {bore}, {up}, {down}, {mean})",
+            f"    torsional_node(b, n, {th}, {alpha}, {place[f'{ring}_torsional']}, {place['torsional_time']}, "
+            f"{place[f'{ring}_drag']})",
+        ]
+    head = "".join(f"# {line}\n" for line in HELPERS.splitlines())  # their text is part of what names this code
+    text = f"{head}{constants(**place)}def right_hand_side(b):{MAIN}" + "\n".join(lines) + "\n"
+    known = {"np": np, "fma": fma, "sincos": sincos, "exp2": exp2, "direction": direction}
+    return compiled(types.void(BUFFER), W, pipes, collars)(define("right_hand_side", text, **known, **helpers))

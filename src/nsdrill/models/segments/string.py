@@ -1,0 +1,180 @@
+"""What the lumped string is made of: masses, inertias, stiffnesses and drag of its segments, and steady drilling.
+
+Nodes i = 0 (surface) to n (bit); a segment is a spring with half of its mass at either end. With h the length of a
+segment, A its steel area and I_p its polar moment:
+
+    k = E A / h,  kt = G I_p / h,  m = rho A h,  J = rho I_p h
+
+**Mud.** Weisbach's drag of the flow Q = Q_m + Q_a sin(w_q t), up the annulus (area A_o) and down the bore (A_b), on a
+segment that moves with v, less that of the mean flow: D = a [x|x| - (Q_m/A_o)^2] - b [y|y| - (Q_m/A_b)^2] with
+x = Q/A_o - v, y = Q/A_b + v, a = (f_o/8) rho_f pi D h and b = (f_i/8) rho_f pi d h. The turning string is slowed by the
+shear in the annulus, a narrow gap between cylinders: 2 pi mu (D/2)^3 h / ((D_w - D)/2).
+
+Source: the structure of Sarker, Rideout & Butt 2012 (a bond graph); the closed forms are the textbook ones. The flow
+that the moving pipe displaces is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from nsdrill.models.segments.parameters import Parameters
+
+
+class Ring(NamedTuple):
+    """A segment of pipe or of collar: its length [m], stiffnesses [N/m, N m/rad], mass [kg], inertia [kg m^2], drag
+    coefficients of annulus and bore [kg/m], drag to the wall [N m s/rad] and areas of annulus and bore [m^2]."""
+
+    length: Any
+    axial: Any
+    torsional: Any
+    mass: Any
+    inertia: Any
+    annulus: Any
+    bore: Any
+    drag: Any
+    annulus_area: Any
+    bore_area: Any
+
+
+class String(NamedTuple):
+    """The whole string: segments of pipe and collar with their numbers; at the ends and at the junction the masses [kg]
+    and inertias [kg m^2]; stiffnesses of the whole string, the hoist's spring among them, [N/m, N m/rad]."""
+
+    pipe: Ring
+    collar: Ring
+    pipes: int
+    collars: int
+    top_mass: Any
+    joint_mass: Any
+    bit_mass: Any
+    drive_inertia: Any
+    joint_inertia: Any
+    bit_inertia: Any
+    axial: Any
+    torsional: Any
+
+    @property
+    def drags(self) -> tuple[Any, ...]:
+        """The drag to the wall [N m s/rad] of each node, from the surface to the bit."""
+        pipe, collar = self.pipe.drag, self.collar.drag
+        return (
+            pipe / 2, *(pipe,) * (self.pipes - 1), (pipe + collar) / 2, *(collar,) * (self.collars - 1), collar / 2
+        )  # fmt: skip
+
+    @property
+    def springs(self) -> tuple[Any, ...]:
+        """The torsional stiffness [N m/rad] of each segment, from the surface to the bit."""
+        return (self.pipe.torsional,) * self.pipes + (self.collar.torsional,) * self.collars
+
+    @property
+    def stretches(self) -> tuple[Any, ...]:
+        """The axial stiffness [N/m] of each segment, from the surface to the bit."""
+        return (self.pipe.axial,) * self.pipes + (self.collar.axial,) * self.collars
+
+    @property
+    def inertias(self) -> tuple[Any, ...]:
+        """The inertia [kg m^2] of each node but the first, to the bit."""
+        return (*(self.pipe.inertia,) * (self.pipes - 1), self.joint_inertia,
+                *(self.collar.inertia,) * (self.collars - 1), self.bit_inertia)  # fmt: skip
+
+
+class Steady(NamedTuple):
+    """Steady drilling without lobes and without pulsation: force [N] and torque [N m] of the rock, torque of the table
+    [N m], current [A], voltage [V]; angles of the nodes behind the drive [rad], and the bit's position [m]."""
+
+    force: Any
+    torque: Any
+    table_torque: Any
+    current: Any
+    voltage: Any
+    angles: tuple[Any, ...]
+    z: Any
+
+
+def string_of(parameters: Parameters, depth: Any) -> String:
+    """The lumped string at a depth [m], a number or an array."""
+    drill, bit, drive, hoist = parameters.drillstring, parameters.bit, parameters.drive, parameters.hoist
+    steel, kelly = drill.material, drill.kelly
+    pipe = _ring(parameters, drill.pipe, (depth - drill.collar.length) / drill.pipe_segments)
+    collar = _ring(parameters, drill.collar, drill.collar.length / drill.collar_segments)
+    area, polar = _section(kelly.outer_diameter, kelly.inner_diameter)
+    compliance = 1 / hoist.stiffness + drill.pipe_segments / pipe.axial + drill.collar_segments / collar.axial
+    return String(
+        pipe,
+        collar,
+        drill.pipe_segments,
+        drill.collar_segments,
+        hoist.mass + steel.density * area * kelly.length + pipe.mass / 2,
+        (pipe.mass + collar.mass) / 2,
+        bit.mass + collar.mass / 2,
+        drive.table_inertia
+        + drive.gear * drive.gear * drive.motor_inertia
+        + steel.density * polar * kelly.length
+        + pipe.inertia / 2,
+        (pipe.inertia + collar.inertia) / 2,
+        bit.mass * bit.radius * bit.radius / 2 + collar.inertia / 2,
+        1 / compliance,
+        1 / (drill.pipe_segments / pipe.torsional + drill.collar_segments / collar.torsional),
+    )
+
+
+def _section(outer: Any, inner: Any) -> tuple[Any, Any]:
+    """The area [m^2] and the polar moment [m^4] of a ring."""
+    squares = outer * outer, inner * inner
+    return (math.pi / 4 * (squares[0] - squares[1]), math.pi / 32 * (squares[0] * squares[0] - squares[1] * squares[1]))
+
+
+def _ring(parameters: Parameters, ring: Any, length: Any) -> Ring:
+    steel, mud, hole = parameters.drillstring.material, parameters.mud, parameters.well.diameter
+    outer, inner = ring.outer_diameter, ring.inner_diameter
+    area, polar = _section(outer, inner)
+    radius = outer / 2
+    return Ring(
+        length,
+        steel.young_modulus * area / length,
+        steel.shear_modulus * polar / length,
+        steel.density * area * length,
+        steel.density * polar * length,
+        mud.annulus_factor / 8 * mud.density * math.pi * outer * length,
+        mud.bore_factor / 8 * mud.density * math.pi * inner * length,
+        2 * math.pi * mud.viscosity * radius * radius * radius * length / (hole / 2 - radius),
+        math.pi / 4 * (hole * hole - outer * outer),
+        math.pi / 4 * inner * inner,
+    )
+
+
+def bit_torque(parameters: Parameters, wob: Any, set_speed: Any, force: Any, speed: Any) -> Any:
+    """The torque of the rock on the bit [N m] under a ``force`` [N] at a bit ``speed`` [rad/s], with friction and
+    cutting (:mod:`nsdrill.models.segments.rhs`)."""
+    bit, law, cut = parameters.bit, parameters.bit.friction, parameters.bit.cutting
+    at = speed if cut.speed == "live" else set_speed
+    advance = np.maximum(cut.c1 * wob * np.sqrt(np.abs(at)) + cut.c2, 0.0)
+    depth = 2 * math.pi * advance / np.sqrt(at * at + cut.slow * cut.slow)
+    on = np.clip((force - cut.threshold) / (0.1 * cut.threshold), 0.0, 1.0)
+    rubbing = np.tanh(speed) + law.hump * speed / (1 + law.narrowing * speed * speed) + law.viscous * speed
+    cutting = on * (2 / math.pi) * np.arctan(cut.smoothing * speed) * cut.zeta * np.sqrt(depth / bit.radius)
+    return force * bit.radius * (law.level * rubbing + cutting)
+
+
+def steady_of(parameters: Parameters, string: String, wob: Any, speed: Any) -> Steady:
+    """Steady drilling under a weight on bit [N] with the set speed [rad/s]."""
+    bit, drive = parameters.bit, parameters.drive
+    z = -wob / (string.axial + bit.rock_stiffness)
+    force = -bit.rock_stiffness * z
+    torque = bit_torque(parameters, wob, speed, force, speed)
+    drags = string.drags
+    below, angles, angle = sum(drags) - drags[0], [0.0 * torque], 0.0
+    for drag, spring in zip(drags[1:], string.springs, strict=True):
+        angle = angle - (torque + speed * below) / spring
+        angles.append(angle)
+        below = below - drag
+    table = torque + speed * (sum(drags) + drive.table_damping)
+    motor = drive.gear * drive.motor_constant
+    current = table / motor
+    return Steady(
+        force, torque, table, current, motor * speed + drive.resistance * current, tuple(angles), z
+    )  # fmt: skip

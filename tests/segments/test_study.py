@@ -1,0 +1,181 @@
+"""The string of segments from study to files: what a user sees."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from nsdrill import api
+from nsdrill.errors import StudyError
+from nsdrill.kernel.settings import Simulation
+from nsdrill.models.segments.description import are_states, states_of
+from nsdrill.models.segments.parameters import Initial
+from nsdrill.observe.thresholds import Record
+from nsdrill.study.load import parse_study
+from nsdrill.variables import EQUILIBRIUM, PERIODIC
+from segments.lanes import MODEL, SPEED, Slopes, run, string
+from segments.plain import Plain, plain_of
+
+STUDY = """\
+model: segments
+drillstring: {pipe_segments: 2, collar_segments: 2}
+operation: {depth: 2200 m, wob: 100 kN}
+initial: {twist: 0 rad, bit_speed: 0 rad/s}
+sweep: {rotary_speed: [13 rad/s, 30 rad/s]}
+simulation: {transient: 20 s, observe: 20 s}
+record: {peaks: 8, poincare: 20}
+"""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("segments") / "results.h5"
+    api.run(STUDY, path, progress=False)
+    return path
+
+
+def test_a_sweep_is_stored_read_and_replayed_to_the_bit(results: Path) -> None:
+    """Another number of segments than usual has other states; the file is read by them."""
+    data = api.open_results(results)
+    assert data["initial_state"].shape[-1] == 4 * 5 + 2
+    trace = api.replay(results, rotary_speed="30 rad/s", sample="1 ms")
+    assert trace.attrs["status"] == "ok"
+    np.testing.assert_array_equal(
+        trace.attrs["final_state"], data["final_state"].sel(rotary_speed=30.0).to_numpy().ravel()
+    )
+
+
+def test_features_are_those_of_a_dense_trace(results: Path) -> None:
+    """Sampled every millisecond. The bit turns at up to 80 rad/s and 100 rad/s^2, so that between samples extremes of
+    the speed differ by 1e-4 rad/s; the force rises within milliseconds, to a few percent. Fractions of 20 s differ by a
+    sample at every passage."""
+    data = api.open_results(results).sel(rotary_speed=30.0)
+    trace = api.replay(results, rotary_speed="30 rad/s", sample="1 ms")
+    seen = {name: trace[name].to_numpy()[20_000:] for name in trace.data_vars}
+
+    def measured(name: str) -> float:
+        return float(data[name].to_numpy().item())
+
+    assert measured("bit_speed_max") == pytest.approx(seen["bit_speed"].max(), abs=2e-3)
+    assert measured("bit_speed_mean") == pytest.approx(np.trapezoid(seen["bit_speed"]) / 20_000, rel=1e-4)
+    assert measured("stuck_fraction") == pytest.approx(np.mean(seen["bit_speed"] < 5 * math.pi / 30), abs=2e-3)
+    off = 1e-3 * np.sin(seen["twist"] + seen["drive_angle"]) - seen["z"] <= 0.0
+    assert 0.0 < measured("lift_off_fraction") == pytest.approx(np.mean(off), abs=2e-3)
+    assert measured("axial_max") == pytest.approx(seen["z"].max(), abs=1e-6)
+    assert measured("bit_force_max") == pytest.approx(seen["bit_force"].max(), rel=0.03)
+    for name in ("surface_torque", "drive_speed", "current", "hook_load_change"):
+        span = np.ptp(seen[name])
+        assert measured(f"{name}_max") == pytest.approx(seen[name].max(), abs=2e-3 * span)
+        assert measured(f"{name}_min") == pytest.approx(seen[name].min(), abs=2e-3 * span)
+
+
+def test_a_trace_has_the_forces_of_the_equations(results: Path) -> None:
+    """At the end of a trace, whose whole state is kept."""
+    trace = api.replay(results, rotary_speed="30 rad/s", sample="1 ms")
+    state, plain = np.asarray(trace.attrs["final_state"]), Plain(speed=30.0, pipes=2, collars=2)
+    parts = plain_of(state[:-1], 4)
+    _, force, torque = plain.bit((state[-1]) / 30.0, parts)
+    u, _, th, w, current = plain.parts(parts)
+    wound = plain.kt[0] * (th[0] - th[1] + plain.beta_t * (w[0] - w[1]))
+    found = {name: float(trace[name][-1]) for name in trace.data_vars}
+    assert found["bit_force"] == pytest.approx(force, rel=1e-6, abs=1e-3)
+    assert found["bit_torque"] == pytest.approx(torque, rel=1e-6, abs=1e-3)
+    assert found["surface_torque"] == pytest.approx(wound, rel=1e-9)
+    assert found["hook_load_change"] == pytest.approx(-plain.k_top * u[0], rel=1e-9)
+    assert found["current"] == pytest.approx(current, rel=1e-9)
+
+
+def test_a_stiff_drive_turns_with_the_set_speed_of_each_point_of_a_chain() -> None:
+    """The motion is carried on, the speed of the drive is not; the current is that of steady drilling at each speed."""
+    text = STUDY.replace("13 rad/s, 30 rad/s]", "30 rad/s, 31 rad/s], procedure: up").replace("20 s", "1 s")
+    done = api.run(f"{text}drive: {{kind: stiff}}\n", progress=False)
+    for name in ("drive_speed_min", "drive_speed_max"):
+        np.testing.assert_array_equal(done[name].to_numpy().ravel(), [30.0, 31.0])
+    exact = [Plain(speed=speed, pipes=2, collars=2).I for speed in (30.0, 31.0)]
+    np.testing.assert_allclose(done["current_max"].to_numpy().ravel(), exact, rtol=1e-12)
+    np.testing.assert_array_equal(
+        done["final_state"].sel(state="twist").to_numpy().ravel()[0],
+        done["initial_state"].sel(state="twist").to_numpy().ravel()[1],
+    )
+
+
+def test_lobes_are_an_axis() -> None:
+    head = STUDY.replace("20 s", "2 s").partition("sweep:")[0] + "simulation: {transient: 2 s, observe: 2 s}\n"
+    both = api.run(f"{head}sweep: {{bit.lobes: [1, 3]}}\n", progress=False)["axial_max"].to_numpy().ravel()
+    alone = api.run(f"{head}bit: {{lobes: 3}}\n", progress=False)["axial_max"].to_numpy().ravel()
+    assert both[0] != both[1] == alone[0]
+
+
+def test_steady_drilling_returns_once_a_revolution() -> None:
+    """The section is a whole turn of the bit. Without pulsation steady drilling on a low lobe repeats with each turn,
+    and on flat rock it is an equilibrium."""
+    quiet = {"drillstring__pipe_segments": 2, "drillstring__collar_segments": 2, "mud__pulsation": 0.0}
+    keep, simulation = Record(peaks=4, poincare=16), Simulation(150.0, 20.0)
+    done = run(string(**quiet, bit__surface_amplitude=2e-4), simulation, record=keep, rotary_speed=60.0)
+    assert (done["motion"][0], done["period"][0]) == (PERIODIC, 1)
+    still = run(string(**quiet, bit__surface_amplitude=0.0), simulation, record=keep, rotary_speed=60.0)
+    assert still["motion"][0] == EQUILIBRIUM
+    assert np.all(np.isfinite(done["section_bit_speed"][0]))
+
+
+def test_results_get_new_labels(results: Path) -> None:
+    """With a bound above every index and fraction nothing is critical."""
+    data = api.open_results(results)
+    assert np.all(data["response"] != 0)
+    bounds = {"classify.stick_slip.stick_slip_index": 1000.0, "classify.bit_bounce.lift_off_fraction": 1.0}
+    assert np.all(api.classify(data, bounds)["response"] == 0)
+
+
+def test_starts_follow_from_the_bit() -> None:
+    """A string at rest below a table that turns: no twist to speak of, speeds that fall to that of the bit."""
+    points = Slopes(string()).points
+    rest = MODEL.starts(type(points)(points.parameters, Initial(twist=0.0, bit_speed=0.0), points.operation), 0)[0]
+    _, _, th, w, current = Plain().parts(plain_of(rest[:-1], 20))
+    assert w[0] == SPEED
+    assert w[-1] == th[-1] == th[0] == 0.0
+    assert np.all(np.diff(w) < 0.0)
+    assert np.abs(th).max() < 0.1  # of 11.3 rad in steady drilling: drag to the wall bends the shape
+    assert current == pytest.approx(53.362710, rel=1e-7)
+
+
+def test_an_ensemble_starts_within_its_bounds() -> None:
+    """Twice the set speed at most, and one and a half times the twist of steady drilling."""
+    points = Slopes(string()).points
+    made = MODEL.starts(type(points)(points.parameters, Initial(ensemble=64), points.operation), np.arange(64))
+    steady = MODEL.starts(points, 0)[0]
+    twist, speed = made[:, -4], made[:, -3]
+    assert np.all((speed >= 0.0) & (speed <= 2 * SPEED))
+    assert np.ptp(speed) > SPEED
+    assert np.all((twist <= 0.0) & (twist >= 1.5 * steady[-4]))
+
+
+def test_names_of_states_tell_the_number_of_segments() -> None:
+    for pipes, collars in ((1, 1), (10, 10), (40, 40)):
+        assert are_states(states_of(pipes, collars))
+    assert not are_states(states_of(40, 41))
+    assert not are_states(states_of(5, 5)[1:])
+    assert not are_states(("z",))
+
+
+@pytest.mark.parametrize(
+    ("line", "key", "words"),
+    [
+        ("drillstring: {pipe_segments: 41}", "drillstring.pipe_segments", "at least 1 and at most 40"),
+        ("operation: {depth: 200 m, wob: 100 kN}", "operation.depth", "above drillstring.collar.length"),
+        ("operation: {depth: 2200 m, wob: 0 kN}", "operation.wob", "at least 1 kN"),
+        ("well: {diameter: 150 mm}", "well.diameter", "above drillstring.collar.outer_diameter"),
+        ("drive: {kind: stiff, control_weight: 3}", "drive.control_weight", "a drive of the kind stiff reads"),
+        ("drive: {inductance: 5 ohm}", "drive.inductance", "H or mH"),
+        ("record: {exponent: true}", "record.exponent", "no Lyapunov exponent"),
+        ("bit: {teeth: 3}", "bit.teeth", "rock_damping"),
+    ],
+)
+def test_what_cannot_be_is_refused_by_its_key(line: str, key: str, words: str) -> None:
+    operation = "" if line.startswith("operation") else "operation: {depth: 2200 m, wob: 50 kN}\n"
+    with pytest.raises(StudyError) as told:
+        parse_study(f"model: segments\n{operation}{line}\n")
+    assert key in str(told.value)
+    assert words in str(told.value)
