@@ -402,7 +402,7 @@ def test_a_drive_that_swings_is_no_ramp() -> None:
 
 # The motor of Christoforou and Yigit as reported: 930 kg m^2 at the table and 23 behind a gear of 7.2; 6 V s, 0.01 ohm,
 # 0.005 H.
-MOTOR = {"kind": "dc_motor", "inertia": 930 + 7.2**2 * 23}
+MOTOR = {"kind": "dc_motor"}
 
 
 def test_the_dc_motor_has_the_droop_the_modes_and_the_reflection_of_its_circuit() -> None:
@@ -417,7 +417,7 @@ def test_the_dc_motor_has_the_droop_the_modes_and_the_reflection_of_its_circuit(
     assert above == pytest.approx([-0.0448 + 0.5888j, -1.000 + 13.227j], abs=6e-4)
     w = math.sqrt(k.k_t / k.J)
     drive = parameters.drive
-    met = 1j * w * drive.inertia + drive.motor_damping / (1 + 1j * w * drive.circuit_time)
+    met = 1j * w * drive.top_inertia + drive.motor_damping / (1 + 1j * w * drive.circuit_time)
     zeta = float(impedance(parameters))
     assert abs((zeta - met) / (zeta + met)) == pytest.approx(0.9968, abs=1e-4)
     shown = figures(parameters, Operation(*DEEP))
@@ -427,7 +427,7 @@ def test_the_dc_motor_has_the_droop_the_modes_and_the_reflection_of_its_circuit(
 
 MOVING = """
 operation: {{wob: 0 kN, rotary_speed: {speed}}}
-drive: {{kind: dc_motor, inertia: 2122.32 kg*m^2}}
+drive: {{kind: dc_motor}}
 drillstring: {{eccentricity: 0 mm}}
 bit: {{surface_amplitude: 0 mm}}
 initial: {{x: 0 mm, z: 0 mm, twist: 5 rad}}
@@ -484,7 +484,15 @@ def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent() -> None:
 def test_the_deviation_follows_the_motor() -> None:
     simulation = Simulation(transient=0.0, observe=5.0, rtol=1e-8)
     work = work_for(Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0), simulation)
-    weak = Drive("dc_motor", inertia=500.0, motor_damping=800.0, circuit_time=0.3)
+    weak = Drive(
+        "dc_motor",
+        table_inertia=500.0,
+        motor_inertia=0.0,
+        gear=1.0,
+        torque_constant=4.0,
+        resistance=0.02,
+        inductance=0.006,
+    )
     work = replace(work, parameters=replace(work.parameters, drive=weak), record=Record(exponent=True))
 
     def end(shift: float, rtol: float) -> np.ndarray:

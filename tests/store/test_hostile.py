@@ -285,7 +285,7 @@ def test_the_child_process_reads_no_other_file(path):
         ("classification", '{"a": 1}', "classification should be a JSON list of texts"),
         ("classification_resolved", '{"whirl": 5}', "classification_resolved should be thresholds as JSON"),
         ("ramps", '{"wob": [[0, 1], [1e99, 2]]}', "ramps should be ramps as JSON"),
-        ("at", '{"bit.lobes": 3}', "at should be a JSON object of numbers"),
+        ("at", '{"drive.kind": 3}', "at should be a JSON object of numbers"),
     ],
 )
 def test_attributes_of_other_types(path, name, value, words, unguarded):

@@ -114,7 +114,15 @@ def test_collect_gives_results_on_the_grid(new_log):
 
 
 def test_records_follow_the_table_of_variables():
-    everything = Kept(peaks=5, returns=4, exponent=True, starts=2, verify=True, states=DRIVEN_STATE_NAMES)
+    everything = Kept(
+        peaks=5,
+        returns=4,
+        exponent=True,
+        starts=2,
+        verify=True,
+        states=DRIVEN_STATE_NAMES,
+        options=("stabilizers", "inclined"),
+    )
     assert record_dtype(everything).names == tuple(variable.name for variable in VARIABLES)
     assert not [name for name in record_dtype(Kept(0)).names if name.endswith("_peaks")]
     with pytest.raises(ValueError, match="negative"):

@@ -201,7 +201,8 @@ def _as_before(parts: dict[str, Any]) -> dict[str, Any]:
     if parts.get("drive", {"on_at": 0.0}).get("on_at") is None:
         parts = _without(parts, ["drive"], "on_at")
     if parts.get("drive", {}).get("kind") != "dc_motor":
-        parts = _without(_without(parts, ["drive"], "motor_damping"), ["drive"], "circuit_time")
+        for name in ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia"):
+            parts = _without(parts, ["drive"], name)
     if parts.get("stabilizer", {}).get("clearance") is None and "stabilizer.clearance" not in parts["sweep"]:
         parts.pop("stabilizer", None)
     for (section, name), off in NEW_KEYS.items():

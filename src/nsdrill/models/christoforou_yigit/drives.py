@@ -172,7 +172,7 @@ def _regulator(
 
 
 def _dc_motor(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
-    return Gains(drive.inertia, 0.0, 0.0)  # no controller; the torque is a state
+    return Gains(drive.top_inertia, 0.0, 0.0)  # no controller; the torque is a state
 
 
 _LAWS: dict[str, Any] = {

@@ -145,7 +145,7 @@ def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarr
     """The matrix of string and DC motor [4, 4]: (motor torque, drive speed, torque of the pipe's spring, bit speed).
     The angle of the top, which nothing holds at constant voltage, is left out: its eigenvalue is 0."""
     drive, J, k_t = parameters.drive, float(k.J), float(k.k_t)
-    inertia, c_s, per_time = float(drive.inertia), float(drive.shaft_damping), 1.0 / float(drive.circuit_time)
+    inertia, c_s, per_time = float(drive.top_inertia), float(drive.shaft_damping), 1.0 / float(drive.circuit_time)
     return np.array(
         [
             [-per_time, -float(drive.motor_damping) * per_time, 0.0, 0.0],

@@ -245,10 +245,11 @@ class Drive(Checked):
 
     Each kind reads its own keys: ``soft_torque`` ``matching``, ``frequency`` (None: that of the string) and
     ``compensated_inertia``; ``z_torque`` ``a`` and ``high_pass``; ``lqr`` the two weights; ``pi`` ``stiffness``,
-    ``damping``, ``twist_gain`` and ``speed_gain``; ``dc_motor`` ``motor_damping`` and ``circuit_time``; all but
-    ``ideal`` ``inertia`` and ``shaft_damping``. A ``torque_limit`` (None: none) is for controllers that leave the
-    machine its inertia: not for ``ideal``, ``z_torque`` and ``dc_motor``, and for ``soft_torque`` only without
-    ``compensated_inertia``. Until ``on_at`` (None: the start) the drive turns with the set speed whatever the torque.
+    ``damping``, ``twist_gain`` and ``speed_gain``; ``dc_motor`` ``inductance`` to ``motor_inertia``; all but
+    ``ideal`` ``shaft_damping``, and all but ``dc_motor`` ``inertia``. A ``torque_limit`` (None: none) is for
+    controllers that leave the machine its inertia: not for ``ideal``, ``z_torque`` and ``dc_motor``, and for
+    ``soft_torque`` only without ``compensated_inertia``. Until ``on_at`` (None: the start) the drive turns with the
+    set speed whatever the torque.
     """
 
     kind: Literal["ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "lqr", "pi", "dc_motor"] = choice(
@@ -278,13 +279,16 @@ class Drive(Checked):
         20.0 / (2.0 * math.pi), "s", "Simulator4nDOF", "medium", low=1e-3, high=1e6, usual="1 to 10 s"
     )
     state_weight: float = parameter(1.0, "", high=1e12, low=1e-12, usual="1")
-    motor_damping: float = parameter(
-        186624.0, "N m s/rad", "(n K)^2/R with K 6 V s, n 7.2, R 0.01 ohm: CY as reported", "low", low=1e-3, high=1e12,
-        usual="1000 to 1 000 000 N m s/rad",
-    )  # fmt: skip
-    circuit_time: float = parameter(
-        0.5, "s", "L/R with L 0.005 H, R 0.01 ohm: CY as reported", "low", low=1e-6, high=1e4, usual="0.01 to 1 s"
+    inductance: float = parameter(0.005, "H", "CY as reported", "low", low=1e-6, high=100.0, usual="1 to 50 mH")
+    resistance: float = parameter(0.01, "ohm", "CY as reported", "low", low=1e-9, high=1e3, usual="0.005 to 0.1 ohm")
+    torque_constant: float = parameter(
+        6.0, "V s/rad", "CY as reported", "low", low=1e-3, high=1e4, usual="1 to 20 V s/rad"
     )
+    gear: float = parameter(7.2, "", "CY as reported", "low", low=1e-3, high=1e3, usual="1 to 12")
+    table_inertia: float = parameter(
+        930.0, "kg m^2", "CY as reported", "low", low=1e-3, high=1e7, usual="200 to 2000 kg m^2"
+    )
+    motor_inertia: float = parameter(23.0, "kg m^2", "CY as reported", "low", high=1e6, usual="5 to 50 kg m^2")
     on_at: float | None = parameter(None, "s", high=1e7, usual="10 to 100 s into a simulation")
     torque_limit: float | None = parameter(
         None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
@@ -295,6 +299,23 @@ class Drive(Checked):
     def ideal(self) -> bool:
         """Whether the top turns with the set speed whatever the torque, without states of its own."""
         return self.kind == "ideal"
+
+    @property
+    def motor_damping(self) -> float:
+        """Of a DC motor: the fall of its torque with its speed [N m s/rad], (n K)^2/R, at the string."""
+        return (self.gear * self.torque_constant) * (self.gear * self.torque_constant) / self.resistance
+
+    @property
+    def circuit_time(self) -> float:
+        """Of a DC motor: the time constant of its armature [s], L/R."""
+        return self.inductance / self.resistance
+
+    @property
+    def top_inertia(self) -> float:
+        """What turns at the top of the string [kg m^2]; of a DC motor table and motor, n^2 times its own."""
+        return (
+            self.table_inertia + self.gear * self.gear * self.motor_inertia if self.kind == "dc_motor" else self.inertia
+        )
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -33,7 +33,15 @@ READ_BY: dict[str, tuple[str, ...]] = {
     "equal_damping": _OWN,
     "z_torque": (*_ALWAYS, "a", "high_pass"),
     "lqr": (*_OWN, "state_weight", "torque_weight"),
-    "dc_motor": (*_ALWAYS, "motor_damping", "circuit_time"),
+    "dc_motor": (
+        "shaft_damping",
+        "inductance",
+        "resistance",
+        "torque_constant",
+        "gear",
+        "table_inertia",
+        "motor_inertia",
+    ),
     "pi": (*_OWN, "stiffness", "damping", "twist_gain", "speed_gain"),
 }
 

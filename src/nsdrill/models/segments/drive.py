@@ -29,7 +29,7 @@ def regulator(parameters: Parameters, string: String) -> np.ndarray:
     numbers = np.broadcast_arrays(
         *np.atleast_1d(
             string.torsional, string.drive_inertia, drive.table_damping, sum(drags),
-            drive.gear * drive.motor_constant, drive.inductance, drive.resistance, drive.control_weight,
+            drive.gear * drive.torque_constant, drive.inductance, drive.resistance, drive.control_weight,
             drive.lag_weight, drive.drive_speed_weight, drive.current_weight, drive.twist_weight,
             drive.bit_speed_weight,
         ),

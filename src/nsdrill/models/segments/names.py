@@ -71,7 +71,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
     string = string_of(parameters, depth)
     pipe, collar, steady = string.pipe, string.collar, steady_of(parameters, string, wob, speed)
     mud, bit, drive, hoist = parameters.mud, parameters.bit, parameters.drive, parameters.hoist
-    law, cut, motor = bit.friction, bit.cutting, drive.gear * drive.motor_constant
+    law, cut, motor = bit.friction, bit.cutting, drive.gear * drive.torque_constant
     found: dict[str, Any] = {}
     for name, ring in (("pipe", pipe), ("collar", collar)):
         annulus, bore = ring.annulus / ring.mass, ring.bore / ring.mass

@@ -180,16 +180,16 @@ class Bit(Checked):
 
 @dataclass(frozen=True)
 class Drive(Checked):
-    """What turns the string: a shaft that keeps its speed (``stiff``), a motor at constant voltage (``voltage``), or
+    """What turns the string: a shaft that keeps its speed (``stiff``), a motor at constant voltage (``dc_motor``), or
     the motor with its voltage controlled by a linear-quadratic regulator (``lqr``). The weights of the regulator are
     those of squared deviations from steady drilling, and of the squared voltage."""
 
-    kind: Literal["voltage", "stiff", "lqr"] = choice("voltage", "B")
+    kind: Literal["dc_motor", "stiff", "lqr"] = choice("dc_motor", "B")
     inductance: float = parameter(0.005, "H", "CY as quoted; B's is lost", "low", low=1e-6, high=100.0,
                                   usual="1 to 50 mH", meaning="Inductance of the motor")  # fmt: skip
     resistance: float = parameter(0.01, "ohm", "CY as quoted; B's is lost", "low", low=1e-9, high=1e3,
                                   usual="0.005 to 0.1 ohm", meaning="Resistance of the motor")  # fmt: skip
-    motor_constant: float = parameter(6.0, "V s/rad", "CY as quoted; B's is lost", "low", low=1e-3, high=1e4,
+    torque_constant: float = parameter(6.0, "V s/rad", "CY as quoted; B's is lost", "low", low=1e-3, high=1e4,
                                       usual="1 to 20 V s/rad", meaning="Voltage over motor speed")  # fmt: skip
     gear: float = parameter(7.2, "", "CY as quoted; B's is lost", "low", low=1e-3, high=1e3, usual="1 to 12",
                             meaning="Turns of the motor for one of the table")  # fmt: skip

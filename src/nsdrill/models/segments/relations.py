@@ -19,12 +19,12 @@ ORDERS = (
 )
 LEAST_LOAD = 1e3  # N: with less the rock's damping, which is that under the weight on bit, has no measure
 
-_MOTOR = ("inductance", "resistance", "motor_constant", "gear", "motor_inertia", "table_inertia", "table_damping")
+_MOTOR = ("inductance", "resistance", "torque_constant", "gear", "motor_inertia", "table_inertia", "table_damping")
 _WEIGHTS = ("control_weight", "lag_weight", "drive_speed_weight", "current_weight", "twist_weight", "bit_speed_weight")
 # The keys of the drive that each kind reads. The stiff one has a torque, which is given as the current of the motor.
 READ_BY = {
-    "stiff": ("motor_constant", "gear", "table_damping"),
-    "voltage": _MOTOR,
+    "stiff": ("torque_constant", "gear", "table_damping"),
+    "dc_motor": _MOTOR,
     "lqr": (*_MOTOR, *_WEIGHTS, "control_from"),
 }
 

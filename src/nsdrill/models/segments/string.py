@@ -173,7 +173,7 @@ def steady_of(parameters: Parameters, string: String, wob: Any, speed: Any) -> S
         angles.append(angle)
         below = below - drag
     table = torque + speed * (sum(drags) + drive.table_damping)
-    motor = drive.gear * drive.motor_constant
+    motor = drive.gear * drive.torque_constant
     current = table / motor
     return Steady(
         force, torque, table, current, motor * speed + drive.resistance * current, tuple(angles), z
