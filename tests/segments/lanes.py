@@ -27,8 +27,8 @@ def string(**values: Any) -> Parameters:
 
 QUIET = {"bit__surface_amplitude": 0.0, "mud__pulsation": 0.0}
 RINGING = {**QUIET, "mud__flow": 0.0, "mud__viscosity": 0.0, "mud__density": 0.0, "bit__friction__level": 0.0,
-           "bit__cutting__zeta": 0.0, "drillstring__axial_damping_time": 0.0,
-           "drillstring__torsional_damping_time": 0.0}  # fmt: skip
+           "bit__cutting__zeta": 0.0, "segments__material_damping__axial": 0.0,
+           "segments__material_damping__torsional": 0.0}  # fmt: skip
 
 
 class Slopes:

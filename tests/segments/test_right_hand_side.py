@@ -19,14 +19,14 @@ GAINS = (0.029333, 41.716072, 2.158996, -32.539385, 13.552175)  # of another pro
 
 CASES = [
     ({}, {}),
-    ({"drillstring__pipe_segments": 1, "drillstring__collar_segments": 1}, {"pipes": 1, "collars": 1}),
-    ({"drillstring__pipe_segments": 5, "drillstring__collar_segments": 2, "drive__kind": "stiff"},
+    ({"segments__pipe": 1, "segments__collar": 1}, {"pipes": 1, "collars": 1}),
+    ({"segments__pipe": 5, "segments__collar": 2, "drive__kind": "stiff"},
      {"pipes": 5, "collars": 2, "stiff": True}),
-    ({"drillstring__pipe_segments": 2, "drillstring__collar_segments": 3, "drive__kind": "lqr",
-      "drive__control_from": 2.0, "drive__table_damping": 70.0, "hoist__damping": 9e3, "bit__lobes": 3},
+    ({"segments__pipe": 2, "segments__collar": 3, "drive__kind": "lqr",
+      "drive__control_from": 2.0, "drive__table_damping": 70.0, "segments__top__damping": 9e3, "bit__lobes": 3},
      {"pipes": 2, "collars": 3, "control_from": 2.0, "c_rt": 70.0, "c_top": 9e3, "lobes": 3}),
-    ({"drillstring__pipe_segments": 2, "drillstring__collar_segments": 3, "bit__cutting__speed": "mean",
-      "bit__rock_damping": 0.0}, {"pipes": 2, "collars": 3, "live": False, "c_c": 0.0}),
+    ({"segments__pipe": 2, "segments__collar": 3, "bit__cutting__speed": "mean",
+      "segments__rock_damping": 0.0}, {"pipes": 2, "collars": 3, "live": False, "c_c": 0.0}),
 ]  # fmt: skip
 
 
@@ -59,7 +59,7 @@ def test_a_uniform_string_has_the_frequencies_of_equal_lumps() -> None:
     """(2c/h) sin((2j - 1) pi / 4n) of n equal lumps below a held end, exact; n = 10, 2000 m."""
     same = {"outer_diameter": 0.101, "inner_diameter": 0.0848}
     parameters = string(
-        **RINGING, drive__kind="stiff", drillstring__pipe_segments=5, drillstring__collar_segments=5,
+        **RINGING, drive__kind="stiff", segments__pipe=5, segments__collar=5,
         drillstring__collar__length=1000.0, bit__mass=0.0,
         **{f"drillstring__collar__{name}": value for name, value in same.items()},
     )  # fmt: skip
@@ -79,8 +79,8 @@ def test_pipe_and_collars_come_nearer_to_the_continuous_string(segments: int, er
     c, ratio = math.sqrt(79.6e9 / 7850), (0.101**4 - 0.0848**4) / (0.171**4 - 0.0571**4)
     for w in (1.13697632, 20.03975275):
         assert math.tan(w * 2000 / c) * math.tan(w * 200 / c) == pytest.approx(ratio, rel=1e-6)
-    parameters = string(**RINGING, drive__kind="stiff", bit__mass=0.0, drillstring__pipe_segments=segments,
-                        drillstring__collar_segments=segments)  # fmt: skip
+    parameters = string(**RINGING, drive__kind="stiff", bit__mass=0.0, segments__pipe=segments,
+                        segments__collar=segments)  # fmt: skip
     slopes = Slopes(parameters)
     found = frequencies(slopes.torsional(slopes.jacobian(slopes.steady())))
     assert found[0] / 1.13697632 - 1 == pytest.approx(errors[0], rel=5e-3)
@@ -151,7 +151,7 @@ def test_gains_of_the_regulator() -> None:
 @pytest.mark.parametrize(("damping", "real"), [(0.2e-3, 0.0254), (10e-3, -0.103)])
 def test_the_regulator_needs_a_string_with_damping(damping: float, real: float) -> None:
     """The worst pole of the whole string without friction at the bit, of another program: at 5.15 rad/s."""
-    parameters = string(drive__kind="lqr", drillstring__torsional_damping_time=damping, bit__friction__level=0.0,
+    parameters = string(drive__kind="lqr", segments__material_damping__torsional=damping, bit__friction__level=0.0,
                         bit__cutting__zeta=0.0, **QUIET)  # fmt: skip
     slopes = Slopes(parameters)
     poles = np.linalg.eigvals(slopes.torsional(slopes.jacobian(slopes.steady())))
@@ -189,7 +189,7 @@ def test_a_run_ends_where_scipy_does_and_energy_balances() -> None:
     """Half a second from a bit that turns too slowly, on its lobes; DOP853 on the plain equations at 1e-10. Both of our
     tolerances of 1e-10 leave errors of about 1e-8 of the natural sizes. Energy: 200 kJ in all, to the integral's
     tolerance."""
-    parameters = string(drillstring__pipe_segments=4, drillstring__collar_segments=4)
+    parameters = string(segments__pipe=4, segments__collar=4)
     plain, initial = Plain(pipes=4, collars=4), Initial(bit_speed=6.0)
     slopes = Slopes(parameters)
     done = run(parameters, Simulation(0.0, 0.5, rtol=1e-10), initial)
@@ -207,8 +207,8 @@ def test_the_bit_lifts_off_below_a_load(speed: float, load: float) -> None:
     """Without friction and rock damping the motion is linear until contact is lost: below W_c = s0 |k_c / (1 + k_c H)|
     (1 + k_a / k_c), where H is the string's receptance at the bit at the frequency of the lobes; loads of another
     program."""
-    quiet = {**RINGING, "bit__surface_amplitude": 1e-3, "bit__rock_damping": 0.0, "drive__kind": "stiff",
-             "drillstring__axial_damping_time": 5e-3}  # fmt: skip
+    quiet = {**RINGING, "bit__surface_amplitude": 1e-3, "segments__rock_damping": 0.0, "drive__kind": "stiff",
+             "segments__material_damping__axial": 5e-3}  # fmt: skip
     plain = Plain(beta_a=5e-3, flow=0.0, pulsation=0.0)
     n = plain.n
     D = np.diff(np.eye(n + 1), axis=0)

@@ -21,7 +21,7 @@ from segments.plain import Plain, plain_of
 
 STUDY = """\
 model: segments
-drillstring: {pipe_segments: 2, collar_segments: 2}
+segments: {pipe: 2, collar: 2}
 operation: {depth: 2200 m, wob: 100 kN}
 initial: {twist: 0 rad, bit_speed: 0 rad/s}
 sweep: {rotary_speed: [13 rad/s, 30 rad/s]}
@@ -112,7 +112,7 @@ def test_lobes_are_an_axis() -> None:
 def test_steady_drilling_returns_once_a_revolution() -> None:
     """The section is a whole turn of the bit. Without pulsation steady drilling on a low lobe repeats with each turn,
     and on flat rock it is an equilibrium."""
-    quiet = {"drillstring__pipe_segments": 2, "drillstring__collar_segments": 2, "mud__pulsation": 0.0}
+    quiet = {"segments__pipe": 2, "segments__collar": 2, "mud__pulsation": 0.0}
     keep, simulation = Record(peaks=4, poincare=16), Simulation(150.0, 20.0)
     done = run(string(**quiet, bit__surface_amplitude=2e-4), simulation, record=keep, rotary_speed=60.0)
     assert (done["motion"][0], done["period"][0]) == (PERIODIC, 1)
@@ -163,14 +163,14 @@ def test_names_of_states_tell_the_number_of_segments() -> None:
 @pytest.mark.parametrize(
     ("line", "key", "words"),
     [
-        ("drillstring: {pipe_segments: 41}", "drillstring.pipe_segments", "at least 1 and at most 40"),
+        ("segments: {pipe: 41}", "segments.pipe", "at least 1 and at most 40"),
         ("operation: {depth: 200 m, wob: 100 kN}", "operation.depth", "above drillstring.collar.length"),
         ("operation: {depth: 2200 m, wob: 0 kN}", "operation.wob", "at least 1 kN"),
         ("well: {diameter: 150 mm}", "well.diameter", "above drillstring.collar.outer_diameter"),
         ("drive: {kind: stiff, control_weight: 3}", "drive.control_weight", "a drive of the kind stiff reads"),
         ("drive: {inductance: 5 ohm}", "drive.inductance", "H or mH"),
         ("record: {exponent: true}", "record.exponent", "no Lyapunov exponent"),
-        ("bit: {teeth: 3}", "bit.teeth", "rock_damping"),
+        ("bit: {teeth: 3}", "bit.teeth", "rock_stiffness"),
     ],
 )
 def test_what_cannot_be_is_refused_by_its_key(line: str, key: str, words: str) -> None:

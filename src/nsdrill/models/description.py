@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
+from nsdrill.models.operation import Operation
 from nsdrill.variables import CHECKS, POINT, RESPONSES, Variable, feature, flag, in_trace, responses
 
 _OPERATION = (
@@ -97,12 +98,13 @@ class Description:
     """The words and tables of a model.
 
     ``parameters`` is the dataclass tree of its numbers, each field a section of the study; ``initial`` that of its
-    start; ``meanings`` says in one line what each key of these means. ``states`` gives the names of the states that
-    a string with these parameters has, the angle of the drive last: one of ``several_states``, where not all strings
-    have the same; where their number depends on the parameters, ``states_allowed`` tells whether a file may have such
-    states. A slice of starts may vary all, or those that are ``sliced``. ``own_trace`` has the variables of a trace,
-    ``untraced`` the states that a trace leaves out. ``options`` gives the words of what such a string has beside the
-    usual: a feature whose ``only`` is one of them is there only then.
+    start, ``operation`` the operating point with the model's own defaults; ``meanings`` says in one line what each key
+    of these means. ``states`` gives the names of the states that a string with these parameters has, the angle of the
+    drive last: one of ``several_states``, where not all strings have the same; where their number depends on the
+    parameters, ``states_allowed`` tells whether a file may have such states. A slice of starts may vary all, or those
+    that are ``sliced``. ``own_trace`` has the variables of a trace, ``untraced`` the states that a trace leaves out.
+    ``options`` gives the words of what such a string has beside the usual: a feature whose ``only`` is one of them is
+    there only then.
 
     ``labels`` stand after ``response``, which has a bit for each of ``responses``, those that the model can show;
     ``check_features`` are the features from which the responses are made, ``shown`` those whose range ``show`` prints,
@@ -129,6 +131,7 @@ class Description:
     states_allowed: Callable[[tuple[str, ...]], bool] | None = None
     sliced: tuple[str, ...] = ()
     untraced: tuple[Variable, ...] = ()
+    operation: type[Operation] = Operation
     labels: tuple[Variable, ...] = ()
     peaks: tuple[Variable, ...] = ()
     section: tuple[Variable, ...] = ()

@@ -16,7 +16,6 @@ from typing import Any, Literal
 from nsdrill import units as si
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
-from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -219,7 +218,7 @@ def keys_of(model: str = MODEL) -> Keys:
     """The keys of the studies of the model of this name."""
     found = described(model)
     sections = {
-        **found.sections, "operation": Operation, "initial": found.initial, "simulation": Simulation,
+        **found.sections, "operation": found.operation, "initial": found.initial, "simulation": Simulation,
         "classify": Thresholds, "record": Record,
     }  # fmt: skip
     told = {**MEANINGS, **found.meanings}

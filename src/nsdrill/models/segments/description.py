@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.segments.names import names_of
-from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters
+from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.relations import ORDERS, relations
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.variables import at_section, feature, in_trace
@@ -17,7 +17,7 @@ def states_of(pipes: int, collars: int) -> tuple[str, ...]:
 
 def states(parameters: Parameters) -> tuple[str, ...]:
     """The names of the states of a string."""
-    return states_of(parameters.drillstring.pipe_segments, parameters.drillstring.collar_segments)
+    return states_of(parameters.segments.pipe, parameters.segments.collar)
 
 
 def are_states(found: tuple[str, ...]) -> bool:
@@ -43,10 +43,13 @@ DESCRIPTION = Description(
     title="A string of segments in the axial and the torsional direction, with mud, hoist and an electric motor",
     parameters=Parameters,
     initial=Initial,
+    operation=SegmentsOperation,
     meanings={
-        "drillstring": "The string", "drillstring.kelly": "The kelly, a rigid body",
-        "hoist": "What the string hangs from", "mud": "The drilling fluid", "mud.density": "Density",
-        "mud.flow": "Mean flow", "well": "The hole", "bit": "The bit on its lobed surface",
+        "drillstring": "The string", "segments": "How the string is cut, and what there is at its ends",
+        "segments.top": "What the string hangs from", "segments.kelly": "The kelly, a rigid body",
+        "segments.material_damping": "Damping of a segment over its stiffness",
+        "mud": "The drilling fluid", "mud.density": "Density", "mud.flow": "Mean flow",
+        "well": "The hole", "bit": "The bit on its lobed surface",
         "bit.lobes": "Lobes a turn: 3 for a roller cone, 1 for a PDC bit",
         "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2",
         "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set speed",
@@ -96,7 +99,7 @@ DESCRIPTION = Description(
     orders=ORDERS,
     relations=relations,
     compiled=("bit.lobes",),
-    example_axis=("drillstring.torsional_damping_time", "1 ms", "10 ms"),
+    example_axis=("segments.material_damping.torsional", "1 ms", "10 ms"),
     example_slice="{twist: {from: -20 rad, to: 0 rad, points: 9}, bit_speed: {from: 0 rad/s, to: 26 rad/s, points: 9}}",
     drawn=Drawn(
         panels=(

@@ -31,7 +31,7 @@ class Segments(ScalarModel):
     ramps = None  # type: ignore[assignment]
 
     def variant(self, parameters: Parameters) -> Variant:
-        return parameters.drillstring.pipe_segments, parameters.drillstring.collar_segments
+        return parameters.segments.pipe, parameters.segments.collar
 
     def names(self, variant: Variant) -> Names:
         return names.names_of(*(variant or names.DEFAULT))
@@ -108,7 +108,7 @@ class Segments(ScalarModel):
         string = string_of(parameters, depth)
         steady = steady_of(parameters, string, wob, speed)
         found: dict[str, Any] = dict.fromkeys(self.states(self.variant(parameters)), 0.0)
-        stretch, turn = 1 / parameters.hoist.stiffness, 0.0
+        stretch, turn = 1 / parameters.segments.top.stiffness, 0.0
         last = len(string.springs)
         for node in range(last + 1):
             u, angle, rate = ("z", "twist", "bit_speed") if node == last else (
@@ -150,17 +150,17 @@ class Segments(ScalarModel):
         return np.asarray((moved[0] <= absolute * size[..., 0]) & (moved[1] <= absolute * size[..., 3]))
 
     def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
-        string, bit, hoist = string_of(parameters, point.depth), parameters.bit, parameters.hoist
-        drag = parameters.drillstring.torsional_damping_time
+        string, bit, top = string_of(parameters, point.depth), parameters.bit, parameters.segments.top
+        drag = parameters.segments.material_damping.torsional
         angle = bit.lobes * (state["twist"] + state["drive_angle"])
         interference = bit.surface_amplitude * np.sin(angle) - state["z"]
         closing = bit.surface_amplitude * bit.lobes * np.cos(angle) * state["bit_speed"] - state["vz"]
-        damped = np.maximum(1 + names.over(bit.rock_damping, point.wob) * closing, 0.0)
+        damped = np.maximum(1 + names.over(parameters.segments.rock_damping, point.wob) * closing, 0.0)
         force = bit.rock_stiffness * np.maximum(interference, 0.0) * damped
         wound = state["lag"] - state["angle_1"] + drag * (state["drive_speed"] - state["speed_1"])
         return {
             "bit_force": force,
             "bit_torque": bit_torque(parameters, point.wob, point.rotary_speed, force, state["bit_speed"]),
             "surface_torque": string.pipe.torsional * wound,
-            "hook_load_change": -(hoist.stiffness * state["u_0"] + hoist.damping * state["v_0"]),
+            "hook_load_change": -(top.stiffness * state["u_0"] + top.damping * state["v_0"]),
         }

@@ -34,7 +34,7 @@ PARAMETERS = (
     "axial_time", "torsional_time",
     "flow_", "pulsation", "pulsation_rate",
     "per_pipe_annulus", "per_pipe_bore", "per_collar_annulus", "per_collar_bore",
-    "hoist_stiffness", "hoist_damping", "per_top_mass", "per_bit_mass", "per_bit_inertia",
+    "top_stiffness", "top_damping", "per_top_mass", "per_bit_mass", "per_bit_inertia",
     "rock_stiffness", "closing_factor", "surface_amplitude", "lobes_",
     "friction_arm", "hump", "narrowing", "viscous",
     "cutting_arm", "cutting_factor", "advance_", "advance_offset", "slow_square", "smoothing", "live_",
@@ -70,7 +70,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
     parameters, (depth, wob, speed) = points.parameters, points.operation
     string = string_of(parameters, depth)
     pipe, collar, steady = string.pipe, string.collar, steady_of(parameters, string, wob, speed)
-    mud, bit, drive, hoist = parameters.mud, parameters.bit, parameters.drive, parameters.hoist
+    mud, bit, drive, chain = parameters.mud, parameters.bit, parameters.drive, parameters.segments
     law, cut, motor = bit.friction, bit.cutting, drive.gear * drive.torque_constant
     found: dict[str, Any] = {}
     for name, ring in (("pipe", pipe), ("collar", collar)):
@@ -95,18 +95,18 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         "joint_pipe_turn": pipe.inertia / (2 * string.joint_inertia),
         "joint_collar_turn": collar.inertia / (2 * string.joint_inertia),
         "bit_turn": collar.inertia / (2 * string.bit_inertia),
-        "axial_time": parameters.drillstring.axial_damping_time,
-        "torsional_time": parameters.drillstring.torsional_damping_time,
+        "axial_time": chain.material_damping.axial,
+        "torsional_time": chain.material_damping.torsional,
         "flow_": mud.flow, "pulsation": mud.pulsation, "pulsation_rate": mud.pulsation_rate,
-        "hoist_stiffness": hoist.stiffness, "hoist_damping": hoist.damping, "per_top_mass": 1 / string.top_mass,
+        "top_stiffness": chain.top.stiffness, "top_damping": chain.top.damping, "per_top_mass": 1 / string.top_mass,
         "per_bit_mass": 1 / string.bit_mass, "per_bit_inertia": 1 / string.bit_inertia,
-        "rock_stiffness": bit.rock_stiffness, "closing_factor": over(bit.rock_damping, wob),
+        "rock_stiffness": bit.rock_stiffness, "closing_factor": over(chain.rock_damping, wob),
         "surface_amplitude": bit.surface_amplitude, "lobes_": float(bit.lobes),
         "friction_arm": bit.radius * law.level, "hump": law.hump, "narrowing": law.narrowing, "viscous": law.viscous,
         "cutting_arm": bit.radius * cut.zeta, "cutting_factor": 2 * math.pi / bit.radius, "advance_": cut.c1 * wob,
         "advance_offset": cut.c2, "slow_square": cut.slow * cut.slow, "smoothing": cut.smoothing,
         "live_": float(cut.speed == "live"),
-        "threshold": cut.threshold, "per_threshold_width": 10 / cut.threshold,
+        "threshold": chain.threshold_force, "per_threshold_width": 10 / chain.threshold_force,
         "motor": motor, "table_damping": drive.table_damping, "per_drive_inertia": turns / string.drive_inertia,
         "per_inductance": turns / drive.inductance, "resistance": drive.resistance,
         "steady_current": steady.current, "steady_twist": steady.angles[-1],

@@ -52,10 +52,10 @@ DECLARATION = Declaration(
         Channel("surface torque", _surface_torque, _surface_torque_rate, size="steady_torque"),
         Channel("drive speed", "drive_speed", "drive_acceleration"),
         Channel("current", "current", "current_rate"),
-        Channel("hook load", lambda u_0, v_0, hoist_stiffness, hoist_damping:
-                -(hoist_stiffness * u_0 + hoist_damping * v_0),
-                lambda v_0, top_acceleration, hoist_stiffness, hoist_damping:
-                -(hoist_stiffness * v_0 + hoist_damping * top_acceleration), size="wob"),
+        Channel("hook load", lambda u_0, v_0, top_stiffness, top_damping:
+                -(top_stiffness * u_0 + top_damping * v_0),
+                lambda v_0, top_acceleration, top_stiffness, top_damping:
+                -(top_stiffness * v_0 + top_damping * top_acceleration), size="wob"),
     ),
     features=(
         Extremes("bit position", greatest="axial_max", least="axial_min", peaks="axial_peaks"),

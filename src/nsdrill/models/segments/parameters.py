@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE, Cutting, Material, Pipe
+from nsdrill.models.operation import LARGEST_FORCE, Operation
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter
 
@@ -38,6 +39,22 @@ class DrillPipe(Pipe):
     inner_diameter: float = parameter(0.0848, "m", "B", "high", high=10.0, usual="1.8 to 6 in")
 
 
+def _check_bore(inner: float, outer: float) -> None:
+    if inner > WIDEST_BORE * outer:
+        raise ValueError(
+            f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer diameter, {outer:g} m"
+        )
+
+
+@dataclass(frozen=True)
+class Drillstring(Checked):
+    """What the string is made of."""
+
+    collar: Collar = field(default_factory=Collar)
+    pipe: DrillPipe = field(default_factory=DrillPipe)
+    material: Material = field(default_factory=Material)
+
+
 @dataclass(frozen=True)
 class Kelly(Checked):
     """The kelly, a rigid body here: its spring would be a hundred times stiffer than the pipe."""
@@ -55,47 +72,8 @@ class Kelly(Checked):
         _check_bore(self.inner_diameter, self.outer_diameter)
 
 
-def _check_bore(inner: float, outer: float) -> None:
-    if inner > WIDEST_BORE * outer:
-        raise ValueError(
-            f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer diameter, {outer:g} m"
-        )
-
-
 @dataclass(frozen=True)
-class Drillstring(Checked):
-    """The string: segments of pipe and of collars. A damping time is the damping of a segment over its stiffness."""
-
-    pipe_segments: int = parameter(
-        10,
-        "",
-        "B",
-        "high",
-        low=1,
-        high=MOST_SEGMENTS,
-        usual="5 to 20",
-        meaning="Into how many segments the pipe is cut",
-    )
-    collar_segments: int = parameter(
-        10, "", "B", "high", low=1, high=MOST_SEGMENTS, usual="5 to 20",
-        meaning="Into how many segments the collars are cut",
-    )  # fmt: skip
-    collar: Collar = field(default_factory=Collar)
-    pipe: DrillPipe = field(default_factory=DrillPipe)
-    kelly: Kelly = field(default_factory=Kelly)
-    material: Material = field(default_factory=Material)
-    axial_damping_time: float = parameter(
-        0.2e-3, "s", "R: B's number is lost", "low: sweep it", high=1.0, usual="0 to 5 ms",
-        meaning="Axial material damping: damping of a segment over its stiffness",
-    )  # fmt: skip
-    torsional_damping_time: float = parameter(
-        10e-3, "s", "R: B's number is lost", "low: sweep it", high=1.0, usual="0 to 20 ms",
-        meaning="Torsional material damping: damping of a segment over its stiffness",
-    )  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Hoist(Checked):
+class Top(Checked):
     """What the string hangs from."""
 
     stiffness: float = parameter(
@@ -108,6 +86,47 @@ class Hoist(Checked):
     mass: float = parameter(
         7031.0, "kg", "B", "high", high=1e6, usual="5 to 40 t", meaning="Mass of swivel and travelling block"
     )
+
+
+@dataclass(frozen=True)
+class MaterialDamping(Checked):
+    """The damping of a segment over its stiffness, a time."""
+
+    axial: float = parameter(
+        0.2e-3, "s", "R: B's number is lost", "low: sweep it", high=1.0, usual="0 to 5 ms",
+        meaning="Axial damping of a segment over its stiffness",
+    )  # fmt: skip
+    torsional: float = parameter(
+        10e-3, "s", "R: B's number is lost", "low: sweep it", high=1.0, usual="0 to 20 ms",
+        meaning="Torsional damping of a segment over its stiffness",
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Segments(Checked):
+    """How the string is cut into segments, and what there is at its ends."""
+
+    pipe: int = parameter(
+        10,
+        "",
+        "B",
+        "high",
+        low=1,
+        high=MOST_SEGMENTS,
+        usual="5 to 20",
+        meaning="Into how many segments the pipe is cut",
+    )
+    collar: int = parameter(
+        10, "", "B", "high", low=1, high=MOST_SEGMENTS, usual="5 to 20",
+        meaning="Into how many segments the collars are cut",
+    )  # fmt: skip
+    top: Top = field(default_factory=Top)
+    kelly: Kelly = field(default_factory=Kelly)
+    material_damping: MaterialDamping = field(default_factory=MaterialDamping)
+    rock_damping: float = parameter(1.5e5, "N s/m", "B", "high", high=1e9, usual="0 to 1 MN s/m",
+                                    meaning="Damping of the rock under the weight on bit")  # fmt: skip
+    threshold_force: float = parameter(10e3, "N", "B", "high", low=1.0, high=1e7, usual="1 to 50 kN",
+                                       meaning="Force on the bit above which it cuts")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -154,8 +173,6 @@ class SegmentCutting(Cutting):
     """The cutting torque. ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2, 0 if negative; the depth of cut is 2 pi ROP / w."""
 
     speed: Literal["live", "mean"] = choice("live", "R: with 'mean' (the set speed) the paper's peaks do not come out")
-    threshold: float = parameter(10e3, "N", "B", "high", low=1.0, high=1e7, usual="1 to 50 kN",
-                                 meaning="Force on the bit above which it cuts")  # fmt: skip
     slow: float = parameter(0.05, "rad/s", "R", "low", low=1e-6, high=10.0, usual="0.01 to 0.5 rad/s",
                             meaning="Bit speed below which the depth of cut grows no further")  # fmt: skip
     smoothing: float = parameter(50.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="10 to 1000 s/rad",
@@ -172,8 +189,6 @@ class Bit(Checked):
     lobes: int = parameter(1, "", "B", "medium: the labels are one short", low=1, high=8, usual="1 to 6")
     surface_amplitude: float = parameter(1e-3, "m", "B", "medium: as lobes", high=1.0, usual="0.1 to 10 mm")
     rock_stiffness: float = parameter(1.16e9, "N/m", "B", "high", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m")
-    rock_damping: float = parameter(1.5e5, "N s/m", "B", "high", high=1e9, usual="0 to 1 MN s/m",
-                                    meaning="Damping of the rock under the weight on bit")  # fmt: skip
     cutting: SegmentCutting = field(default_factory=SegmentCutting)
     friction: BitFriction = field(default_factory=BitFriction)
 
@@ -220,7 +235,7 @@ class Parameters:
     """All that does not change during a sweep."""
 
     drillstring: Drillstring = field(default_factory=Drillstring)
-    hoist: Hoist = field(default_factory=Hoist)
+    segments: Segments = field(default_factory=Segments)
     mud: Mud = field(default_factory=Mud)
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
@@ -233,6 +248,15 @@ class Parameters:
                 f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer diameters of pipe and "
                 f"collars, {widest:g} m"
             )
+
+
+@dataclass(frozen=True)
+class SegmentsOperation(Operation):
+    """The operating point: 2000 m of pipe above the collars."""
+
+    depth: float = parameter(2200.0, "m", "B", "high", low=1e-2, high=1e5, usual="500 to 10 000 m")
+    wob: float = parameter(100e3, "N", "B", "high", high=LARGEST_FORCE, usual="20 to 300 kN")
+    rotary_speed: float = parameter(13.0, "rad/s", "B", "high", low=1e-9, high=1e3, usual="5 to 60 rad/s")
 
 
 @dataclass(frozen=True)

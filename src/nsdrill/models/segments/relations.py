@@ -12,7 +12,7 @@ from nsdrill.models.description import Order
 ORDERS = (
     Order("drillstring.collar.inner_diameter", "drillstring.collar.outer_diameter", True, "lower", WIDEST_BORE),
     Order("drillstring.pipe.inner_diameter", "drillstring.pipe.outer_diameter", True, "lower", WIDEST_BORE),
-    Order("drillstring.kelly.inner_diameter", "drillstring.kelly.outer_diameter", True, "lower", WIDEST_BORE),
+    Order("segments.kelly.inner_diameter", "segments.kelly.outer_diameter", True, "lower", WIDEST_BORE),
     Order("drillstring.collar.outer_diameter", "well.diameter"),
     Order("drillstring.pipe.outer_diameter", "well.diameter"),
     Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
@@ -39,14 +39,14 @@ def relations(check: Any) -> Iterator[Fault]:
 
 def _load(check: Any) -> Iterator[Fault]:
     """A load under which the rock has its damping."""
-    keys = ("operation.wob", "bit.rock_damping")
-    if not check.sound(*keys) or check.ends("bit.rock_damping")[1] == 0.0:
+    keys = ("operation.wob", "segments.rock_damping")
+    if not check.sound(*keys) or check.ends("segments.rock_damping")[1] == 0.0:
         return
     if check.ends("operation.wob")[0] < LEAST_LOAD:
         yield check.fault(
             "sweep.wob" if check.axis("operation.wob") else "operation.wob",
-            f"{check.text('operation.wob', 0)}, and bit.rock_damping is the damping under the weight on bit",
-            "at least 1 kN, or bit.rock_damping: 0 N*s/m",
+            f"{check.text('operation.wob', 0)}, and segments.rock_damping is the damping under the weight on bit",
+            "at least 1 kN, or segments.rock_damping: 0 N*s/m",
             ("sweep", "wob") if check.axis("operation.wob") else None,
         )
 

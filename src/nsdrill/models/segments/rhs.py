@@ -98,7 +98,7 @@ MAIN = """
         x, y = b[pipe_up + i] - v, b[pipe_down + i] + v
         drag = fma(b[pipe_annulus + i], x * abs(x), -fma(b[pipe_bore + i], y * abs(y), b[pipe_mean + i]))
         pull = b[pipe_axial + i] * fma(b[axial_time + i], b[v_0 + 2 * W + i] - v, b[u_0 + 2 * W + i] - u)
-        own = fma(b[hoist_stiffness + i], u, b[hoist_damping + i] * v) * b[per_top_mass + i]
+        own = fma(b[top_stiffness + i], u, b[top_damping + i] * v) * b[per_top_mass + i]
         b[a_0 + i] = fma(b[top_share + i], fma(2.0, pull, drag), -own)
     for i in range(n):
         u, v = b[u_j + i], b[v_j + i]

@@ -97,18 +97,18 @@ class Steady(NamedTuple):
 
 def string_of(parameters: Parameters, depth: Any) -> String:
     """The lumped string at a depth [m], a number or an array."""
-    drill, bit, drive, hoist = parameters.drillstring, parameters.bit, parameters.drive, parameters.hoist
-    steel, kelly = drill.material, drill.kelly
-    pipe = _ring(parameters, drill.pipe, (depth - drill.collar.length) / drill.pipe_segments)
-    collar = _ring(parameters, drill.collar, drill.collar.length / drill.collar_segments)
+    drill, bit, drive, cut = parameters.drillstring, parameters.bit, parameters.drive, parameters.segments
+    steel, kelly = drill.material, cut.kelly
+    pipe = _ring(parameters, drill.pipe, (depth - drill.collar.length) / cut.pipe)
+    collar = _ring(parameters, drill.collar, drill.collar.length / cut.collar)
     area, polar = _section(kelly.outer_diameter, kelly.inner_diameter)
-    compliance = 1 / hoist.stiffness + drill.pipe_segments / pipe.axial + drill.collar_segments / collar.axial
+    compliance = 1 / cut.top.stiffness + cut.pipe / pipe.axial + cut.collar / collar.axial
     return String(
         pipe,
         collar,
-        drill.pipe_segments,
-        drill.collar_segments,
-        hoist.mass + steel.density * area * kelly.length + pipe.mass / 2,
+        cut.pipe,
+        cut.collar,
+        cut.top.mass + steel.density * area * kelly.length + pipe.mass / 2,
         (pipe.mass + collar.mass) / 2,
         bit.mass + collar.mass / 2,
         drive.table_inertia
@@ -118,7 +118,7 @@ def string_of(parameters: Parameters, depth: Any) -> String:
         (pipe.inertia + collar.inertia) / 2,
         bit.mass * bit.radius * bit.radius / 2 + collar.inertia / 2,
         1 / compliance,
-        1 / (drill.pipe_segments / pipe.torsional + drill.collar_segments / collar.torsional),
+        1 / (cut.pipe / pipe.torsional + cut.collar / collar.torsional),
     )
 
 
@@ -154,7 +154,8 @@ def bit_torque(parameters: Parameters, wob: Any, set_speed: Any, force: Any, spe
     at = speed if cut.speed == "live" else set_speed
     advance = np.maximum(cut.c1 * wob * np.sqrt(np.abs(at)) + cut.c2, 0.0)
     depth = 2 * math.pi * advance / np.sqrt(at * at + cut.slow * cut.slow)
-    on = np.clip((force - cut.threshold) / (0.1 * cut.threshold), 0.0, 1.0)
+    threshold = parameters.segments.threshold_force
+    on = np.clip((force - threshold) / (0.1 * threshold), 0.0, 1.0)
     rubbing = np.tanh(speed) + law.hump * speed / (1 + law.narrowing * speed * speed) + law.viscous * speed
     cutting = on * (2 / math.pi) * np.arctan(cut.smoothing * speed) * cut.zeta * np.sqrt(depth / bit.radius)
     return force * bit.radius * (law.level * rubbing + cutting)
