@@ -7,7 +7,7 @@ from typing import Any
 
 from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.options import options_of
+from nsdrill.models.christoforou_yigit.options import is_used
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.relations import ORDERS, relations
 from nsdrill.models.description import Description, Drawn, Panel
@@ -24,8 +24,12 @@ def states(parameters: Parameters) -> tuple[str, ...]:
 
 def options(parameters: Parameters) -> tuple[str, ...]:
     """What brings features of its own: stabilisers with room or friction, and an inclined hole."""
-    used = options_of(parameters)
-    return tuple(word for word, there in (("stabilizers", used.stabilizer), ("inclined", used.weight)) if there)
+    # Not from the whole of what is compiled in: one of that, the number of lobes, may be an axis.
+    there = {
+        "stabilizers": parameters.stabilizer.clearance is not None,
+        "inclined": is_used(parameters.well.inclination),
+    }
+    return tuple(word for word, used in there.items() if used)
 
 
 def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Any]) -> dict[str, Any]:

@@ -42,12 +42,13 @@ def options_of(parameters: Parameters) -> Options:
         friction=LAWS.index(parameters.bit.friction.law),
         limited=int(parameters.drive.torque_limit is not None),
         motor=int(parameters.drive.kind == "dc_motor"),
-        swirl=_used(parameters.mud.swirl),
+        swirl=is_used(parameters.mud.swirl),
         stabilizer=int(parameters.stabilizer.clearance is not None),
-        weight=_used(parameters.well.inclination),
+        weight=is_used(parameters.well.inclination),
         axial_friction=int(parameters.well.axial_friction),
     )
 
 
-def _used(value: Any) -> int:
+def is_used(value: Any) -> int:
+    """1 for a number that is not zero, and for every array."""
     return int(np.ndim(value) > 0 or value != 0.0)
