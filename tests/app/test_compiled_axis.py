@@ -55,3 +55,20 @@ def test_what_no_axis_of_this_kind_may_be_is_told() -> None:
         with pytest.raises(StudyError) as error:
             nsdrill.load_study(STUDY, change)
         assert words in str(error.value)
+
+
+def test_the_elastic_collar_has_the_axis_too() -> None:
+    study = """
+model: beam
+beam: {modes: 2}
+stations: {number: 2}
+operation: {depth: 2000 m}
+sweep: {bit.lobes: [1, 2]}
+simulation: {transient: 1 s, observe: 1 s}
+"""
+    both = nsdrill.run(study)
+    for lobes in (1, 2):
+        alone = nsdrill.run(study, set={"sweep.bit.lobes": lobes})
+        for name in alone.data_vars:
+            one = both[name].sel(bit_lobes=lobes)
+            assert np.array_equal(one.values, alone[name].values, equal_nan=True), (name, lobes)

@@ -62,6 +62,7 @@ DESCRIPTION = Description(
     grouped=LUMPED.grouped,
     told=LUMPED.told,
     orders=ORDERS,
+    compiled=("bit.lobes",),
     relations=relations,
     units_by=LUMPED.units_by,
     checks="nsdrill.models.beam.checks",
