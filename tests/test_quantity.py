@@ -28,8 +28,9 @@ def test_every_number_of_a_study_has_field_units() -> None:
     for name, (key, units) in further_axes(MODEL).items():
         assert find(key) is find(name)
         assert quantity(key).units == units
-        # Seconds, plain numbers and s/rad are the same on both sides of the ocean.
-        assert units in SHOWN or units in ("", "s", "s/rad", "s^2/rad^2", "1/s", "Hz"), key
+        # Seconds, plain numbers, s/rad and the units of electricity are the same on both sides of the ocean.
+        same = ("", "s", "s/rad", "s^2/rad^2", "1/s", "Hz", "H", "ohm", "V s/rad")
+        assert units in SHOWN or units in same, key
 
 
 def test_there_is_no_quantity_of_another_name() -> None:
