@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.ensemble import hypercube, starting_states
+from nsdrill.models.christoforou_yigit.ensemble import DRAWS, starting_states
 from nsdrill.models.christoforou_yigit.parameters import Bit, Initial, Parameters
 from nsdrill.models.christoforou_yigit.rhs import initial_states
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.starts import hypercube
 
 POINTS = {"depth": np.array([500.0, 5000.0, 9000.0]), "wob": np.array([0.0, 22.24e3, 100e3]),
           "rotary_speed": np.array([0.5, 3.0, 20.0])}  # fmt: skip
@@ -29,8 +30,8 @@ def drawn(
 def test_the_words_are_those_of_the_generator() -> None:
     """Philox 4x64-10 is a published function: these are its first words for the key 0 as numpy 1.17 to 2 give them."""
     words = np.random.Philox(key=0).random_raw(9)
-    assert hypercube(0, 1)[0].tolist() == [(int(word) >> 11) / 2**53 for word in words]
-    assert hypercube(0, 3)[2].tolist() != hypercube(1, 3)[2].tolist()
+    assert hypercube(0, 1, DRAWS)[0].tolist() == [(int(word) >> 11) / 2**53 for word in words]
+    assert hypercube(0, 3, DRAWS)[2].tolist() != hypercube(1, 3, DRAWS)[2].tolist()
 
 
 @pytest.mark.parametrize("count", [2, 3, 64, 1000])

@@ -45,9 +45,7 @@ def follow(
         one = replace(study.simulation, transient=0.0, observe=length, max_steps=left)
         gang = Gang(1, 1, rows, store, 0, one)
         gang.add(np.array([i]), model.runs(table[i : i + 1], fixed, state[np.newaxis]))
-        done = gang.advance(parts, 0.2, True)
-        while len(done.job) == 0:
-            done = gang.advance(parts, 0.2, True)
+        done = gang.run_alone(parts)
         state, status = done.final[0], int(done.status[0])
         accepted, rejected = accepted + int(done.accepted[0]), rejected + int(done.rejected[0])
         if status != OK:

@@ -296,9 +296,7 @@ def _at_one_point(
         store[BEGAN] = 0.0 if number == 0 else switch
         gang = Gang(1, 1, rows, store, 0, replace(stage, max_steps=max(1, stage.max_steps - accepted - rejected)))
         gang.add(np.array([0]), model.runs(table, fixed, state[np.newaxis]))
-        done = gang.advance(parts, 0.2, True)
-        while len(done.job) == 0:
-            done = gang.advance(parts, 0.2, True)
+        done = gang.run_alone(parts)
         state, status = done.final[0], int(done.status[0])
         accepted, rejected = accepted + int(done.accepted[0]), rejected + int(done.rejected[0])
         if status != OK:

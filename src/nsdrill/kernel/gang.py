@@ -205,6 +205,13 @@ class Gang:
         self._queue[(end + np.arange(len(slots))) % len(self._queue)] = slots
         self._counters[QUEUE_END] = end + len(slots)
 
+    def run_alone(self, parts: Compiled) -> Finished:
+        """Advance until the one run in it has ended."""
+        while True:
+            done = self.advance(parts, 0.2, True)
+            if len(done.job):
+                return done
+
     def advance(self, parts: Compiled, seconds: float, drain: bool) -> Finished:
         """Advance for about ``seconds`` of wall time, less where all runs end; unless ``drain``, also less where a lane
         finds nothing to do. Gives the runs that ended and forgets them."""

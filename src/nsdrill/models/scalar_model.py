@@ -16,7 +16,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.base import Array, Model, Ramps, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.registry import described
-from nsdrill.models.starts import Starts, slice_values
+from nsdrill.models.starts import Starts, checked_starts, hypercube, slice_points
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.thresholds import Record, Thresholds
 
@@ -142,16 +142,12 @@ class ScalarModel(Model):
         names = self.start_names(variant)
         values = self.given(points, names)
         number = np.atleast_1d(np.asarray(number))
-        if initial.starts and (number.min() < 0 or number.max() >= initial.starts):
-            raise ValueError(f"start: found {number.min()} to {number.max()}, allowed: 0 to {initial.starts - 1}")
+        if initial.starts:
+            checked_starts(initial, number)
         if initial.slice:
-            axes = slice_values(initial, names)
-            places = np.unravel_index(number, [len(axis) for axis in axes.values()])
-            values |= {name: axis[place] for (name, axis), place in zip(axes.items(), places, strict=True)}
+            values |= slice_points(initial, names, number)
         elif initial.starts:
-            words = np.random.Philox(key=initial.seed).random_raw(initial.starts * len(names))
-            uniform = np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(initial.starts, len(names))
-            values |= self.drawn(points, uniform[number])
+            values |= self.drawn(points, hypercube(initial.seed, initial.starts, len(names))[number])
         full, names = self.started(points, values), (*self.states(variant), "drive_angle")
         columns = [np.atleast_1d(np.asarray(full[name], dtype=float)) for name in names]
         points_of = np.broadcast_arrays(*columns, *(np.atleast_1d(value) for value in points.operation), number)

@@ -35,6 +35,35 @@ class Starts(Checked):
         return self.ensemble if self.ensemble > 1 else 0
 
 
+def checked_starts(initial: Starts, number: np.ndarray) -> None:
+    """ValueError where one of the ``number`` is none of the starts of ``initial``."""
+    if number.size and (number.min() < 0 or number.max() >= initial.starts):
+        raise ValueError(f"start: found {number.min()} to {number.max()}, allowed: 0 to {initial.starts - 1}")
+
+
+def hypercube(seed: int, count: int, draws: int) -> np.ndarray:
+    """The numbers of ``count`` starts, so many ``draws`` each: [count, draws], uniform in [0, 1). Start k has the words
+    k draws ... of the Philox 4x64 generator (Salmon et al. 2011) whose key is the seed, their upper 53 bits."""
+    words = np.random.Philox(key=seed).random_raw(count * draws)
+    return np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(count, draws)
+
+
+def in_the_disc(pairs: np.ndarray) -> np.ndarray:
+    """Points of the unit disc [n, 2] from pairs of numbers in [0, 1), one by one with the scalar functions, whose bits
+    do not depend on the length of an array."""
+    points = [
+        (math.sqrt(a) * math.cos(2 * math.pi * b), math.sqrt(a) * math.sin(2 * math.pi * b)) for a, b in pairs.tolist()
+    ]
+    return np.array(points).reshape(-1, 2)
+
+
+def slice_points(initial: Starts, states: tuple[str, ...], number: np.ndarray) -> dict[str, np.ndarray]:
+    """The two states of a slice, in the order of ``states``, and their values at the starts of this ``number``."""
+    axes = slice_values(initial, states)
+    places = np.unravel_index(number, [len(values) for values in axes.values()])
+    return {name: values[place] for (name, values), place in zip(axes.items(), places, strict=True)}
+
+
 def slice_values(initial: Starts, states: tuple[str, ...]) -> dict[str, Any]:
     """The two states of a slice and their values, arrays, in the order of ``states``; the second runs faster over the
     starts."""

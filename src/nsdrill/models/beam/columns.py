@@ -14,13 +14,11 @@ from nsdrill.models.beam.options import Options, options_of
 from nsdrill.models.beam.parameters import Initial, Parameters, Stations
 from nsdrill.models.beam.rhs import columns_of
 from nsdrill.models.christoforou_yigit import rhs as lumped
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, one_by_one, power
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
 from nsdrill.models.leaves import Values
 
 Array = np.ndarray[Any, np.dtype[Any]]
-# numpy's own sine differs in the last bit between processors, and between numbers and arrays.
-_sine = np.vectorize(math.sin, otypes=[float])
 
 
 def coefficients(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any) -> Coefficients:
@@ -67,7 +65,7 @@ def watched(stations: Stations) -> Any:
 
 def shape(place: Any, mode: int) -> Any:
     """sin(n pi xi) at a fraction of the span."""
-    return _sine(mode * math.pi * np.asarray(place, dtype=float))
+    return one_by_one(math.sin, mode * math.pi * np.asarray(place, dtype=float))
 
 
 def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:

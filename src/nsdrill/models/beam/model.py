@@ -16,9 +16,11 @@ from nsdrill.models.beam.options import Options, options_of
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.beam.rhs import PARAMETERS, make_right_hand_side, rows_of
 from nsdrill.models.christoforou_yigit import classify, compare, section
+from nsdrill.models.christoforou_yigit.ensemble import reach_of_collar, string_and_bit
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
+from nsdrill.models.starts import in_the_disc
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -95,25 +97,16 @@ class ElasticCollar(ScalarModel):
         names = (*self.states(self.variant(parameters)), "drive_angle")
         u = dict(zip(names, shape.T, strict=True))
         k = columns.coefficients(parameters, depth, wob, speed)
-        bit, law, arm = parameters.bit, parameters.bit.friction, 2 / 3 * k.bit_radius
-        damping = parameters.drillstring.torsional_damping * speed
-        running = (law.static - law.dynamic) / (1 + law.decay * speed) + law.dynamic
-        static = (wob * (arm * law.static + k.cutting_arm) + damping) / k.k_t
-        steady = (wob * (arm * running + k.cutting_arm) + damping) / k.k_t
-        rest = wob / (k.k_a + bit.rock_stiffness)
-        lobes = bit.lobes * speed * bit.surface_amplitude
-        fastest = q * np.maximum(k.gap * np.sqrt(k.k_bend / k.m_l), k.collar_radius * speed)
+        around = (2 * u["z"] - 1, 2 * u["vz"] - 1, u["twist"], 2 * u["bit_speed"] - 1)
+        gap, fastest = reach_of_collar(k, speed, q)
         found = {
-            "z": q * 2 * (rest + bit.surface_amplitude) * (2 * u["z"] - 1) - rest,
-            "vz": q * 2 * lobes * (2 * u["vz"] - 1),
-            "twist": -((1 - q) * steady + q * 1.5 * static * u["twist"]),
-            "bit_speed": speed * (1 + q * (2 * u["bit_speed"] - 1)),
+            **string_and_bit(columns.as_lumped(parameters), k, wob, speed, q, *around),
             "drive_angle": 2 * math.pi * u["drive_angle"],
         }
         for n in range(1, parameters.beam.modes + 1):
-            for x, y, reach in ((f"x_{n}", f"y_{n}", q * k.gap / n**2), (f"vx_{n}", f"vy_{n}", fastest)):
-                along, around = _in_the_disc(u[x], u[y])
-                found |= {x: reach * along, y: reach * around}
+            for x, y, reach in ((f"x_{n}", f"y_{n}", gap / n**2), (f"vx_{n}", f"vy_{n}", fastest)):
+                place = in_the_disc(np.stack([u[x], u[y]], axis=1))
+                found |= {x: reach * place[:, 0], y: reach * place[:, 1]}
         return found
 
     # What is found
@@ -148,11 +141,8 @@ class ElasticCollar(ScalarModel):
 
     def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
         """Those of the lumped model."""
-        scale = self.scales(table)
-        axial = self.sizes(table, variant)[:, self.states(variant).index("z"), None]
-        speed, gap = scale["drive_speed"][:, None], scale["gap"][:, None]
-        apart = compare.scaled(features, speed, gap)
-        return apart, np.concatenate([apart * compare.WEIGHTS, compare.extent(features, speed, gap, axial)], axis=-1)
+        axial = self.sizes(table, variant)[:, self.states(variant).index("z")]
+        return compare.coordinates(features, self.scales(table), axial)
 
     def _common(self, table: Array) -> dict[str, Array]:
         """The lane parameters of every collar, by name."""
@@ -160,13 +150,3 @@ class ElasticCollar(ScalarModel):
 
     def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, Array]) -> dict[str, Array]:
         return forces(parameters, point, state)
-
-
-def _in_the_disc(a: Array, b: Array) -> tuple[Array, Array]:
-    """Points of the unit disc from numbers in [0, 1), one by one: numpy's own functions depend on the processor."""
-    pairs = [
-        (math.sqrt(p) * math.cos(2 * math.pi * q), math.sqrt(p) * math.sin(2 * math.pi * q))
-        for p, q in zip(a.tolist(), b.tolist(), strict=True)
-    ]
-    along, around = np.array(pairs).reshape(-1, 2).T
-    return along, around

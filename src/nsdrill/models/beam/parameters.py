@@ -9,7 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from nsdrill.models.christoforou_yigit.parameters import Collar, Cutting, Friction, Material, Pipe, WallFriction
+from nsdrill.models.christoforou_yigit.parameters import (
+    Collar,
+    Cutting,
+    HyperbolicFriction,
+    Material,
+    Pipe,
+    StillMud,
+    WallFriction,
+    check_hole,
+)
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter
@@ -38,17 +47,6 @@ class Drillstring(Checked):
 
 
 @dataclass(frozen=True)
-class Mud(Checked):
-    """The drilling fluid: density, added-mass coefficient C_A and drag coefficient C_D."""
-
-    density: float = parameter(
-        1500.0, "kg/m^3", "J, L", "high", high=1e5, usual="air 1 kg/m^3, mud 1000 to 2400 kg/m^3"
-    )
-    added_mass: float = parameter(1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10")
-    drag: float = parameter(1.0, "", "J, L", "high", high=1e3, usual="0.5 to 2")
-
-
-@dataclass(frozen=True)
 class Well(Checked):
     """The hole and its wall; ``stiffness`` is in N/m for the linear law, in N/m^1.5 for the Hertz law."""
 
@@ -62,16 +60,6 @@ class Well(Checked):
 
 
 @dataclass(frozen=True)
-class BitFriction(Friction):
-    """Friction between bit and rock, against bit speed in rad/s."""
-
-    static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
-    dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
-    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
-    decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad")
-
-
-@dataclass(frozen=True)
 class Bit(Checked):
     """The bit on its lobed surface s = s0 sin(n_b phi)."""
 
@@ -81,7 +69,7 @@ class Bit(Checked):
         25e6, "N/m", "CY as reported; B has 1.16e9", "low: sweep it", low=1.0, high=1e13, usual="1 MN/m to 10 GN/m"
     )
     cutting: Cutting = field(default_factory=Cutting)
-    friction: BitFriction = field(default_factory=BitFriction)
+    friction: HyperbolicFriction = field(default_factory=HyperbolicFriction)
 
 
 @dataclass(frozen=True)
@@ -123,17 +111,12 @@ class Parameters:
     drillstring: Drillstring = field(default_factory=Drillstring)
     beam: Beam = field(default_factory=Beam)
     stations: Stations = field(default_factory=Stations)
-    mud: Mud = field(default_factory=Mud)
+    mud: StillMud = field(default_factory=StillMud)
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
 
     def __post_init__(self) -> None:
-        collar = self.drillstring.collar.outer_diameter
-        if collar >= self.well.diameter:
-            raise ValueError(
-                f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer diameter of the collar, "
-                f"{collar:g} m"
-            )
+        check_hole(self.well.diameter, self.drillstring.collar.outer_diameter)
         if self.stations.number > 1 and self.stations.first >= self.stations.last:
             raise ValueError(
                 f"stations.first: found {self.stations.first:g}, allowed: below stations.last, {self.stations.last:g}"

@@ -7,6 +7,7 @@ less the collars, and a third of its mass moves with its lower end.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -106,6 +107,15 @@ def derive(parameters: Parameters, depth: Float, wob: Float, rotary_speed: Float
 def ring(outer: Float, inner: Float) -> tuple[Any, Any]:
     """Area [m^2] and second moment of area [m^4] of a ring."""
     return math.pi / 4 * (power(outer, 2) - power(inner, 2)), math.pi / 64 * (power(outer, 4) - power(inner, 4))
+
+
+def one_by_one(function: Callable[[float], float], values: Any) -> Any:
+    """A function of the mathematical library at every value: numpy's own have bits that depend on the processor and on
+    the length of an array."""
+    if np.ndim(values) == 0:
+        return function(float(values))
+    values = np.asarray(values, dtype=float)
+    return np.array([function(value) for value in values.ravel().tolist()]).reshape(values.shape)
 
 
 def power(base: Float, exponent: int) -> Any:

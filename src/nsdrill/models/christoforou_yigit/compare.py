@@ -72,3 +72,11 @@ def extent(variables: Mapping[str, Array], speed: Array, gap: Array, axial: Arra
         variables["bit_speed_max"] / (4 * speed),
     )
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
+
+
+def coordinates(features: Mapping[str, Array], scale: Mapping[str, Array], axial: Array) -> tuple[Array, Array]:
+    """By which starts are told apart, and by which attractors along a sweep are matched, shapes (points, starts, ...):
+    of ``features`` [points, starts], with the :func:`scales` and the natural size of the bit position [m] [points]."""
+    speed, gap = scale["drive_speed"][:, None], scale["gap"][:, None]
+    apart = scaled(features, speed, gap)
+    return apart, np.concatenate([apart * WEIGHTS, extent(features, speed, gap, axial[:, None])], axis=-1)

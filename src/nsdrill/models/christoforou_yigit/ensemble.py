@@ -34,12 +34,12 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.laws import running_arm, static_arm
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.rhs import frozen, initial_states
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
-from nsdrill.models.starts import slice_values
+from nsdrill.models.starts import checked_starts, hypercube, in_the_disc, slice_points
 
 Array = np.ndarray[Any, np.dtype[Any]]
 DRAWS = 9
@@ -59,47 +59,61 @@ def starting_states(
     depth, wob, rotary_speed, start = np.broadcast_arrays(
         *(np.atleast_1d(np.asarray(value, float)) for value in (depth, wob, rotary_speed)), np.atleast_1d(start)
     )
-    if start.size and (start.min() < 0 or start.max() >= initial.starts):
-        raise ValueError(f"start: found {start.min()} to {start.max()}, allowed: 0 to {initial.starts - 1}")
+    checked_starts(initial, start)
     if initial.slice:
         return _slice(parameters, initial, depth, wob, rotary_speed, start)
     return _ensemble(parameters, initial, depth, wob, rotary_speed, start)
 
 
-def hypercube(seed: int, count: int) -> Array:
-    """The numbers of ``count`` starts: [count, DRAWS], uniform in [0, 1)."""
-    words = np.random.Philox(key=seed).random_raw(count * DRAWS)
-    return np.asarray((words >> np.uint64(11)) * 2.0**-53).reshape(count, DRAWS)
+def reach_of_collar(k: Coefficients, speed: Any, spread: float) -> tuple[Any, Any]:
+    """How far off the axis of the hole [m] and how fast [m/s] the collar may be in an ensemble."""
+    fastest = spread * np.maximum(k.gap * np.sqrt(k.k_bend / k.m_l), k.collar_radius * speed)
+    return spread * k.gap, fastest
 
 
-def _slice(parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array) -> Array:
-    states = initial_states(parameters, initial, depth, wob, speed)
-    axes = slice_values(initial, STATE_NAMES)
-    places = np.unravel_index(start, [len(values) for values in axes.values()])
-    for (name, values), place in zip(axes.items(), places, strict=True):
-        states[:, -1 if name == STATE_NAMES[-1] else STATE_NAMES.index(name)] = values[place]
-    return frozen(parameters, states, wob, speed)
-
-
-def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array) -> Array:
-    k, bit, q = derive(parameters, depth, wob, speed), parameters.bit, initial.spread
-    u = _shapes(initial.seed, initial.ensemble)[start]
-    gap = q * k.gap
-    fastest = q * np.maximum(k.gap * np.sqrt(k.k_bend / k.m_l), k.collar_radius * speed)
+def string_and_bit(
+    parameters: Parameters,
+    k: Coefficients,
+    wob: Any,
+    speed: Any,
+    spread: float,
+    z: Array,
+    vz: Array,
+    twist: Array,
+    bit_speed: Array,
+) -> dict[str, Array]:
+    """The axial and torsional states of an ensemble, from numbers in (-1, 1), that of the twist in (0, 1)."""
+    bit, q = parameters.bit, spread
     rest = wob / (k.k_a + bit.rock_stiffness)
     lobes = bit.lobes * speed * bit.surface_amplitude
     damping = parameters.drillstring.torsional_damping * speed
     static = (wob * static_arm(parameters, k) + damping) / k.k_t
     steady = (wob * running_arm(parameters, k, speed) + damping) / k.k_t
+    return {
+        "z": q * OFF_THE_ROCK * (rest + bit.surface_amplitude) * z - rest,
+        "vz": q * LOBE_SPEEDS * lobes * vz,
+        "twist": -((1 - q) * steady + q * BEYOND * static * twist),
+        "bit_speed": speed * (1 + q * bit_speed),
+    }
+
+
+def _slice(parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array) -> Array:
+    states = initial_states(parameters, initial, depth, wob, speed)
+    for name, values in slice_points(initial, STATE_NAMES, start).items():
+        states[:, -1 if name == STATE_NAMES[-1] else STATE_NAMES.index(name)] = values
+    return frozen(parameters, states, wob, speed)
+
+
+def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array, speed: Array, start: Array) -> Array:
+    k, q = derive(parameters, depth, wob, speed), initial.spread
+    u = _shapes(initial.seed, initial.ensemble)[start]
+    gap, fastest = reach_of_collar(k, speed, q)
     by_name = {
         "x": gap * u[:, 0],
         "y": gap * u[:, 1],
         "vx": fastest * u[:, 2],
         "vy": fastest * u[:, 3],
-        "z": q * OFF_THE_ROCK * (rest + bit.surface_amplitude) * u[:, 4] - rest,
-        "vz": q * LOBE_SPEEDS * lobes * u[:, 5],
-        "twist": -((1 - q) * steady + q * BEYOND * static * u[:, 6]),
-        "bit_speed": speed * (1 + q * u[:, 7]),
+        **string_and_bit(parameters, k, wob, speed, q, *u[:, 4:8].T),
         "drive_angle": u[:, 8],
     }
     drawn = np.stack([by_name[name] for name in STATE_NAMES], axis=1)
@@ -113,15 +127,10 @@ def _ensemble(parameters: Parameters, initial: Initial, depth: Array, wob: Array
 @lru_cache(maxsize=4)
 def _shapes(seed: int, count: int) -> Array:
     """Of every start: x, y and vx, vy in the unit disc; z and vz in (-1, 1); twist in (0, 1); bit speed in (-1, 1); the
-    drive angle in a turn. Made one by one with the scalar functions, whose bits do not depend on the length of an
-    array."""
-    shapes = hypercube(seed, count)
+    drive angle in a turn."""
+    shapes = hypercube(seed, count, DRAWS)
     for first in (0, 2):
-        polar = shapes[:, first : first + 2]
-        polar[:] = [
-            (math.sqrt(a) * math.cos(2 * math.pi * b), math.sqrt(a) * math.sin(2 * math.pi * b))
-            for a, b in polar.tolist()
-        ]
+        shapes[:, first : first + 2] = in_the_disc(shapes[:, first : first + 2])
     for column in (4, 5, 7):
         shapes[:, column] = 2 * shapes[:, column] - 1
     shapes[:, 8] *= 2 * math.pi

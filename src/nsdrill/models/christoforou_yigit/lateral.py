@@ -25,9 +25,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients, power
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, one_by_one, power
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.tubes import GRAVITY
 
@@ -51,7 +49,7 @@ def weights(parameters: Parameters) -> tuple[Any, Any]:
     inside, outside = power(collar.inner_diameter, 2), power(collar.outer_diameter, 2)
     steel = parameters.drillstring.material.density * math.pi / 4 * (outside - inside)
     fluid = mud.density * math.pi / 4 * (inside - outside)
-    across = 2 * collar.span / math.pi * GRAVITY * _sine(parameters.well.inclination)
+    across = 2 * collar.span / math.pi * GRAVITY * one_by_one(math.sin, parameters.well.inclination)
     return across * (steel + fluid), across * steel
 
 
@@ -90,10 +88,3 @@ def lane_parameters(parameters: Parameters, k: Coefficients, rotary_speed: Any) 
         "eccentric_weight": steel * lever,
         "penetration_rate": rate_of_penetration(k, rotary_speed),
     }
-
-
-def _sine(angle: Any) -> Any:
-    """The sine number by number: numpy's own on arrays is another one in the last bit."""
-    if np.ndim(angle) == 0:
-        return math.sin(angle)
-    return np.array([math.sin(value) for value in np.ravel(angle).tolist()]).reshape(np.shape(angle))

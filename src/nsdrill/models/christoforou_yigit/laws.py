@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.models.christoforou_yigit.coefficients import Coefficients
+from nsdrill.models.christoforou_yigit.coefficients import Coefficients, one_by_one
 from nsdrill.models.christoforou_yigit.parameters import BitFriction, Friction, Parameters
 
 LAWS = ("hyperbolic", "linear", "exponential", "rational")
@@ -63,22 +63,15 @@ def _unsmoothed(law: Friction, size: Any) -> Any:
         assert isinstance(law, BitFriction)
         return (law.static - law.dynamic) * np.maximum(1 - size / law.dynamic_from, 0.0) + law.dynamic
     if name == "exponential":
-        return (law.static - law.dynamic) * _one_by_one(math.exp, -law.decay * size) + law.dynamic
+        return (law.static - law.dynamic) * one_by_one(math.exp, -law.decay * size) + law.dynamic
     return (law.static - law.dynamic) / (1 + law.decay * size) + law.dynamic
-
-
-def _one_by_one(function: Any, values: Any) -> Any:
-    """A function of the mathematical library at every value: numpy's own have bits that depend on the processor and on
-    the length of an array."""
-    values = np.asarray(values, dtype=float)
-    return np.array([function(value) for value in values.ravel().tolist()]).reshape(values.shape)
 
 
 def bit_arm(parameters: Parameters, k: Coefficients, speed: Any) -> Any:
     """The torque of the bit over its force [m], with its sign, at bit speeds [rad/s]."""
     law = parameters.bit.friction
     if law.law == "rational":
-        return law.b0 * (_one_by_one(math.tanh, law.b1 * speed) + law.b2 * speed / (1 + law.b3 * speed * speed))
+        return law.b0 * (one_by_one(math.tanh, law.b1 * speed) + law.b2 * speed / (1 + law.b3 * speed * speed))
     cutting = k.cutting_arm * 2 / math.pi * np.arctan(law.smoothing * speed)
     return 2 / 3 * k.bit_radius * friction(law, speed) + cutting
 

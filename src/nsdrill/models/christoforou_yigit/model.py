@@ -134,11 +134,7 @@ class ChristoforouYigit(Model):
         return compare.scales(table)
 
     def coordinates(self, features: Mapping[str, Array], table: Array, variant: Variant) -> tuple[Array, Array]:
-        scale, axial = self.scales(table), self.sizes(table, variant)[:, rhs.STATES.index("z"), None]
-        speed, gap = scale["drive_speed"][:, None], scale["gap"][:, None]
-        apart = compare.scaled(features, speed, gap)
-        extent = compare.extent(features, speed, gap, axial)
-        return apart, np.concatenate([apart * compare.WEIGHTS, extent], axis=-1)
+        return compare.coordinates(features, self.scales(table), self.sizes(table, variant)[:, rhs.STATES.index("z")])
 
     def outputs(self, parameters: Parameters, point: Any, state: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         return forces(parameters, point, state)

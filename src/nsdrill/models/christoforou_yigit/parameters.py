@@ -19,11 +19,19 @@ from nsdrill.ranges import Checked, choice, parameter
 WIDEST_BORE = 0.999  # of the outer diameter; as wide as that, nothing would be left to bear
 
 
-def _check_bore(ring: Collar | Pipe) -> None:
-    if ring.inner_diameter > WIDEST_BORE * ring.outer_diameter:
+def check_bore(inner: float, outer: float) -> None:
+    """ValueError for a bore [m] as wide as the tube."""
+    if inner > WIDEST_BORE * outer:
         raise ValueError(
-            f"inner_diameter: found {ring.inner_diameter:g} m, allowed: at most {WIDEST_BORE:g} times the outer "
-            f"diameter, {ring.outer_diameter:g} m"
+            f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer diameter, {outer:g} m"
+        )
+
+
+def check_hole(diameter: float, collar: float) -> None:
+    """ValueError for a hole [m] no wider than the ``collar``."""
+    if collar >= diameter:
+        raise ValueError(
+            f"well.diameter: found {diameter:g} m, allowed: above the outer diameter of the collar, {collar:g} m"
         )
 
 
@@ -45,7 +53,7 @@ class Collar(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_bore(self)
+        check_bore(self.inner_diameter, self.outer_diameter)
         if self.span > self.length:
             raise ValueError(f"span: found {self.span:g} m, allowed: at most the collar length, {self.length:g} m")
 
@@ -61,7 +69,7 @@ class Pipe(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_bore(self)
+        check_bore(self.inner_diameter, self.outer_diameter)
 
 
 @dataclass(frozen=True)
@@ -102,7 +110,7 @@ class Drillstring(Checked):
 
 
 @dataclass(frozen=True)
-class Mud(Checked):
+class StillMud(Checked):
     """The drilling fluid: density, added-mass coefficient C_A and drag coefficient C_D."""
 
     density: float = parameter(
@@ -110,6 +118,12 @@ class Mud(Checked):
     )
     added_mass: float = parameter(1.7, "", "J, L", "high", high=1e3, usual="1 to 3, in a narrow annulus 10")
     drag: float = parameter(1.0, "", "J, L", "high", high=1e3, usual="0.5 to 2")
+
+
+@dataclass(frozen=True)
+class Mud(StillMud):
+    """The drilling fluid, which may turn with a share of the rotary speed."""
+
     swirl: float = parameter(0.0, "", "J: 0.5", "medium", high=1.0, usual="0 to 0.5")
 
 
@@ -150,17 +164,23 @@ class StabilizerFriction(Friction):
 
 
 @dataclass(frozen=True)
-class BitFriction(Friction):
+class HyperbolicFriction(Friction):
+    """Friction between bit and rock, against bit speed in rad/s."""
+
+    static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
+    dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
+    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
+    decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad")
+
+
+@dataclass(frozen=True)
+class BitFriction(HyperbolicFriction):
     """Friction between bit and rock, against bit speed in rad/s; the laws are those of :mod:`.laws`.
 
     Each law reads its own keys: ``hyperbolic`` and ``exponential`` ``static``, ``dynamic``, ``smoothing``, ``decay``;
     ``linear`` ``dynamic_from`` in place of ``decay``; ``rational`` ``b0`` to ``b3`` alone.
     """
 
-    static: float = parameter(0.5, "", "R", "low", high=10.0, usual="0.2 to 1")
-    dynamic: float = parameter(0.2, "", "R", "low", high=10.0, usual="0.05 to 0.8")
-    smoothing: float = parameter(500.0, "s/rad", "R", "low", low=1e-3, high=1e9, usual="5 to 100 000 s/rad")
-    decay: float = parameter(3.0, "s/rad", "R (form: Leine 1998)", "low", high=1e6, usual="0 to 20 s/rad")
     law: Literal["hyperbolic", "linear", "exponential", "rational"] = choice("hyperbolic", "R (form: Leine 1998)")
     dynamic_from: float = parameter(
         1.0, "rad/s", "R (form: Dawson, Lin & Spanos 1987)", "low", low=1e-4, high=1e3, usual="0.05 to 5 rad/s"
@@ -345,11 +365,7 @@ class Parameters:
 
     def __post_init__(self) -> None:
         collar = self.drillstring.collar.outer_diameter
-        if collar >= self.well.diameter:
-            raise ValueError(
-                f"well.diameter: found {self.well.diameter:g} m, allowed: above the outer diameter of the collar, "
-                f"{collar:g} m"
-            )
+        check_hole(self.well.diameter, collar)
         gap, clearance = (self.well.diameter - collar) / 2, self.stabilizer.clearance
         if clearance is not None and clearance >= gap:
             raise ValueError(

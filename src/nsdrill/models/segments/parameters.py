@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal
 
-from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE, Cutting, Material, Pipe
+from nsdrill.models.christoforou_yigit.parameters import Cutting, Material, Pipe, check_bore
 from nsdrill.models.operation import LARGEST_FORCE, Operation
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter
@@ -28,7 +28,7 @@ class Collar(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_bore(self.inner_diameter, self.outer_diameter)
+        check_bore(self.inner_diameter, self.outer_diameter)
 
 
 @dataclass(frozen=True)
@@ -37,13 +37,6 @@ class DrillPipe(Pipe):
 
     outer_diameter: float = parameter(0.101, "m", "B", "high", low=1e-4, high=10.0, usual="2 3/8 to 6 5/8 in")
     inner_diameter: float = parameter(0.0848, "m", "B", "high", high=10.0, usual="1.8 to 6 in")
-
-
-def _check_bore(inner: float, outer: float) -> None:
-    if inner > WIDEST_BORE * outer:
-        raise ValueError(
-            f"inner_diameter: found {inner:g} m, allowed: at most {WIDEST_BORE:g} times the outer diameter, {outer:g} m"
-        )
 
 
 @dataclass(frozen=True)
@@ -69,7 +62,7 @@ class Kelly(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_bore(self.inner_diameter, self.outer_diameter)
+        check_bore(self.inner_diameter, self.outer_diameter)
 
 
 @dataclass(frozen=True)
