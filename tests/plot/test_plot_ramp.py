@@ -7,11 +7,11 @@ import json
 import numpy as np
 import pytest
 from made_up import make_results, make_trace
+from nsdrill.plot.kinds.ramp import local_maxima
 
 from nsdrill import plot
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.ramp import local_maxima
 
 
 def ramped(name: str = "rotary_speed", values: tuple[float, ...] = (3.0, 8.0, 8.0, 3.0), trace: Trace | None = None):
