@@ -8,11 +8,11 @@ from made_up import make_results, spoil
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from nsdrill.plot.kinds.window import CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR
 
 from nsdrill import plot
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results
+from nsdrill.plot.kinds.window import CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR
 from nsdrill.variables import WHIRL
 
 

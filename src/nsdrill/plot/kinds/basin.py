@@ -194,8 +194,11 @@ def _handle(label: str, colour: str, marker: str, cell: bool) -> Artist:
 
 
 def _place(data: Any) -> float | None:
-    """Of operating points with several starts a plane of them comes first, as it is what was asked for."""
-    return (5 if data.slice and len(data.swept) < 2 else 52) if has_starts(data) else None
+    if not has_starts(data):
+        return None
+    if len(data.swept) > 1:
+        return 52
+    return 5 if data.slice else 12  # a slice was made for this
 
 
 KINDS = (
