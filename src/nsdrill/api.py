@@ -312,6 +312,13 @@ def plot(
     states: Sequence[str] | None = None,
     over: ResultsLike | None = None,
     severity: int | None = None,
+    xlim: tuple[Quantity, Quantity] | None = None,
+    time: tuple[Quantity | None, Quantity | None] | None = None,
+    width: Quantity | None = None,
+    height: Quantity | None = None,
+    font_size: float | None = None,
+    title: str | bool | None = None,
+    style: PathLike | Mapping[str, Any] | None = None,
 ) -> Figure:
     """Draw results, an unfinished run or a trace, or a :func:`chart` of a study, and give the matplotlib Figure.
 
@@ -323,23 +330,31 @@ def plot(
     ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm). ``depth``, ``wob``, ``rotary_speed`` and ``at``
     cut a sweep at the nearest values of these axes; ``start`` draws one start of several; ``states`` are the two of a
     basin drawn from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace; ``severity`` (0 to 4) is that of a
-    ``window``. InputError where the kind, or an argument, does not fit.
+    ``window``.
+
+    ``width`` and ``height`` of the figure are lengths ("3.3 in"), ``font_size`` is in points; ``title`` is a text in
+    place of the usual title, or False for none; ``style`` is a style file of matplotlib, one of its styles, or a
+    mapping of its settings. What you have changed in matplotlib's ``rcParams`` holds as well. ``xlim`` limits the axis
+    that lies across, ``time`` the part of a trace that is drawn; either end of ``time`` may be None. InputError where
+    the kind, or an argument, does not fit.
     """
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
-    from nsdrill.plot import draw, needed
+    from nsdrill.plot import draw, look_of, needed
     from nsdrill.plot.registry import is_study
     from nsdrill.study.study import Study
 
     if is_study(data) or isinstance(data, Study):
         given = {"at": at, "depth": depth, "wob": wob, "rotary_speed": rotary_speed, "start": start, "states": states,
-                 "over": over, "severity": severity}  # fmt: skip
+                 "over": over, "severity": severity, "xlim": xlim, "time": time}  # fmt: skip
         for name, value in given.items():
             if value is not None:
                 raise InputError(
                     f"{name}: found with a study; allowed: with results. nsdrill.chart takes set and along."
                 )
-        return chart(data, kind, ax=ax, units=units)
+        return chart(data, kind, ax=ax, units=units, width=width, height=height, font_size=font_size, title=title,
+                     style=style)  # fmt: skip
+    wanted = look_of(width, height, font_size, title, style, xlim, time)
     chosen = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     start = number_in("start", start)
     outline = outline_in(data)
@@ -359,8 +374,8 @@ def plot(
     behind = None if over is None else results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
 
     def picture() -> Figure:
-        options = {"over": behind, "states": states, "severity": severity}
-        return draw(drawn, kind, units=units, at=chosen or None, start=start, **options)
+        options: dict[str, Any] = {"over": behind, "states": states, "severity": severity}
+        return draw(drawn, kind, units=units, at=chosen or None, start=start, look=wanted, **options)
 
     with of_whole("plot"):
         if ax is None:
@@ -379,21 +394,27 @@ def chart(
     set: Settings = None,
     ax: Axes | None = None,
     units: str = "si",
+    width: Quantity | None = None,
+    height: Quantity | None = None,
+    font_size: float | None = None,
+    title: str | bool | None = None,
+    style: PathLike | Mapping[str, Any] | None = None,
 ) -> Figure:
     """Draw a chart of a study, for which nothing is run, and give the matplotlib Figure.
 
     ``kind``: ``"critical-speeds"`` against depth, or ``along`` another axis that the study sweeps; ``"buckling"`` loads
     against the inclination of the hole, or ``along`` an axis; ``"drive-card"``, how much of a torsional wave each drive
     throws back; ``"drive-tuning"``, the fall of friction that a soft-torque drive holds, over its gain and frequency.
-    ``set`` changes keys of the study, as in :func:`load_study`; ``ax`` and ``units`` are as in :func:`plot`. InputError
-    where the kind is not known, or the study does not have what it shows.
+    ``set`` changes keys of the study, as in :func:`load_study`; ``ax``, ``units`` and the look are as in :func:`plot`.
+    InputError where the kind is not known, or the study does not have what it shows.
     """
     from nsdrill.app.charts import draw_chart
+    from nsdrill.plot import look_of
 
-    loaded = study_in(study, set)
+    loaded, wanted = study_in(study, set), look_of(width, height, font_size, title, style)
 
     def picture() -> Figure:
-        return draw_chart(loaded, kind, along, units=units)
+        return draw_chart(loaded, kind, along, units=units, look=wanted)
 
     if ax is None:
         return picture()

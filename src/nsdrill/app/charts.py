@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from nsdrill.models.numbers import CriticalSpeeds
     from nsdrill.plot.charts import Numbers
+    from nsdrill.plot.look import Look
     from nsdrill.study.study import Study
 
 VALUES = 181  # along an axis
@@ -32,7 +33,9 @@ SHALLOWEST, DEEPEST = 0.15, 1.6  # the depths where the study sweeps none, in th
 LEAST_INCLINATION = math.radians(0.5)
 
 
-def draw_chart(study: Study, kind: str | None, along: str | None = None, *, units: str = "si") -> Figure:
+def draw_chart(
+    study: Study, kind: str | None, along: str | None = None, *, units: str = "si", look: Look | None = None
+) -> Figure:
     """The chart ``kind`` of a study as a figure. InputError where the kind is not known, or the study lacks what it
     shows."""
     from nsdrill.plot import draw
@@ -47,7 +50,7 @@ def draw_chart(study: Study, kind: str | None, along: str | None = None, *, unit
     operation = operation_of(study)
     axis = getattr(numbers, "axis", None)
     point = {name: getattr(operation, name) for name in OPERATION if name != axis}
-    return draw(Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units)
+    return draw(Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units, look=look)
 
 
 def chart_of(study: Study, kind: str | None, along: str | None = None) -> Numbers:

@@ -12,6 +12,7 @@ from nsdrill.errors import InputError
 
 if TYPE_CHECKING:
     from nsdrill.data import Results, Trace
+    from nsdrill.plot.look import Look
 
 
 @click.command(
@@ -20,6 +21,8 @@ if TYPE_CHECKING:
         "plot out.h5 -o out.png",
         "plot out.h5 --kind list",
         "plot map.h5 --wob 20kN -o cut.pdf --units field",
+        "plot out.h5 -o column.pdf --width 3.3in --font-size 7 --no-title",
+        "plot trace.h5 --kind orbit --from 20s --to 30s -o orbit.pdf",
         "plot trace.h5 --kind orbit -o orbit.svg",
         "plot trace.h5 --kind ramp --over out.h5 -o ramp.png",
         "plot ensemble.h5 --kind basin --rotary-speed 3rad/s --states z,vz -o basin.png",
@@ -49,23 +52,40 @@ if TYPE_CHECKING:
     "--set", "overrides", multiple=True, metavar="KEY=VALUE",
     help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
 )  # fmt: skip
+@click.option("--width", metavar="Q", help="Width of the picture, say 3.3in for a column of a journal. Default: 7in.")
+@click.option("--height", metavar="Q", help="Height of the picture. Default: what the kind needs.")
+@click.option("--font-size", metavar="POINTS", help="Size of the type. Default: 8.")
+@click.option(
+    "--title", metavar="TEXT", help="A title of your own. Default: that of the study and the operating point."
+)
+@click.option("--no-title", is_flag=True, help="No title.")
+@click.option("--style", metavar="FILE", help="A style file of matplotlib (.mplstyle), or one of its styles by name.")
+@click.option("--xlim", nargs=2, metavar="Q Q", help="Ends of the x axis: --xlim 3rad/s 6rad/s.")
+@click.option("--from", "begin", metavar="Q", help="With a trace: draw it from this time on.")
+@click.option("--to", "end", metavar="Q", help="With a trace: draw it up to this time.")
 @options.overwrite
 def command(
     file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
     rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None, over: str | None,
-    along: str | None, overrides: tuple[str, ...], overwrite: bool,
+    along: str | None, overrides: tuple[str, ...], width: str | None, height: str | None, font_size: str | None,
+    title: str | None, no_title: bool, style: str | None, xlim: tuple[str, str] | None, begin: str | None,
+    end: str | None, overwrite: bool,
 ) -> int:  # fmt: skip
     """Draw FILE: a results file, the .part file of a run that goes on, or a trace; or a chart of a study (.yaml), which
     is not run."""
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
-    from nsdrill.plot import all_kinds, check_suffix, cut, draw, kinds_for, needed, save
+    from nsdrill.plot import all_kinds, check_suffix, cut, draw, kinds_for, look_of, needed, save
     from nsdrill.plot.registry import is_study
 
+    if no_title and title is not None:
+        raise InputError("--title: found with --no-title; allowed: one of them.")
+    time = None if begin is end is None else (begin, end)
+    look = look_of(width, height, font_size, False if no_title else title, style, xlim, time)
     if is_study(file):
         unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
-                  "--states": states, "--over": over}  # fmt: skip
-        return _chart(file, output, kind, units, along, overrides, unused, overwrite)
+                  "--states": states, "--over": over, "--xlim": xlim, "--from": begin, "--to": end}  # fmt: skip
+        return _chart(file, output, kind, units, along, overrides, unused, overwrite, look)
     for option, found in (("--along", along), ("--set", overrides)):
         if found:
             raise InputError(f"{option}: found with {file}; allowed: with a study, a file that ends in .yaml or .yml.")
@@ -96,7 +116,7 @@ def command(
     pair = None if states is None else [name.strip() for name in states.split(",")]
     if chosen and not isinstance(data, Trace):
         _say_nearest(data, chosen)
-    figure = draw(data, kind, units=units, at=chosen or None, over=behind, start=start, states=pair)
+    figure = draw(data, kind, units=units, at=chosen or None, over=behind, start=start, states=pair, look=look)
     save(figure, output, overwrite=overwrite)
     click.echo(f"{output}: drawn.", err=True)
     return 0
@@ -104,7 +124,7 @@ def command(
 
 def _chart(
     file: str, output: str | None, kind: str | None, units: str, along: str | None, overrides: tuple[str, ...],
-    unused: Mapping[str, Any], overwrite: bool,
+    unused: Mapping[str, Any], overwrite: bool, look: Look,
 ) -> int:  # fmt: skip
     """A chart of the study in ``file``."""
     from nsdrill.cli.reading import load
@@ -126,7 +146,7 @@ def _chart(
     check_suffix(output)
     options.keep_apart(file, output)
     claim_file(output, overwrite)
-    save(draw_chart(load(file, overrides), kind, along, units=units), output, overwrite=overwrite)
+    save(draw_chart(load(file, overrides), kind, along, units=units, look=look), output, overwrite=overwrite)
     click.echo(f"{output}: drawn.", err=True)
     return 0
 

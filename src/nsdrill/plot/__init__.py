@@ -15,13 +15,26 @@ from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
+from nsdrill.plot.limits import within
+from nsdrill.plot.look import Look, look_of
 from nsdrill.plot.registry import all_kinds, check_options, choose_kind, kinds_for, variables_for
 from nsdrill.plot.saving import FORMATS, check_suffix, save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["FORMATS", "UNIT_SYSTEMS", "all_kinds", "check_suffix", "cut", "draw", "kinds_for", "needed", "save"]
+__all__ = [
+    "FORMATS",
+    "UNIT_SYSTEMS",
+    "all_kinds",
+    "check_suffix",
+    "cut",
+    "draw",
+    "kinds_for",
+    "look_of",
+    "needed",
+    "save",
+]
 
 
 def draw(
@@ -31,28 +44,33 @@ def draw(
     units: str = "si",
     at: Mapping[str, float] | None = None,
     start: int | None = None,
+    look: Look | None = None,
     **options: Any,
 ) -> Figure:
     """Draw ``data`` in one of its :func:`kinds_for`, the first of them if ``kind`` is None.
 
     ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` holds axes of a sweep at one of their
     values, in SI: ``{"wob": 22240.0}`` draws the cut of a map. ``start`` draws one start of every operating point,
-    where there are several. Other ``options`` are those that the kind takes (None is as not given): ``over``, a sweep
-    to draw a ``ramp`` over; ``states``, the two over which an ensemble's ``basin`` is drawn; ``severity`` of a
-    ``window``.
+    where there are several. ``look`` is how the user wants it to look. Other ``options`` are those that the kind
+    takes (None is as not given): ``over``, a sweep to draw a ``ramp`` over; ``states``, the two over which an
+    ensemble's ``basin`` is drawn; ``severity`` of a ``window``.
     """
     check_units(units)
     given = {name: value for name, value in options.items() if value is not None}
+    look = look or Look()
     if isinstance(data, Results):
         data = cut(data, at, start)
     if kind is None and "over" in given and "ramp" in kinds_for(data):
         kind = "ramp"
     chosen = choose_kind(data, kind)
     check_options(chosen, given)
-    from nsdrill.plot.style import house_style, settle
+    data, ends = within(data, chosen, look)
+    from nsdrill.plot.style import house_style, looking, settle, show_between
 
-    with house_style():
+    with looking(look), house_style():
         figure = chosen.draw(data, units, **given)
+        if ends is not None:
+            show_between(figure, str(chosen.across(data)), ends, units)
         settle(figure)
     return figure
 

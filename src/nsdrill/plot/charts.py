@@ -17,7 +17,7 @@ from nsdrill.models.numbers import BucklingLoads, CriticalSpeeds, DriveCard, Dri
 from nsdrill.plot.labels import Shown, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
 from nsdrill.plot.registry import STUDY, Kind
-from nsdrill.plot.style import FULL_WIDTH, REFERENCE, new_figure, put_title, target
+from nsdrill.plot.style import REFERENCE, new_figure, page_width, put_title, target, type_size
 from nsdrill.quantity import SHOWN, SYSTEMS, shown_scale, sign
 
 Numbers = CriticalSpeeds | BucklingLoads | DriveCard | DriveTuning
@@ -43,7 +43,7 @@ def chart_kind(name: str, words: str, numbers: type, panel: Callable[[Figure, Ax
     """The kind of chart that shows ``numbers``; ``panel`` draws them and gives the entries of the legend."""
 
     def draw(chart: Chart, units: str = "si") -> Figure:
-        figure = new_figure(FULL_WIDTH, 4.4)
+        figure = new_figure(page_width(), 4.4)
         axes = figure.add_subplot(figure.add_gridspec(1, 1)[0, 0])
         handles = panel(figure, axes, chart, units)
         put_title(figure, heading(chart.attrs, operating_point(chart.point, units)))
@@ -83,4 +83,4 @@ def remark(axes: Axes, text: str) -> None:
     """A line above the panel; axes of somebody else have a title of their own there."""
     if target.get() is not None:
         return
-    axes.set_title(text, fontsize=7, loc="left", color=REFERENCE)
+    axes.set_title(text, fontsize=type_size(7), loc="left", color=REFERENCE)

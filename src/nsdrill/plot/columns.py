@@ -20,7 +20,7 @@ from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import marker_entry, response_entries
 from nsdrill.plot.slices import Line, edges, line, spaced
-from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, SHADE, new_figure, put_title
+from nsdrill.plot.style import RESPONSES, SEAMLESS, SHADE, new_figure, page_width, put_title
 
 ROW_OF_STRIP = 0.13  # inches for each procedure
 WORDS = 1.2  # inches that title, axis labels and legend take
@@ -40,7 +40,7 @@ def frame(results: Results, units: str, panels: int, height: float) -> tuple[Fig
     """The empty figure: its lines, and for each the strip and the panels (top to bottom), with titles and x labels."""
     lines = lines_of(results)
     strip_height = ROW_OF_STRIP * len(lines[0].procedures)
-    figure = new_figure(FULL_WIDTH, height + strip_height)
+    figure = new_figure(page_width(), height + strip_height)
     ratios = [strip_height, *[(height - WORDS) / panels] * panels]
     grid = figure.add_gridspec(panels + 1, len(lines), height_ratios=ratios)
     columns: list[list[Axes]] = []
@@ -84,7 +84,7 @@ def draw_strip(axes: Axes, one: Line, scale: float, *, name_rows: bool) -> None:
     )  # fmt: skip
     mesh.set_gid("strip")
     if (verdicts := one.verdicts) is not None:
-        cell = 72 * min(ROW_OF_STRIP, FULL_WIDTH / len(x))
+        cell = 72 * min(ROW_OF_STRIP, page_width() / len(x))
         draw_doubts(axes, edges(one.x) / scale, np.arange(len(rows) + 1) - 0.5, verdicts, cell)
     row, point = np.nonzero(outcomes == FAILED_POINT)
     if row.size:

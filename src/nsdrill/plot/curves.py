@@ -16,7 +16,7 @@ from nsdrill.plot.columns import frame, is_open, outcome_handles
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.legend import legend_below
 from nsdrill.plot.slices import Line, robust_limits
-from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE
+from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE, type_size
 from nsdrill.variables import INFERRED, OK
 
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
@@ -125,6 +125,6 @@ def shade_severity(axes: Axes, graded: Sequence[float], names: Sequence[str], *,
                 (1.005, 0.5 * (start + end)),
                 xycoords=("axes fraction", "data"),
                 va="center",
-                fontsize=6,
+                fontsize=type_size(6),
                 color=REFERENCE,
             )

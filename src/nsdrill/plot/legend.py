@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -9,7 +10,7 @@ from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from nsdrill.plot.style import MOTIONS, REFERENCE, RESPONSES
+from nsdrill.plot.style import MOTIONS, REFERENCE, RESPONSES, SHORTEST_LINE
 
 
 def marker_entry(
@@ -46,9 +47,17 @@ def direction_entries(procedures: Sequence[str]) -> list[Artist]:
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
-    """A legend below all, in so many columns or in as many as the width of the figure has room for."""
+    """A legend below all, in so many columns or in as many as the width of the figure has room for; its words broken
+    where one column is too wide."""
     for count in range(min(columns, len(handles)), 0, -1):
         legend = figure.legend(handles=list(handles), loc="outside lower center", ncols=count)
-        if count == 1 or legend.get_window_extent().width <= figure.bbox.width:
+        width = legend.get_window_extent().width
+        if width <= figure.bbox.width:
+            return
+        if count == 1:
+            for text in legend.get_texts():
+                room = int(len(text.get_text()) * 0.95 * figure.bbox.width / width)
+                if len(text.get_text()) > room:
+                    text.set_text(textwrap.fill(text.get_text(), max(room, SHORTEST_LINE)))
             return
         legend.remove()

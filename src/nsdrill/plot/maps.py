@@ -29,7 +29,6 @@ from nsdrill.plot.legend import legend_below
 from nsdrill.plot.registry import MAX_PANELS
 from nsdrill.plot.slices import edges, robust_limits, spaced
 from nsdrill.plot.style import (
-    FULL_WIDTH,
     GREEN,
     GREY,
     MOTIONS,
@@ -42,12 +41,15 @@ from nsdrill.plot.style import (
     VERMILLION,
     WINE,
     new_figure,
+    page_width,
     put_title,
+    side_by_side,
 )
 from nsdrill.variables import INFERRED
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across; depth goes down, as in a log
 WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}  # panels in a row, of so many; 4 of any other number
+PANEL = 1.5  # inches that a panel needs
 WORDS = 1.3  # inches that title, axis labels and legend take
 CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "response": tuple((style.name, style.colour) for style in RESPONSES),
@@ -142,7 +144,7 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
         handles = _draw_values(figure, grid, planes, name, outcomes, units)
     cells = _cells(planes, units)
     verdicts = verdict(planes) if "trusted" in results.variables else None
-    across = FULL_WIDTH / len(grid[0]) / len(cells[0])
+    across = page_width() / len(grid[0]) / len(cells[0])
     cell = 72 * min(across, (figure.get_figheight() - WORDS) / len(grid) / len(cells[1]))
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
@@ -170,10 +172,10 @@ def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[lis
     With one procedure the panels are wrapped instead: a column of twelve would leave a page half empty.
     """
     rows, columns = len(planes.panel_values), len(planes.procedures) + extra
-    wrap = WRAP.get(rows, 4) if columns == 1 else columns
+    wrap = side_by_side(WRAP.get(rows, 4) if columns == 1 else columns, PANEL)
     deep = -(-rows * columns // wrap)
-    width = FULL_WIDTH / wrap
-    figure = new_figure(FULL_WIDTH, WORDS + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width))
+    width = page_width() / wrap
+    figure = new_figure(page_width(), WORDS + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width))
     grid = figure.add_gridspec(deep, wrap)
     x, y = quantity(planes.x, units), quantity(planes.y, units)
     panels: list[Axes] = []
@@ -182,7 +184,7 @@ def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[lis
         axes = figure.add_subplot(grid[divmod(number, wrap)], sharex=first, sharey=first)
         lowest, leftmost = number + wrap >= rows * columns, number % wrap == 0
         axes.tick_params(labelbottom=lowest, labelleft=leftmost)
-        axes.set_xlabel(x.label if number // wrap == deep - 1 else "")
+        axes.set_xlabel(x.label if lowest else "")
         axes.set_ylabel(y.label if leftmost else "")
         axes.set_title(_panel_title(planes, *divmod(number, columns), units))
         panels.append(axes)

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from nsdrill.data import Results
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import Line
-from nsdrill.plot.style import FULL_WIDTH, REFERENCE
+from nsdrill.plot.style import REFERENCE, page_width
 
 WALL_IN_SIGHT = 0.4  # the wall is drawn where the motion comes this near to it, as a part of the gap
 
@@ -21,7 +21,7 @@ def marker_size(points: int, axes: Axes) -> float:
     """Points of diameter: neighbours on the axis just touch, within what can be printed and told apart."""
     place = axes.get_subplotspec()
     columns = place.get_gridspec().ncols if place else 1
-    spacing = 72 * (FULL_WIDTH - 0.7) / columns / max(points, 1)
+    spacing = 72 * (page_width() - 0.7) / columns / max(points, 1)
     return float(np.clip(spacing, 1.7, 3.2))
 
 

@@ -31,17 +31,19 @@ def check_suffix(path: str | os.PathLike[str]) -> str:
 
 
 def save(figure: Figure, path: str | os.PathLike[str], *, overwrite: bool = True) -> None:
-    """Write the figure as PNG (300 dpi), PDF or SVG, by the suffix of ``path``, in one step.
+    """Write the figure as PNG (300 dpi where no style says otherwise), PDF or SVG, by the suffix of ``path``, in one
+    step.
 
     InputError where ``path`` cannot be that of a picture, FileError where another process is writing it or, without
     ``overwrite``, it is there already; NsdrillError if the disk refuses.
     """
-    from nsdrill.plot.style import RASTER_DPI, house_style
+    from nsdrill.plot.style import house_style, quiet_glyphs
 
     suffix, target = check_suffix(path), Path(path)
     if not target.parent.is_dir():
         raise InputError(f"{target}: found no folder {str(target.parent)!r}; allowed: a folder that exists.")
     if target.is_dir():
         raise InputError(f"{target}: cannot be written, as it is a folder; allowed: the name of a file.")
-    with replacing(target, overwrite=overwrite) as unfinished, house_style():
-        figure.savefig(unfinished, format=suffix[1:], dpi=RASTER_DPI, metadata=FORMATS[suffix])
+    chosen = getattr(figure, "settings", None)
+    with replacing(target, overwrite=overwrite) as unfinished, house_style(chosen), quiet_glyphs():
+        figure.savefig(unfinished, format=suffix[1:], metadata=FORMATS[suffix])

@@ -8,17 +8,22 @@ from __future__ import annotations
 
 import io
 import textwrap
-from collections.abc import Iterator
-from contextlib import contextmanager
+import warnings
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
 from typing import Any, cast
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
+from nsdrill.errors import InputError
+from nsdrill.plot.labels import quantity
+from nsdrill.plot.look import Look, look
 from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
@@ -35,16 +40,13 @@ SEAMLESS: dict[str, Any] = {"edgecolors": "face", "linewidth": 0.6}
 REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the set speed
 DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}  # colours belong to the responses
 
+FONT_SIZE = 8.0  # points, of which the sizes of TYPE are parts
+TYPE = {"axes.titlesize": 1.0, "axes.labelsize": 1.0, "figure.titlesize": 1.125, "legend.fontsize": 0.875,
+        "xtick.labelsize": 0.875, "ytick.labelsize": 0.875}  # fmt: skip
 RC: dict[str, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],  # comes with matplotlib: the same picture on every machine
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.labelsize": 8.0,
-    "figure.titlesize": 9.0,
-    "xtick.labelsize": 7.0,
-    "ytick.labelsize": 7.0,
-    "legend.fontsize": 7.0,
+    "font.size": FONT_SIZE,
     "axes.linewidth": 0.6,
     "axes.formatter.useoffset": False,
     "axes.formatter.limits": (-4, 5),
@@ -104,23 +106,85 @@ MOTIONS: tuple[ResponseStyle, ...] = (
 assert RESPONSES[BIT_BOUNCE | STICK_SLIP | WHIRL].name.count("+") == 2
 
 
+def settings(wanted: Look) -> dict[str, Any]:
+    """The settings of matplotlib for a picture: the house's, then those that the user has changed from matplotlib's
+    defaults, then those of a style file, then the options."""
+    rc, usual = (cast("dict[str, Any]", one) for one in (mpl.rcParams, mpl.rcParamsDefault))
+    users = {name: rc[name] for name in rc if not name.startswith(_NOT_TAKEN) and rc[name] != usual[name]}
+    own = {**users, **(wanted.style or {})}
+    size = float(wanted.font_size or own.get("font.size", FONT_SIZE))
+    sizes = {"font.size": size, **{name: part * size for name, part in TYPE.items()}}
+    return {**RC, **own, **sizes} if wanted.font_size else {**RC, **sizes, **own}
+
+
+# What has no part in a picture.
+_NOT_TAKEN = ("backend", "interactive", "toolbar", "webagg", "tk.", "docstring", "date.", "animation", "keymap")
+
+
 @contextmanager
-def house_style() -> Iterator[None]:
-    """matplotlib's defaults with :data:`RC` on top, whatever the caller has set, and the caller's settings after."""
+def house_style(of: Mapping[str, Any] | None = None) -> Iterator[None]:
+    """:func:`settings` for the picture that is drawn, or those ``of`` one that is there; the caller's after."""
+    chosen = settings(look.get()) if of is None else of
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(cast("Any", RC))
+        mpl.rcParams.update(cast("Any", chosen))
         yield
 
 
+def type_size(size: float) -> float:
+    """A size of type for 8 point pictures, in the type of this one."""
+    return float(size / FONT_SIZE * mpl.rcParams["font.size"])
+
+
+def page_width(usual: float = FULL_WIDTH) -> float:
+    """Inches across: as the user wants it, else the ``usual`` ones."""
+    if (given := target.get()) is not None:
+        return float(given.bbox.width / given.dpi)
+    wanted = look.get().width
+    if wanted is None and (size := mpl.rcParams["figure.figsize"]) != mpl.rcParamsDefault["figure.figsize"]:
+        wanted = float(size[0])
+    return usual if wanted is None else wanted
+
+
+def side_by_side(count: int, least: float) -> int:
+    """How many of ``count`` panels stand in a row where each needs ``least`` inches."""
+    return max(1, min(count, int(page_width() / least)))
+
+
 class Picture(Figure):
-    """A figure that a notebook shows by itself, without pyplot."""
+    """A figure that a notebook shows by itself, without pyplot. It keeps the settings with which it was drawn."""
+
+    settings: Mapping[str, Any] | None = None
 
     def _repr_png_(self) -> bytes:
         image = io.BytesIO()
-        with house_style():
+        with house_style(self.settings), quiet_glyphs():
             self.savefig(image, format="png", dpi=NOTEBOOK_DPI)
         return image.getvalue()
+
+
+@contextmanager
+def quiet_glyphs() -> Iterator[None]:
+    """Without matplotlib's warnings of every missing character, which are told once (:func:`missing_characters`)."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        yield
+
+
+def missing_characters(text: str) -> str:
+    """The characters of a text that none of the fonts has, each once."""
+    from matplotlib.font_manager import FontProperties, findfont, get_font
+
+    rc = cast("dict[str, Any]", mpl.rcParams)
+    families = list(rc["font.family"])
+    names = [name for family in families for name in rc.get(f"font.{family}", [family])]
+    found = []
+    for name in names:
+        with suppress(ValueError):
+            found.append(get_font(findfont(FontProperties(family=name), fallback_to_default=False)))
+    return "".join(
+        dict.fromkeys(one for one in text if not one.isspace() and not any(f.get_char_index(ord(one)) for f in found))
+    )
 
 
 target: ContextVar[Figure | None] = ContextVar("target", default=None)
@@ -131,7 +195,8 @@ def new_figure(width: float, height: float) -> Figure:
     """A figure in inches that no window system and no pyplot knows of."""
     if (given := target.get()) is not None:
         return given
-    figure = Picture(figsize=(width, height), layout="constrained")
+    figure = Picture(figsize=(width, look.get().height or height), layout="constrained")
+    figure.settings = settings(look.get())
     FigureCanvasAgg(figure)
     engine = figure.get_layout_engine()
     assert isinstance(engine, ConstrainedLayoutEngine)
@@ -140,7 +205,11 @@ def new_figure(width: float, height: float) -> Figure:
 
 
 def put_title(figure: Figure, text: str) -> None:
-    """Give the figure a title, its lines broken where they are wider than the figure."""
+    """Give the figure a title, its lines broken where they are wider than the figure; or that of the user."""
+    wanted = look.get().title
+    if wanted is False:
+        return
+    text = wanted if isinstance(wanted, str) else text
     title = figure.suptitle(text, parse_math=False)
     if title is None:  # drawn into the axes of others, whose title it is
         return
@@ -153,6 +222,33 @@ def put_title(figure: Figure, text: str) -> None:
             title.set_text(textwrap.fill(line, count))
         lines.append(title.get_text())
     title.set_text("\n".join(lines))
+
+
+@contextmanager
+def looking(wanted: Look) -> Iterator[None]:
+    """While pictures are drawn that shall look like this."""
+    token = look.set(wanted)
+    try:
+        yield
+    finally:
+        look.reset(token)
+
+
+def show_between(figure: Figure, across: str, ends: tuple[float, float], units: str) -> None:
+    """Limit the x axes that show the variable ``across`` to these values, in SI."""
+    x = quantity(across, units)
+    low, high = (end / x.scale for end in ends)
+    for axes in panels_of(figure):
+        if axes.get_xlabel() == x.label:
+            if axes.get_xscale() == "log" and low <= 0.0:
+                raise InputError(f"--xlim: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero.")
+            axes.set_xlim(low, high)
+
+
+def panels_of(figure: Any) -> list[Axes]:
+    """All axes of a figure and its parts."""
+    own = figure.axes or [axes for part in getattr(figure, "subfigs", ()) for axes in panels_of(part)]
+    return list(dict.fromkeys(own))
 
 
 def settle(figure: Figure) -> None:

@@ -9,6 +9,7 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.decimation import last_part
 from nsdrill.plot.labels import heading
+from nsdrill.plot.look import look
 from nsdrill.plot.schedule import moving, point_words
 
 ROOM_FOR_HISTORY = 1.2  # inches of page
@@ -40,6 +41,8 @@ def _point(trace: Trace, units: str) -> str:
 
 def shown_part(trace: Trace) -> tuple[slice, str]:
     """The part of the trace for orbit and phase planes, and the words for it (none if it is all)."""
+    if look.get().time is not None or look.get().xlim is not None:  # as the user has chosen
+        return slice(None), f"{trace.time[0]:.4g} to {trace.time[-1]:.4g} s"
     speed = float(trace["drive_speed"][-1] if "rotary_speed" in moving(trace) else trace.attrs.get("rotary_speed") or 0)
     part = last_part(trace.time, LAST_SAMPLES, LAST_TURNS * 2 * pi / speed if speed > 0 else None)
     if part.start == 0:

@@ -22,7 +22,7 @@ from nsdrill.plot.legend import legend_below, marker_entry, response_entries
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges, robust_limits, spaced
 from nsdrill.plot.starts import USED, along, has_starts, matched
-from nsdrill.plot.style import FULL_WIDTH, REFERENCE, RESPONSES, new_figure, put_title
+from nsdrill.plot.style import REFERENCE, RESPONSES, new_figure, page_width, put_title, type_size
 
 HEIGHT = 6.0
 LARGEST, SMALLEST = 7.0, 1.6  # points of diameter, of the share 1 and of a single start among many
@@ -33,7 +33,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     axis, found = along(results)
     x = quantity(axis, units)
     centres = np.asarray(results.coords[axis], float) / x.scale
-    figure = new_figure(FULL_WIDTH, HEIGHT)
+    figure = new_figure(page_width(), HEIGHT)
     shown = drawn_in(results.attrs).attractors
     grid = figure.add_gridspec(len(shown), 1)
     panels: list[Axes] = []
@@ -90,7 +90,7 @@ def draw_branches(axes: Axes, points: list[tuple[float, float, Attractor]], cent
                 branch[0][:2],
                 (0, 4),
                 textcoords="offset points",
-                fontsize=6,
+                fontsize=type_size(6),
                 ha="center",
                 va="bottom",
                 gid=f"number:{number}",

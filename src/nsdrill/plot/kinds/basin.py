@@ -25,7 +25,7 @@ from nsdrill.plot.legend import legend_below, marker_entry
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges
 from nsdrill.plot.starts import USED, flat, has_starts, words
-from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, new_figure, put_title
+from nsdrill.plot.style import RESPONSES, SEAMLESS, new_figure, page_width, put_title
 from nsdrill.variables import OK, has_failed
 
 HEIGHT = 4.4
@@ -49,7 +49,7 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
         )
     names = _states(results, states)
     colours = tinted(found)
-    figure = new_figure(FULL_WIDTH, HEIGHT)
+    figure = new_figure(page_width(), HEIGHT)
     axes = figure.add_subplot()
     status, number = variables["status"][0], variables["attractor"][0].astype(int)
     if results.slice:

@@ -14,7 +14,7 @@ from matplotlib.patches import Patch
 from nsdrill.models.numbers import CriticalSpeeds
 from nsdrill.plot.charts import OPERATING, Chart, along, chart_kind, logarithmic, remark
 from nsdrill.plot.labels import quantity
-from nsdrill.plot.style import BLACK, BLUE, GREEN, REFERENCE, VERMILLION
+from nsdrill.plot.style import BLACK, BLUE, GREEN, REFERENCE, VERMILLION, type_size
 
 
 def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
@@ -45,7 +45,7 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
             if there.size:
                 at = there[round(place * (there.size - 1))]  # each kind at another place, as its modes cross others
                 axes.annotate(
-                    str(number), (x[at], values[at]), color=colour, fontsize=6.5, ha="center", va="center",
+                    str(number), (x[at], values[at]), color=colour, fontsize=type_size(6.5), ha="center", va="center",
                     bbox={"boxstyle": "round,pad=0.12", "facecolor": "white", "edgecolor": "none"}, zorder=4,
                 )  # fmt: skip
         handles.append(Line2D([], [], color=colour, linestyle=dashes, linewidth=1.1, label=words))

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from nsdrill.models.numbers import DriveCard
 from nsdrill.plot.charts import SLOPE, TO_HERTZ, Chart, chart_kind, logarithmic, remark, shown
-from nsdrill.plot.style import BLACK, BLUE, GREEN, ORANGE, REFERENCE, VERMILLION, WINE
+from nsdrill.plot.style import BLACK, BLUE, GREEN, ORANGE, REFERENCE, VERMILLION, WINE, type_size
 
 # Each drive by its colour and its dashes, so that a grey printer keeps them apart.
 DRIVES: dict[str, tuple[str, Any]] = {
@@ -41,8 +41,8 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
     for number, wave in enumerate(chart.waves * TO_HERTZ, start=1):
         axes.axvline(wave, color=REFERENCE, linewidth=0.7, linestyle=(0, (1, 2)), zorder=0)
         axes.annotate(
-            f"mode {number}", (wave, 0.0), xytext=(2, 3), textcoords="offset points", fontsize=7, color=REFERENCE,
-            rotation=90, va="bottom",
+            f"mode {number}", (wave, 0.0), xytext=(2, 3), textcoords="offset points", fontsize=type_size(7),
+            color=REFERENCE, rotation=90, va="bottom",
         )  # fmt: skip
     axes.set_xscale("log")
     logarithmic(axes.xaxis)

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 
 from nsdrill.models.numbers import DriveTuning
 from nsdrill.plot.charts import SLOPE, TO_HERTZ, Chart, chart_kind, logarithmic, shown
-from nsdrill.plot.style import BLACK, REFERENCE
+from nsdrill.plot.style import BLACK, REFERENCE, type_size
 
 
 def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
@@ -22,7 +22,7 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
     x, y, held = chart.matching, chart.frequency * TO_HERTZ, chart.held / slope.scale
     mesh = axes.pcolormesh(x, y, held, cmap="viridis", shading="gouraud", rasterized=True, gid="cells")
     lines = axes.contour(x, y, held, levels=8, colors="white", linewidths=0.6)
-    axes.clabel(lines, fontsize=6, fmt="%g")
+    axes.clabel(lines, fontsize=type_size(6), fmt="%g")
     figure.colorbar(mesh, ax=axes, label=slope.label, fraction=0.05, pad=0.01, aspect=30)
     handles: list[Artist] = []
     axes.axhline(chart.lumped * TO_HERTZ, color="white", linewidth=1.0, linestyle=(0, (5, 2)))

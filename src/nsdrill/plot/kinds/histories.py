@@ -12,7 +12,7 @@ from nsdrill.plot.decimation import envelope
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import TRACE, Kind
 from nsdrill.plot.schedule import moving, set_values
-from nsdrill.plot.style import BLUE, FULL_WIDTH, REFERENCE, new_figure, put_title
+from nsdrill.plot.style import BLUE, REFERENCE, new_figure, page_width, put_title, type_size
 from nsdrill.plot.traces import check_length, room_for, title_of
 from nsdrill.variables import SCHEDULED
 
@@ -21,7 +21,7 @@ BINS = 1500  # stretches of a history: about one for each pixel of print
 
 def draw(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    figure = new_figure(FULL_WIDTH, 7.2 + room_for(trace))
+    figure = new_figure(page_width(), 7.2 + room_for(trace))
     draw_histories(figure, trace, units)
     put_title(figure, title_of(trace, units))
     return figure
@@ -65,7 +65,7 @@ def _reference(axes: Axes, height: float, word: str) -> None:
         textcoords="offset points",
         va="center",
         rotation=90,
-        fontsize=6,
+        fontsize=type_size(6),
         color=REFERENCE,
     )
 

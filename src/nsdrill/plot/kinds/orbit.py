@@ -12,13 +12,13 @@ from matplotlib.patches import Circle
 from nsdrill.data import Trace, frozen_modes
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLUE, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, put_title
+from nsdrill.plot.style import BLUE, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, page_width, put_title
 from nsdrill.plot.traces import check_length, shown_part, title_of
 
 
 def draw(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    figure = new_figure(4.0, 4.5)
+    figure = new_figure(page_width(4.0), page_width(4.0) + 0.5)
     draw_orbit(figure.add_subplot(), trace, units)
     put_title(figure, title_of(trace, units, width=50))
     return figure

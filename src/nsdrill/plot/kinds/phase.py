@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -10,14 +9,20 @@ from nsdrill.data import Trace
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, new_figure, put_title
+from nsdrill.plot.style import BLUE, MANY_MARKERS, REFERENCE, new_figure, page_width, put_title, side_by_side
 from nsdrill.plot.traces import check_length, shown_part, title_of
+
+WIDTH = 2.2  # inches that a plane needs
 
 
 def draw(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    figure = new_figure(FULL_WIDTH, 2.9)
-    draw_planes(list(np.atleast_1d(figure.subplots(1, len(drawn_in(trace.attrs).planes)))), trace, units)
+    planes = len(drawn_in(trace.attrs).planes)
+    across = side_by_side(planes, WIDTH)
+    down = -(-planes // across)
+    figure = new_figure(page_width(), 0.7 + 2.2 * down)
+    grid = figure.add_gridspec(down, across)
+    draw_planes([figure.add_subplot(grid[divmod(place, across)]) for place in range(planes)], trace, units)
     put_title(figure, title_of(trace, units))
     return figure
 

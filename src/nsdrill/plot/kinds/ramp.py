@@ -22,7 +22,7 @@ from nsdrill.plot.legend import legend_below
 from nsdrill.plot.registry import RAMP, Kind
 from nsdrill.plot.schedule import moving, point_words, rate_words, set_values
 from nsdrill.plot.slices import line, ordered
-from nsdrill.plot.style import BLUE, FULL_WIDTH, GREY, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, put_title
+from nsdrill.plot.style import BLUE, GREY, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, page_width, put_title
 from nsdrill.variables import AXES, OK
 
 SWEPT = "#D9D9D9"  # the sweep lies behind, paler than anything of the ramp
@@ -33,7 +33,7 @@ def draw(trace: Trace, units: str = "si", over: Results | None = None) -> Figure
     axis = moving(trace)[0]
     x = quantity(axis, units)
     drawn = drawn_in(trace.attrs).panels
-    figure = new_figure(FULL_WIDTH, 1.2 + 1.7 * len(drawn))
+    figure = new_figure(page_width(), 1.2 + 1.7 * len(drawn))
     panels = list(np.atleast_1d(figure.subplots(len(drawn), 1, sharex=True)))
     value = set_values(trace, axis)
     way = np.sign(np.diff(value, append=value[-1]))

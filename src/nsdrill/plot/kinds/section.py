@@ -22,8 +22,10 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.registry import TRACE, Kind, is_sweep, needs_returns
 from nsdrill.plot.slices import text
-from nsdrill.plot.style import BLUE, FULL_WIDTH, MOTIONS, REFERENCE, new_figure, put_title
+from nsdrill.plot.style import BLUE, MOTIONS, REFERENCE, new_figure, page_width, put_title, side_by_side
 from nsdrill.plot.traces import title_of
+
+WIDTH = 1.6  # inches that a plane needs
 
 
 def draw(data: Results | Trace, units: str = "si") -> Figure:
@@ -33,7 +35,8 @@ def draw(data: Results | Trace, units: str = "si") -> Figure:
 def draw_point(results: Results, units: str = "si") -> Figure:
     """The section of one operating point, a row of planes for each procedure."""
     names = [text(name) for name in results.coords["procedure"]]
-    figure = new_figure(FULL_WIDTH, 0.4 + 2.2 * len(names))
+    down = _rows(results.attrs)
+    figure = new_figure(page_width(), 0.4 + 2.2 * down * len(names))
     rows = np.atleast_1d(np.asarray(figure.subfigures(len(names), 1), dtype=object))
     gap, drawn = results.attrs.get("gap"), drawn_in(results.attrs)
     for row, name in enumerate(names):
@@ -53,7 +56,7 @@ def draw_point(results: Results, units: str = "si") -> Figure:
 def draw_trace(trace: Trace, units: str) -> Figure:
     """The section of a trace: its returns after the transient, if there is time for three."""
     section, drawn = section_of(trace), drawn_in(trace.attrs)
-    figure = new_figure(FULL_WIDTH, 2.7)
+    figure = new_figure(page_width(), 0.6 + 2.1 * _rows(trace.attrs))
     begin = _observed_from(trace)
     words = f"{len(section['section_bit_speed'])} returns" + (f" after {begin:g} s" if begin else "")
     _draw_planes(figure, section, drawn, units, trace.attrs.get("gap"), BLUE)
@@ -73,7 +76,10 @@ def _draw_planes(
         "color": colour,
     }
     orbit = "section_radius" in section and "section_radius" in drawn.section
-    panels = list(np.atleast_1d(figure.subplots(1, orbit + len(drawn.section_planes))))
+    count = orbit + len(drawn.section_planes)
+    wide = side_by_side(count, WIDTH)
+    grid = figure.add_gridspec(-(-count // wide), wide)
+    panels = [figure.add_subplot(grid[divmod(place, wide)]) for place in range(count)]
     if orbit:
         _draw_orbit(panels[0], section, units, gap, style)
     for axes, (across, up) in zip(panels[orbit:], drawn.section_planes, strict=True):
@@ -84,6 +90,13 @@ def _draw_planes(
     for axes in panels:
         axes.xaxis.set_major_locator(MaxNLocator(3))
         axes.yaxis.set_major_locator(MaxNLocator(5))
+
+
+def _rows(attrs: Mapping[str, Any]) -> int:
+    """Rows of planes of one section."""
+    drawn = drawn_in(attrs)
+    count = len(drawn.section_planes) + ("section_radius" in drawn.section)
+    return -(-count // side_by_side(count, WIDTH))
 
 
 def _draw_orbit(

@@ -26,7 +26,7 @@ from nsdrill.plot.legend import legend_below, marker_entry
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges, spaced
 from nsdrill.plot.starts import USED, along, has_starts, matched
-from nsdrill.plot.style import FULL_WIDTH, RESPONSES, new_figure, put_title
+from nsdrill.plot.style import RESPONSES, new_figure, page_width, put_title, type_size
 
 HEIGHT = 3.6
 LEAST = 0.02  # borders of attractors with a smaller share are not drawn: their columns would be all border
@@ -40,7 +40,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     x = quantity(axis, units)
     centres = np.asarray(results.coords[axis], float) / x.scale
     borders = edges(centres)
-    figure = new_figure(FULL_WIDTH, HEIGHT)
+    figure = new_figure(page_width(), HEIGHT)
     axes = figure.add_subplot()
     present = [code for code in range(len(RESPONSES)) if any(a.response == code for some, _ in found for a in some)]
     columns = [
@@ -132,7 +132,7 @@ def draw_bands(axes: Axes, columns: list[list[Part]], borders: Array) -> None:
                     widest.bottom + widest.height / 2,
                     str(number),
                     color="white" if dark else "black",
-                    fontsize=6,
+                    fontsize=type_size(6),
                     ha="center",
                     va="center",
                     clip_on=True,

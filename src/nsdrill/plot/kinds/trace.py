@@ -13,17 +13,25 @@ from nsdrill.plot.kinds.histories import draw_histories
 from nsdrill.plot.kinds.orbit import draw_orbit, has_orbit
 from nsdrill.plot.kinds.phase import draw_planes
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import FULL_WIDTH, new_figure, put_title
+from nsdrill.plot.style import new_figure, page_width, put_title
 from nsdrill.plot.traces import check_length, room_for, title_of
+
+TWO_COLUMNS = 5.0  # inches from which on the planes stand beside the histories
 
 
 def draw(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
     planes, orbit = len(drawn_in(trace.attrs).planes), has_orbit(trace)
-    figure = new_figure(FULL_WIDTH, 8.6 + room_for(trace))
-    left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
+    tall, heights = 8.6 + room_for(trace), [*[1.55] * orbit, *[1.0] * planes]
+    if page_width() >= TWO_COLUMNS:
+        figure = new_figure(page_width(), tall)
+        left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))
+    else:
+        below = sum(heights) * 0.55 * page_width()
+        figure = new_figure(page_width(), tall + below)
+        left, right = cast("Any", figure.subfigures(2, 1, height_ratios=(tall, below)))
     draw_histories(left, trace, units)
-    panels = list(np.atleast_1d(right.subplots(orbit + planes, 1, height_ratios=[*[1.55] * orbit, *[1.0] * planes])))
+    panels = list(np.atleast_1d(right.subplots(orbit + planes, 1, height_ratios=heights)))
     if orbit:
         draw_orbit(panels[0], trace, units)
     draw_planes(panels[orbit:], trace, units)

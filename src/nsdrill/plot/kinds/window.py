@@ -20,10 +20,10 @@ from nsdrill.analysis.window import CRITICAL, RIM, SAFE, UNKNOWN, Classes, class
 from nsdrill.data import Array, Results
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.maps import WRAP, hatch, lies_across
+from nsdrill.plot.maps import PANEL, WRAP, hatch, lies_across
 from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
 from nsdrill.plot.slices import edges, spaced
-from nsdrill.plot.style import BLACK, FULL_WIDTH, SEAMLESS, new_figure, put_title
+from nsdrill.plot.style import BLACK, FULL_WIDTH, SEAMLESS, new_figure, page_width, put_title, side_by_side
 
 SAFE_COLOUR, RIM_COLOUR, CRITICAL_COLOUR, UNKNOWN_COLOUR = "#D3ECFA", "#E69F00", "#6E6E6E", "#FFFFFF"
 COLOURS = ListedColormap([UNKNOWN_COLOUR, CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR], name="window")
@@ -41,7 +41,7 @@ def draw(results: Results, units: str = "si", severity: int | None = None) -> Fi
         hatch(axes, cells, found.state[number] == RIM, "//////", RIM_COLOUR, "#3A3A3A", "rim")
         hatch(axes, cells, found.state[number] == UNKNOWN, "xxxxxx", UNKNOWN_COLOUR, BLACK, "unknown")
         _recommend(axes, found, note["maps"][number]["recommended"], units)
-    legend_below(figure, _legend(found, note), 3 if figure.get_figwidth() == FULL_WIDTH else 2)
+    legend_below(figure, _legend(found, note), 3)
     return figure
 
 
@@ -53,11 +53,11 @@ def _shown(panels: int) -> list[int]:
 
 
 def _frame(found: Classes, shown: list[int], units: str) -> tuple[Figure, list[Axes]]:
-    wrap = WRAP.get(len(shown), 4)
+    wrap = side_by_side(WRAP.get(len(shown), 4), PANEL)
     deep = -(-len(shown) // wrap)
-    width = FULL_WIDTH / wrap
+    width = page_width() / wrap
     tall = 1.3 + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width) if found.y else 1.6
-    figure = new_figure(FULL_WIDTH if wrap > 1 or not found.y else 5.0, tall)
+    figure = new_figure(page_width(FULL_WIDTH if len(shown) > 1 or not found.y else 5.0), tall)
     grid = figure.add_gridspec(deep, wrap)
     x = quantity(found.x, units)
     panels: list[Axes] = []

@@ -1,0 +1,86 @@
+"""The part of the data that is drawn where the user limits the x axis or the time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from nsdrill.data import Array, Results, Trace
+from nsdrill.errors import InputError
+from nsdrill.plot.labels import quantity
+from nsdrill.plot.look import Ends, Look, value_of
+from nsdrill.plot.registry import Kind
+from nsdrill.plot.slices import edges
+from nsdrill.quantity import quantity as known
+
+WHOLE = ("window",)  # what says something of the whole sweep keeps all points, and is limited in sight only
+
+
+def within(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, float] | None]:
+    """``data`` without what lies outside the limits, so that the other axes fit what is seen, and the ends of the x
+    axis in SI, None where the picture chooses them."""
+    if look.time is not None:
+        if not isinstance(data, Trace):
+            raise InputError("--from and --to: found with results; allowed: with a trace. --xlim limits an axis.")
+        data = between(data, look.time)
+    if look.xlim is None:
+        return data, None
+    across = kind.across(data)
+    if across is None:
+        raise InputError(
+            f"--xlim: found with --kind {kind.name}, whose panels have no x axis in common; allowed: with kinds along "
+            "an axis or over time, and with maps."
+        )
+    if across == "time":
+        data = between(data, look.xlim, "xlim")
+        return data, None
+    low, high = _ends("xlim", look.xlim, known(across).units)
+    if isinstance(data, Results) and kind.name not in WHOLE:
+        data = _cells_between(data, across, low, high)
+    return data, (low, high)
+
+
+def _ends(name: str, given: Ends, units: str, least: float = -np.inf, greatest: float = np.inf) -> tuple[float, float]:
+    words = ("from", "to") if name == "time" else (name, name)
+    low, high = (
+        open_end if end is None else value_of(word, end, units)
+        for word, end, open_end in zip(words, given, (least, greatest), strict=True)
+    )
+    if not low < high:
+        option = "--from and --to" if name == "time" else f"--{name}"
+        raise InputError(f"{option}: found {low:g} to {high:g} {units}; allowed: the lower end first.")
+    return low, high
+
+
+def between(trace: Trace, ends: Ends, name: str = "time") -> Trace:
+    """The samples of a trace between two times."""
+    if not len(trace.time):
+        return trace
+    first, last = float(trace.time[0]), float(trace.time[-1])
+    low, high = _ends(name, ends, "s", first, last)
+    chosen = (trace.time >= low - 1e-9) & (trace.time <= high + 1e-9)
+    if np.count_nonzero(chosen) < 2:
+        option = "--from and --to" if name == "time" else f"--{name}"
+        raise InputError(
+            f"{option}: found {low:g} s to {high:g} s; allowed: times with two samples or more between them, of "
+            f"{first:g} s to {last:g} s."
+        )
+    variables = {key: values[chosen] for key, values in trace.variables.items()}
+    return Trace(trace.time[chosen], variables, trace.attrs)
+
+
+def _cells_between(data: Results, axis: str, low: float, high: float) -> Results:
+    """The points whose cells reach into the limits."""
+    values: Array = np.asarray(data.coords[axis], dtype=float)
+    borders = edges(values)
+    chosen = np.flatnonzero((borders[1:] > low) & (borders[:-1] < high))
+    if len(chosen) < 2:
+        x = quantity(axis)
+        raise InputError(
+            f"--xlim: found {x.value(low)} to {x.value(high)}; allowed: limits with two points of the sweep or more "
+            f"between them, of {x.value(values[0])} to {x.value(values[-1])}."
+        )
+    place = 1 + data.axes.index(axis)
+    variables = {name: np.take(array, chosen, axis=place) for name, array in data.variables.items()}
+    return Results({**data.coords, axis: values[chosen]}, variables, data.attrs, data.more)

@@ -1,0 +1,195 @@
+"""The user has the last word on how a picture looks: size, type, title, style, limits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from made_up import make_results, make_trace
+
+from nsdrill import plot
+from nsdrill.data import Results, Trace
+from nsdrill.errors import InputError
+from nsdrill.plot import look_of
+from nsdrill.plot.style import panels_of
+
+COLUMN = 3.3  # inches: one column of a journal
+
+
+def every(data: Results | Trace, first: int = 9) -> list[str]:
+    return list(plot.kinds_for(data)[:first])
+
+
+def words_of(figure: Any) -> list[Any]:
+    """All text with something in it that is seen, but for ticks, some of which lie beyond the limits."""
+    ticks = {label for axes in panels_of(figure) for label in (*axes.get_xticklabels(), *axes.get_yticklabels())}
+    texts = [text for text in figure.findobj(mpl.text.Text) if text not in ticks]
+    found = [text for text in texts if text.get_text().strip() and text.get_visible()]
+    return [text for text in found if text.get_window_extent().width > 0]
+
+
+@pytest.mark.parametrize("kind", ["bifurcation", "summary", "window", "lift_off"])
+def test_a_sweep_fits_one_column(speeds: Results, kind: str) -> None:
+    figure = plot.draw(speeds, kind, look=look_of(width="3.3in", font_size=7))
+    check_column(figure)
+
+
+@pytest.mark.parametrize("kind", ["map", "whirl_kind", "window", "stick_slip_index"])
+def test_a_map_fits_one_column(kind: str) -> None:
+    both = make_results(depth=np.linspace(500, 9000, 9), rotary_speed=np.linspace(1, 8, 15), procedures=("up", "down"))
+    check_column(plot.draw(both, kind, look=look_of(width="84mm")), 84 / 25.4)
+
+
+@pytest.mark.parametrize("kind", ["trace", "histories", "orbit", "phase", "section"])
+def test_a_trace_fits_one_column(trace: Trace, kind: str) -> None:
+    check_column(plot.draw(trace, kind, look=look_of(width="3.3in")))
+
+
+def check_column(figure: Any, width: float = COLUMN) -> None:
+    """The figure is as wide as asked for, every panel has room, no two panels and no words leave the page."""
+    assert figure.get_figwidth() == pytest.approx(width, rel=1e-6)
+    for axes in panels_of(figure):
+        box = axes.get_window_extent()
+        assert box.width > 0.25 * figure.bbox.width or axes.get_label() == "<colorbar>"
+        assert 0 <= box.x0 < box.x1 <= figure.bbox.width + 1
+    for text in words_of(figure):
+        box = text.get_window_extent()
+        assert box.x0 > -2, text
+        assert box.x1 < figure.bbox.width + 2, text
+
+
+def test_height_and_size_of_type(speeds: Results) -> None:
+    figure = plot.draw(speeds, "summary", look=look_of(height=0.1, font_size="10pt"))
+    assert figure.get_figheight() == pytest.approx(0.1 / 0.0254)
+    plain = plot.draw(speeds, "summary")
+    sizes = [{text.get_fontsize() for text in words_of(one)} for one in (figure, plain)]
+    assert len(sizes[1]) > 2
+    assert sorted(size * 10 / 8 for size in sizes[1]) == pytest.approx(sorted(sizes[0]))
+
+
+def test_titles(trace: Trace) -> None:
+    assert plot.draw(trace, "orbit", look=look_of(title=False)).get_suptitle() == ""
+    assert plot.draw(trace, "phase", look=look_of(title="Rolling $x_1$")).get_suptitle() == "Rolling $x_1$"
+
+
+def test_settings_of_the_user_are_respected_and_left_alone(speeds: Results, tmp_path: Path) -> None:
+    plain = plot.draw(speeds, "summary")
+    with mpl.rc_context({"font.size": 12.0, "axes.labelsize": 5.0, "axes.facecolor": "#ffeecc", "savefig.dpi": 50}):
+        figure = plot.draw(speeds, "summary")
+        assert mpl.rcParams["font.size"] == 12.0
+    (axes,) = figure.axes[-1:]
+    assert axes.yaxis.label.get_fontsize() == 5.0
+    assert axes.get_facecolor() == mpl.colors.to_rgba("#ffeecc")
+    assert axes.get_xticklabels()[0].get_fontsize() == pytest.approx(12.0 * 7 / 8), "in the proportion of the house"
+    plot.save(figure, tmp_path / "a.png")
+    assert mpl.image.imread(tmp_path / "a.png").shape[1] == pytest.approx(7.0 * 50, abs=1)
+    assert plain.axes[-1].yaxis.label.get_fontsize() == 8.0
+
+
+def test_a_style_file(trace: Trace, tmp_path: Path) -> None:
+    path = tmp_path / "journal.mplstyle"
+    path.write_text("figure.figsize: 3.5, 2.6\nfont.size: 9\naxes.linewidth: 2.0\n")
+    figure = plot.draw(trace, "histories", look=look_of(style=path))
+    assert figure.get_figwidth() == 3.5
+    assert panels_of(figure)[0].spines["left"].get_linewidth() == 2.0
+    assert panels_of(figure)[0].xaxis.label.get_fontsize() == 9.0
+    smaller = plot.draw(trace, "histories", look=look_of(style=path, font_size=6, width="5in"))
+    assert smaller.get_figwidth() == pytest.approx(5.0)
+    assert panels_of(smaller)[0].yaxis.label.get_fontsize() == 6.0
+    assert plot.draw(trace, "orbit", look=look_of(style={"axes.linewidth": 3.0})).axes[0].spines[
+        "left"
+    ].get_linewidth() == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"width": "3.3"}, "--width: found '3.3', a number without a unit"),
+        ({"width": "3 kN"}, "--width"),
+        ({"width": "1 km"}, r"--width: found 3\.937e\+04 in; allowed: 1 in to 40 in"),
+        ({"height": 0.0}, "--height: found 0 in"),
+        ({"font_size": "large"}, "--font-size: found 'large'; allowed: points"),
+        ({"font_size": 1}, "--font-size: found 1; allowed: points, 3 to 40"),
+        ({"style": "no_such.mplstyle"}, "--style: found 'no_such.mplstyle', which is no file; allowed: .*ggplot"),
+        ({"style": {"font.sise": 3}}, "--style: .*font.sise"),
+        ({"style": {"font.size": "much"}}, "--style: "),
+        ({"xlim": (1.0,)}, "--xlim: found .*; allowed: two values"),
+        ({"title": 3}, "--title: found 3"),
+    ],
+)
+def test_wrong_looks_are_told(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=f"(?s){message}"):
+        look_of(**given)
+
+
+@pytest.mark.parametrize("text", ["font.sise: 3\n", "font.size: much\n", "nothing at all\n", "", "\x00\xff\n"])
+def test_faults_of_a_style_file_are_told(tmp_path: Path, text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.mplstyle"
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(InputError, match=r"--style .*a\.mplstyle: "):
+        look_of(style=path)
+    assert capsys.readouterr().err == ""
+
+
+def test_limits_of_a_sweep(speeds: Results) -> None:
+    figure = plot.draw(speeds, "bifurcation", look=look_of(xlim=("30 rpm", "50 rpm")))
+    low, high = 30 * np.pi / 30, 50 * np.pi / 30
+    for axes in figure.axes:
+        assert axes.get_xlim() == pytest.approx((low, high))
+    inside = speeds["bit_speed_peaks"][:, 0, 0][:, (speeds["rotary_speed"] > low) & (speeds["rotary_speed"] < high)]
+    shown = figure.axes[2].get_ylim()
+    assert shown[1] < 1.3 * np.nanmax(inside), "the other axis fits what is seen"
+
+
+def test_limits_of_a_map_and_of_the_window(plane: Results) -> None:
+    figure = plot.draw(plane, "stick_slip_index", look=look_of(xlim=(3.0, 5.0)))
+    assert figure.axes[0].get_xlim() == pytest.approx((3.0, 5.0))
+    whole, part = (plot.draw(plane, "window", look=look_of(xlim=ends)) for ends in (None, (3.0, 5.0)))
+    texts = [[text.get_text() for text in one.legends[0].get_texts()] for one in (whole, part)]
+    assert texts[0] == texts[1], "what the window says is of the whole sweep"
+    assert part.axes[0].get_xlim() == pytest.approx((3.0, 5.0))
+
+
+def test_a_part_of_a_trace(trace: Trace) -> None:
+    for given in ({"time": ("20 s", "24 s")}, {"xlim": (20.0, 24.0)}):
+        figure = plot.draw(trace, "histories", look=look_of(**given))
+        line = panels_of(figure)[0].lines[0]
+        assert line.get_xdata()[[0, -1]] == pytest.approx((20.0, 24.0))
+    orbit = plot.draw(trace, "orbit", look=look_of(time=("20 s", None)))
+    assert "20 to 60 s" in orbit.axes[0].get_title()
+
+
+@pytest.mark.parametrize(
+    ("kind", "given", "message"),
+    [
+        ("orbit", {"xlim": (0.0, 1.0)}, "--xlim: found with --kind orbit, whose panels have no x axis in common"),
+        (
+            "phase",
+            {"time": ("90 s", "95 s")},
+            "allowed: times with two samples or more between them, of 0 s to 59.995 s",
+        ),
+        ("phase", {"time": ("9 s", "5 s")}, "--from and --to: found 9 to 5 s; allowed: the lower end first"),
+        ("phase", {"time": ("9 m", "5 s")}, "--from: "),
+    ],
+)
+def test_wrong_limits_are_told(trace: Trace, kind: str, given: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        plot.draw(trace, kind, look=look_of(**given))
+
+
+def test_wrong_limits_of_sweeps_are_told(speeds: Results) -> None:
+    with pytest.raises(InputError, match=r"--from and --to: found with results"):
+        plot.draw(speeds, look=look_of(time=(0, 1)))
+    with pytest.raises(InputError, match=r"--xlim: found 20 rad/s to 30 rad/s; allowed: .* of 1 rad/s to 8 rad/s"):
+        plot.draw(speeds, look=look_of(xlim=(20.0, 30.0)))
+    with pytest.raises(InputError, match="--xlim: "):
+        plot.draw(speeds, look=look_of(xlim=("3 kN", "4 kN")))
+
+
+def test_a_look_is_of_one_picture(speeds: Results) -> None:
+    plot.draw(speeds, "summary", look=look_of(width="3.3in", title=False))
+    assert plot.draw(speeds, "summary").get_figwidth() == 7.0
+    assert plot.draw(make_trace(5.0), "orbit").get_suptitle()
