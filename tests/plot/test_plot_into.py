@@ -61,7 +61,7 @@ def test_a_map_in_axes_of_a_user(plane: Results, kind: str) -> None:
     alone = nsdrill.plot(to_dataset(plane), kind)
     assert [type(item) for item in right.collections] == [type(item) for item in alone.axes[0].collections]
     assert right.get_xlim() == alone.axes[0].get_xlim()
-    words = [text.get_text() for text in right.get_legend().get_texts()] if right.get_legend() else []
+    words = [" ".join(text.get_text().split()) for text in right.get_legend().get_texts()] if right.get_legend() else []
     assert words == ([text.get_text() for text in alone.legends[0].get_texts()] if alone.legends else [])
     assert len(figure.axes) == 2 + (len(alone.axes) - 1)  # the colour bar
 

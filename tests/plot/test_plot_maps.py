@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made_up import make_results, spoil
+from made_up import covered, make_results, spoil
 from matplotlib.axes import Axes
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_hex
@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from nsdrill import plot
 from nsdrill.data import Results
 from nsdrill.errors import InputError
-from nsdrill.plot.style import RESPONSES
-from nsdrill.variables import OK, PENDING
+from nsdrill.plot.style import MOTIONS, RESPONSES, WHIRLS
+from nsdrill.variables import DIVERGED, OK, PENDING, STEP_LIMIT
 
 
 def cells(axes: Axes) -> QuadMesh:
@@ -70,7 +70,9 @@ def test_failed_cells_are_crossed_and_pending_cells_blank(plane: Results) -> Non
     figure = plot.draw(spoil(plane, diverged=3, step_limit=2, pending=4))
     [axes] = panels(figure)
     crossed = next(c for c in axes.collections if c.get_gid() == "failed")
-    assert len(crossed.get_paths()) == 5
+    failed = np.isin(plane["status"][0, :, 0], (DIVERGED, STEP_LIMIT))
+    assert failed.sum() == 5
+    np.testing.assert_array_equal(covered(crossed, plane["rotary_speed"], plane["depth"]), failed)
     assert cells(axes).get_array().mask.sum() == 9
     words = [text.get_text() for text in figure.legends[0].get_texts()]
     assert {"failed (5 of 135)", "not run yet (4 of 135)"} <= set(words)
@@ -83,7 +85,9 @@ def test_up_and_down_are_compared_in_a_third_panel() -> None:
     assert [axes.get_title() for axes in figure.axes] == ["carried up", "carried down", "up and down compared"]
     hatched = next(c for c in figure.axes[2].collections if c.get_gid() == "differs")
     both = (data["status"] == OK).all(axis=0)
-    assert len(hatched.get_paths()) == ((data["response"][0] != data["response"][1]) & both).sum()
+    differs = ((data["response"][0] != data["response"][1]) & both)[:, 0]
+    assert differs.any()
+    np.testing.assert_array_equal(covered(hatched, data["rotary_speed"], data["depth"]), differs)
 
 
 def test_a_third_axis_gives_small_multiples() -> None:
@@ -117,3 +121,38 @@ def test_severity_lines_only_where_the_data_cross_them(plane: Results) -> None:
 def test_whirl_kinds_have_names(plane: Results) -> None:
     words = [text.get_text() for text in plot.draw(plane, "whirl_kind").legends[0].get_texts()]
     assert words == ["no whirl", "backward rolling", "irregular"]
+
+
+def test_values_of_up_and_down_are_subtracted() -> None:
+    """The third panel of a map of values shows that value, not the response, and its sign by two colours."""
+    data = make_results(depth=np.linspace(1e3, 5e3, 5), rotary_speed=np.linspace(1, 8, 12), procedures=("up", "down"))
+    data["status"][0, 0, 0, 0] = PENDING
+    figure = plot.draw(data, "lift_off")
+    assert [axes.get_title() for axes in panels(figure)] == ["carried up", "carried down", "down less up"]
+    shown = cells(panels(figure)[2])
+    difference = 100 * (data["lift_off_fraction"][1] - data["lift_off_fraction"][0])[:, 0]
+    known = ~np.ma.getmaskarray(shown.get_array())
+    assert known.sum() == known.size - 1
+    np.testing.assert_allclose(np.ma.getdata(shown.get_array())[known], difference[known], atol=1e-12)
+    assert shown.norm.vmin == -shown.norm.vmax
+    assert "down less up [%]" in [axes.get_ylabel() for axes in figure.axes]
+
+
+def test_values_of_both_signs_are_white_at_zero(plane: Results) -> None:
+    shown = cells(panels(plot.draw(plane, "whirl_ratio"))[0])
+    assert plane["whirl_ratio"].min() < 0 < plane["whirl_ratio"].max()
+    assert shown.norm.vmin == -shown.norm.vmax
+    assert min(shown.to_rgba(0.0)[:3]) > 0.95
+    assert cells(panels(plot.draw(plane, "lift_off"))[0]).norm.vmin == 0.0
+
+
+def test_kinds_of_whirl_have_colours_of_their_own() -> None:
+    others = {style.colour for style in (*RESPONSES, *MOTIONS)}
+    assert not others & {colour for _, colour in WHIRLS}
+
+
+def test_no_cell_reaches_below_zero_where_no_value_does() -> None:
+    figure = plot.draw(make_results(rotary_speed=(1.0, 9.0)))
+    assert figure.axes[1].get_xlim()[0] == 0.0
+    figure = plot.draw(make_results(depth=(500.0, 9000.0), rotary_speed=np.linspace(1, 9, 5)), "map")
+    assert min(figure.axes[0].get_ylim()) == 0.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from matplotlib.collections import PolyCollection
+from made_up import covered
 from model_tables import VARIABLES
 
 from nsdrill.data import Results
@@ -48,17 +48,29 @@ def test_a_map_shows_inferred_responses_and_says_so(refined: Results) -> None:
     cells = next(c for c in figure.axes[0].collections if c.get_gid() == "cells")
     assert np.all(np.asarray(cells.get_array()) == 5)
     dots = [c for c in figure.axes[0].collections if c.get_gid() == "inferred"]
-    assert isinstance(dots[0], PolyCollection)
-    assert len(dots[0].get_paths()) == 30
+    inferred = refined["status"][0, 0] == INFERRED
+    assert inferred.sum() == 30
+    np.testing.assert_array_equal(covered(dots[0], refined["rotary_speed"], refined["wob"] / 1e3), inferred)
     assert "dotted: inferred (30 of 45)" in words(figure)
 
 
-@pytest.mark.parametrize("kind", ["whirl_kind", "stick_slip_index"])
-def test_other_maps_leave_them_empty_and_say_so(refined: Results, kind: str) -> None:
+@pytest.mark.parametrize(("kind", "word"), [("whirl_kind", "inferred"), ("stick_slip_index", "interpolated")])
+def test_other_maps_fill_them_from_the_points_around_and_say_so(refined: Results, kind: str, word: str) -> None:
     figure = draw(refined, kind)
     cells = next(c for c in figure.axes[0].collections if c.get_gid() == "cells")
-    assert np.ma.count(np.ma.asarray(cells.get_array())) == 15
-    assert "not run, inferred responses (30 of 45)" in words(figure)
+    assert np.all(np.asarray(cells.get_array()) == (1 if kind == "whirl_kind" else 30.0))
+    assert [c for c in figure.axes[0].collections if c.get_gid() == "inferred"]
+    assert f"dotted: {word} (30 of 45)" in words(figure)
+
+
+def test_between_points_values_are_linear(refined: Results) -> None:
+    """A plane through the points that were run is met at all others, wherever they lie between."""
+    x, y = np.meshgrid(refined["rotary_speed"], refined["wob"])
+    plane = 2.0 * x + 3e-3 * y
+    ran = refined["status"][0, 0] == OK
+    refined.variables["stick_slip_index"][0, 0] = np.where(ran, plane, np.nan)
+    cells = next(c for c in draw(refined, "stick_slip_index").axes[0].collections if c.get_gid() == "cells")
+    assert np.asarray(cells.get_array()) == pytest.approx(plane)
 
 
 @pytest.mark.parametrize("kind", ["summary", "bifurcation"])

@@ -14,6 +14,7 @@ from nsdrill import plot
 from nsdrill.analysis.attractors import wilson
 from nsdrill.data import Results
 from nsdrill.errors import InputError
+from nsdrill.plot.kinds.attractors import size
 from nsdrill.plot.style import RESPONSES
 from nsdrill.variables import BIT_BOUNCE, OK, STEP_LIMIT, WHIRL
 
@@ -122,7 +123,9 @@ def test_attractors_by_share_and_response(ensemble: Results) -> None:
     column = [line for line in markers if line.get_xdata()[0] == SPEEDS[0]]
     sizes = {round(float(line.get_ydata()[0])): line.get_markersize() for line in column}
     members = {5: 12, 35: 2, 65: 6}
-    assert sizes[5] ** 2 / sizes[65] ** 2 == pytest.approx(members[5] / members[65])
+    least = size(0.0)
+    assert (sizes[5] - least) / (sizes[65] - least) == pytest.approx((members[5] / members[65]) ** 0.5)
+    assert size(0.05) > 3.0, "points: a share of 5 % is seen"
 
 
 def test_one_attractor_is_one_line(ensemble: Results) -> None:

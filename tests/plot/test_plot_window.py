@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from made_up import make_results, spoil
+from made_up import covered, make_results, spoil
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
@@ -37,7 +37,7 @@ def test_areas_are_those_of_the_note(both: Results) -> None:
     np.testing.assert_array_equal(cells, np.where(good.all(axis=0), 2, np.where(good.any(axis=0), 1, 0)))
     note = find_window(both)
     hatched = next(c for c in axes.collections if c.get_gid() == "rim")
-    assert len(hatched.get_paths()) == note["rim"] > 0
+    assert covered(hatched, both["rotary_speed"], both["wob"] / 1e3).sum() == note["rim"] > 0
     assert f"rim: depends on the history ({100 * note['share']['rim']:.1f} %)" in words(figure)
 
 
@@ -84,7 +84,8 @@ def test_failed_points_and_one_procedure_are_told(both: Results) -> None:
     note = find_window(spoiled)
     assert f"critical ({100 * note['share']['critical']:.1f} %)" in words(figure)
     [axes] = panels(figure)
-    assert len(next(c for c in axes.collections if c.get_gid() == "unknown").get_paths()) == 3
+    unknown = next(c for c in axes.collections if c.get_gid() == "unknown")
+    assert covered(unknown, both["rotary_speed"], both["wob"] / 1e3).sum() == 3
     alone = make_results(wob=(1e4, 2e4, 3e4, 4e4), rotary_speed=np.linspace(1, 8, 15))
     assert any("history not examined" in word for word in words(plot.draw(alone, "window")))
     assert not any("rim" in word for word in words(plot.draw(alone, "window")))
@@ -114,3 +115,15 @@ def test_the_areas_differ_in_grey() -> None:
     dark, middle, light = (luminance(colour) for colour in (CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR))
     assert 1.5 * dark < middle
     assert 1.5 * middle < light
+
+
+def test_a_point_without_room_is_a_hint(both: Results) -> None:
+    """One safe cell alone: its marker is open and the legend says why; with room it is filled."""
+    firm = next(line for line in panels(plot.draw(both, "window"))[0].lines if line.get_gid() == "recommended")
+    assert firm.get_markerfacecolor() == "#000000"
+    both["response"][:] = WHIRL
+    both["response"][:, 0, 2, 7] = 0
+    figure = plot.draw(both, "window")
+    hint = next(line for line in panels(figure)[0].lines if line.get_gid() == "recommended")
+    assert hint.get_markerfacecolor() == "white"
+    assert "a hint: no room to one side" in words(figure)

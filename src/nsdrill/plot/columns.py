@@ -20,7 +20,7 @@ from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import marker_entry, response_entries
 from nsdrill.plot.slices import Line, edges, line, spaced
-from nsdrill.plot.style import RESPONSES, SEAMLESS, SHADE, new_figure, page_width, put_title
+from nsdrill.plot.style import RESPONSES, SHADE, new_figure, page_width, put_title, seamless
 
 ROW_OF_STRIP = 0.13  # inches for each procedure
 WORDS = 1.2  # inches that title, axis labels and legend take
@@ -80,7 +80,7 @@ def draw_strip(axes: Axes, one: Line, scale: float, *, name_rows: bool) -> None:
     rows = np.arange(len(one.procedures))
     mesh = axes.pcolormesh(
         edges(one.x) / scale, np.arange(len(rows) + 1) - 0.5, np.ma.masked_less(outcomes, 0),
-        cmap=RESPONSE_COLOURS, norm=RESPONSE_NORM, **SEAMLESS,
+        cmap=RESPONSE_COLOURS, norm=RESPONSE_NORM, **seamless(outcomes.size),
     )  # fmt: skip
     mesh.set_gid("strip")
     if (verdicts := one.verdicts) is not None:

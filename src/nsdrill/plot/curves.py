@@ -13,12 +13,15 @@ from matplotlib.lines import Line2D
 from nsdrill.data import Results
 from nsdrill.plot.bands import bounds, words
 from nsdrill.plot.columns import frame, is_open, outcome_handles
+from nsdrill.plot.decimation import envelope
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.legend import legend_below
 from nsdrill.plot.slices import Line, robust_limits
 from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE, type_size
 from nsdrill.variables import INFERRED, OK
 
+BINS = 1500  # stretches of a curve: about one for each pixel of print
+MOST_MARKERS = 200
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
@@ -47,14 +50,16 @@ def draw_values(axes: Axes, one: Line, name: str, x: Shown, y: Shown) -> None:
     for row, procedure in enumerate(one.procedures):
         good, needed = one["status"][row] == OK, one["status"][row] != INFERRED
         values = np.where(good, one[name][row] / y.scale, np.nan)
-        axes.plot(
-            one.x[needed] / x.scale, values[needed], gid=f"{name}:{procedure}", **_style(procedure, one.procedures)
-        )
+        at, heights = envelope(one.x[needed] / x.scale, values[needed], BINS)
+        axes.plot(at, heights, gid=f"{name}:{procedure}", **_style(procedure, one.procedures, len(at)))
 
 
-def _style(procedure: str, procedures: tuple[str, ...]) -> dict[str, Any]:
+def _style(procedure: str, procedures: tuple[str, ...], points: int = 0) -> dict[str, Any]:
+    """Markers where they stand apart; of many points a line alone, thinner the more there are."""
     colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
     opened = is_open(procedure, procedures)
+    if points > MOST_MARKERS:
+        return {"color": colour, "linewidth": 0.7 if points < BINS else 0.4, "zorder": 3 if opened else 2.5}
     return {
         "color": colour,
         "linewidth": 0.7,
@@ -75,7 +80,7 @@ def _direction_handles(one: Line) -> list[Line2D]:
             [],
             [],
             label=f"carried {name}" if name in ("up", "down") else name,
-            **(_style(name, one.procedures) | {"markersize": 4}),
+            **({"markersize": 4} | _style(name, one.procedures, len(one.x))),
         )
         for name in one.procedures
     ]

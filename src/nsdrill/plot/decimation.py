@@ -26,6 +26,22 @@ def envelope(time: Array, values: Array, bins: int) -> tuple[Array, Array]:
     return time[kept], values[kept]
 
 
+def apart(x: Array, y: Array, shape: tuple[int, int]) -> Array:
+    """The indices of points that stand apart on a picture of so many pixels across and down: one in each pixel, as what
+    lies under it is not seen. All of them where they are few."""
+    across, down = shape
+    if len(x) <= across * down // 20:
+        return np.arange(len(x))
+    columns, rows = (
+        np.minimum((values - values.min()) * (count / (np.ptp(values) or 1.0)), count - 1).astype(np.int64)
+        for values, count in ((np.asarray(x, dtype=float), across), (np.asarray(y, dtype=float), down))
+    )
+    seen = np.full(across * down, -1, dtype=np.int64)
+    pixel = rows * across + columns
+    seen[pixel[::-1]] = np.arange(len(x))[::-1]  # the first of each
+    return np.sort(seen[seen >= 0])
+
+
 def last_part(time: Array, samples: int, duration: float | None = None) -> slice:
     """The end of a trace: at most so many samples, and so many seconds if given."""
     start = max(len(time) - samples, 0)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
+from matplotlib.collections import PathCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nsdrill.data import Array
 from nsdrill.observe.trust import CHECK_FAILED, FEATURES_DIFFER, RESPONSE_DIFFERS, UNCHECKED
+from nsdrill.plot.hatching import covered
 from nsdrill.plot.style import GREY
 
 _PATTERN = "//////"
@@ -20,15 +21,10 @@ _LARGEST, _SMALLEST = 4.5, 1.6  # points of diameter of a dot
 def draw_doubts(axes: Axes, x: Array, y: Array, verdicts: Array, cell_size: float) -> None:
     """Hatch the cells [y, x] between the edges ``x`` and ``y`` whose features do not hold, and put a dot where the
     response does not or a check failed; ``cell_size`` in points."""
-    rows, columns = np.nonzero(verdicts == FEATURES_DIFFER)
-    if rows.size:
-        corners = np.stack([
-            np.column_stack((x[columns], y[rows])), np.column_stack((x[columns + 1], y[rows])),
-            np.column_stack((x[columns + 1], y[rows + 1])), np.column_stack((x[columns], y[rows + 1])),
-        ], axis=1)  # fmt: skip
+    if np.any(doubtful := verdicts == FEATURES_DIFFER):
         axes.add_collection(
-            PolyCollection(
-                list(corners),
+            PathCollection(
+                [covered((x, y), doubtful)],
                 facecolors="none",
                 edgecolors="white",
                 linewidths=0,

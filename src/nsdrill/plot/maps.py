@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import BoundaryNorm, ListedColormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from nsdrill.analysis.hysteresis import disagreement
 from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT, outcome, text
@@ -24,25 +25,22 @@ from nsdrill.errors import InputError
 from nsdrill.observe.trust import verdict
 from nsdrill.plot.bands import bounds
 from nsdrill.plot.doubts import doubt_handles, draw_doubts
+from nsdrill.plot.hatching import hatch
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
 from nsdrill.plot.registry import MAX_PANELS
 from nsdrill.plot.slices import edges, robust_limits, spaced
 from nsdrill.plot.style import (
-    GREEN,
     GREY,
     MOTIONS,
-    ORANGE,
     RESPONSES,
-    SEAMLESS,
     SHADE,
     SHADE_EDGE,
-    SKY,
-    VERMILLION,
-    WINE,
+    WHIRLS,
     new_figure,
     page_width,
     put_title,
+    seamless,
     side_by_side,
 )
 from nsdrill.variables import INFERRED
@@ -50,19 +48,14 @@ from nsdrill.variables import INFERRED
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across; depth goes down, as in a log
 WRAP = {1: 1, 2: 2, 3: 3, 4: 2, 5: 3, 6: 3, 9: 3}  # panels in a row, of so many; 4 of any other number
 PANEL = 1.5  # inches that a panel needs
+ROOM_FOR_BAR = 0.4
 WORDS = 1.3  # inches that title, axis labels and legend take
 CATEGORIES: dict[str, tuple[tuple[str, str], ...]] = {
     "response": tuple((style.name, style.colour) for style in RESPONSES),
-    "whirl_kind": (
-        ("no whirl", GREY),
-        ("forward", SKY),
-        ("backward", ORANGE),
-        ("backward rolling", VERMILLION),
-        ("irregular", WINE),
-        ("low side", GREEN),
-    ),
+    "whirl_kind": WHIRLS,
     "motion": tuple((style.name, style.colour) for style in MOTIONS),
 }
+SEQUENTIAL, DIVERGING, DIFFERENCE = "viridis", "RdBu_r", "PuOr_r"  # colours of values, of signed ones, of differences
 
 
 @dataclass(frozen=True)
@@ -123,12 +116,17 @@ def draw_values_map(results: Results, name: str, units: str) -> Figure:
 def _draw(results: Results, variable: str, name: str | None, units: str) -> Figure:
     planes = Planes.of(results)
     outcomes = outcome(planes["status"], planes["response"])
-    named = variable == "response" and name is None
     inferred = planes["status"] == INFERRED
-    if variable != "response":  # all that is known of an inferred point
-        outcomes = np.where(inferred, PENDING_POINT, outcomes)
-    compared = np.where(outcomes < 0, outcomes, planes[variable])
-    differs = disagreement(planes.procedures, compared)
+    plain = variable == "response" and name is None  # what is known of an inferred point
+    shown = planes[name or variable]
+    if not plain:
+        shown = filled(shown, inferred, (outcomes >= 0) & ~inferred, linear=name is not None)
+    differs = None
+    if name is None:
+        differs = disagreement(planes.procedures, np.where(outcomes < 0, outcomes, shown))
+    elif {"up", "down"} <= set(planes.procedures):
+        both = np.where(outcomes < 0, np.nan, shown)
+        differs = both[planes.procedures.index("down")] - both[planes.procedures.index("up")]
     number = len(planes.procedures) * len(planes.panel_values)
     if number > MAX_PANELS:
         raise InputError(
@@ -137,42 +135,46 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
         )
     if number + len(planes.panel_values) > MAX_PANELS:
         differs = None  # the comparison gives way before the data do
-    figure, grid = _frame(planes, units, extra=differs is not None)
+    figure, grid = _frame(planes, units, extra=differs is not None, valued=name is not None)
     if name is None:
-        handles = _draw_categories(grid, planes, variable, outcomes, units)
+        handles = _draw_categories(grid, planes, variable, shown, outcomes, units)
     else:
-        handles = _draw_values(figure, grid, planes, name, outcomes, units)
+        handles = _draw_values(figure, grid, planes, name, shown, outcomes, units)
+        if differs is not None:
+            _draw_differences(figure, grid, planes, name, differs, units)
     cells = _cells(planes, units)
     verdicts = verdict(planes) if "trusted" in results.variables else None
     across = page_width() / len(grid[0]) / len(cells[0])
     cell = 72 * min(across, (figure.get_figheight() - WORDS) / len(grid) / len(cells[1]))
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
-            if named:
-                hatch(grid[row][column], cells, inferred[column, row], "....", "none", "white", "inferred")
+            dots = "white" if name or plain else "#606060"
+            hatch(grid[row][column], cells, inferred[column, row], "....", "none", dots, "inferred")
             if verdicts is not None:
                 draw_doubts(grid[row][column], *cells, verdicts[column, row], cell)
             hatch(
                 grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000", "failed"
             )
-        if differs is not None:
+        if differs is not None and name is None:
             axes = grid[row][-1]
             hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
             hatch(axes, cells, differs[row] == 1, "//////", SHADE, "#404040", "differs")
-    handles += _remarks(outcomes, differs, inferred, named=named)
+    handles += _remarks(
+        outcomes, differs if name is None else None, inferred, "inferred" if name is None else "interpolated"
+    )
     if verdicts is not None:
         handles += doubt_handles(verdicts)
     legend_below(figure, handles, 4 if len(handles) != 5 else 5)
     return figure
 
 
-def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[list[Axes]]]:
+def _frame(planes: Planes, units: str, *, extra: bool, valued: bool) -> tuple[Figure, list[list[Axes]]]:
     """The empty panels, a row for each value of the panel axis and a column for each procedure (and one to compare).
 
     With one procedure the panels are wrapped instead: a column of twelve would leave a page half empty.
     """
     rows, columns = len(planes.panel_values), len(planes.procedures) + extra
-    wrap = side_by_side(WRAP.get(rows, 4) if columns == 1 else columns, PANEL)
+    wrap = side_by_side(WRAP.get(rows, 4) if columns == 1 else columns, PANEL + (ROOM_FOR_BAR if valued else 0.0))
     deep = -(-rows * columns // wrap)
     width = page_width() / wrap
     figure = new_figure(page_width(), WORDS + deep * (min(0.8 * width, 3.4) if deep == 1 else 0.72 * width))
@@ -186,7 +188,7 @@ def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[lis
         axes.tick_params(labelbottom=lowest, labelleft=leftmost)
         axes.set_xlabel(x.label if lowest else "")
         axes.set_ylabel(y.label if leftmost else "")
-        axes.set_title(_panel_title(planes, *divmod(number, columns), units))
+        axes.set_title(_panel_title(planes, *divmod(number, columns), units, valued))
         panels.append(axes)
     across, down = _cells(planes, units)
     spaced(panels[0], planes.results.coords[planes.x], planes.results.coords[planes.y])
@@ -196,12 +198,12 @@ def _frame(planes: Planes, units: str, *, extra: bool) -> tuple[Figure, list[lis
     return figure, [panels[row * columns : (row + 1) * columns] for row in range(rows)]
 
 
-def _panel_title(planes: Planes, row: int, column: int, units: str) -> str:
+def _panel_title(planes: Planes, row: int, column: int, units: str, valued: bool) -> str:
     words = []
     if len(planes.panel_values) > 1:
         words.append(operating_point({planes.panel: planes.panel_values[row]}, units))
     if column >= len(planes.procedures):
-        words.append("up and down compared")
+        words.append("down less up" if valued else "up and down compared")
     elif planes.procedures != ("same",):
         name = planes.procedures[column]
         words.append(f"carried {name}" if name in ("up", "down") else name)
@@ -218,59 +220,117 @@ def _cells(planes: Planes, units: str) -> tuple[Array, Array]:
 
 
 def _draw_categories(
-    grid: Sequence[Sequence[Axes]], planes: Planes, variable: str, outcomes: Array, units: str
+    grid: Sequence[Sequence[Axes]], planes: Planes, variable: str, values: Array, outcomes: Array, units: str
 ) -> list[Artist]:
     """Colour the cells by name; the legend entries of the names that occur."""
     categories = CATEGORIES[variable]
     colours = ListedColormap([colour for _, colour in categories], name=variable)
     norm = BoundaryNorm(np.arange(-0.5, len(categories)), len(categories))
-    shown = np.ma.masked_where(outcomes < 0, planes[variable].astype(int))
+    shown = np.ma.masked_where(outcomes < 0, values.astype(int))
     x, y = _cells(planes, units)
     for row, panels in enumerate(grid):
         for column, axes in zip(range(len(planes.procedures)), panels, strict=False):
-            axes.pcolormesh(x, y, shown[column, row], cmap=colours, norm=norm, gid="cells", **SEAMLESS)
+            axes.pcolormesh(
+                x, y, shown[column, row], cmap=colours, norm=norm, gid="cells", **seamless(shown[0, 0].size)
+            )
     present = set(shown.compressed().tolist())
     return [Patch(facecolor=colour, label=name) for code, (name, colour) in enumerate(categories) if code in present]
 
 
 def _draw_values(
-    figure: Figure, grid: Sequence[Sequence[Axes]], planes: Planes, name: str, outcomes: Array, units: str
+    figure: Figure,
+    grid: Sequence[Sequence[Axes]],
+    planes: Planes,
+    name: str,
+    values: Array,
+    outcomes: Array,
+    units: str,
 ) -> list[Artist]:
     """Colour the cells by a measured value, with one colour bar for all panels; bounds of severity as contours."""
     value = quantity(name, units)
-    shown = np.ma.masked_invalid(np.where(outcomes < 0, np.nan, planes[name] / value.scale))
+    shown = np.ma.masked_invalid(np.where(outcomes < 0, np.nan, values / value.scale))
     low, high = robust_limits(shown.compressed())
     if value.unit == "%":
         low = 0.0
-    beyond = "neither"
-    if shown.count():
-        beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}[
-            bool(shown.min() < low), bool(shown.max() > high)
-        ]
-    x, y = _cells(planes, units)
-    norm = Normalize(low, high)
-    mesh = None
+    colours = SEQUENTIAL
+    if low < 0.0 < high:  # the sign says something: white at zero
+        colours, high = DIVERGING, max(-low, high)
+        low = -high
     graded = bounds(planes.results.attrs, name) if name == "stick_slip_index" else ()
-    for row, panels in enumerate(grid):
-        for column, axes in zip(range(len(planes.procedures)), panels, strict=False):
-            mesh = axes.pcolormesh(x, y, shown[column, row], cmap="viridis", norm=norm, gid="cells", **SEAMLESS)
-            if graded:
-                contour_severity(axes, planes, shown[column, row], graded, units)
-    assert mesh is not None
-    bar = figure.colorbar(
-        mesh,
-        ax=[axes for panels in grid for axes in panels],
-        label=value.label,
-        extend=beyond,
-        fraction=0.05,
-        pad=0.01,
-        aspect=30,
-    )
+    panels = [one for row in grid for one in row[: len(planes.procedures)]]
+    mesh = _coloured(panels, planes, _in_order(shown), Normalize(low, high), colours, units)
+    bar = _bar(figure, mesh, panels, value.label, shown, low, high)
+    if graded:
+        for axes, cells in zip(panels, _in_order(shown), strict=True):
+            contour_severity(axes, planes, cells, graded, units)
     crossed = [bound for bound in graded if low < bound < high]
     if crossed:
         bar.ax.hlines(crossed, 0, 1, colors="white", linewidths=0.7)
         bar.set_label(f"{value.label}\nlines at {', '.join(f'{bound:.3g}' for bound in crossed)}")
     return []
+
+
+def _draw_differences(
+    figure: Figure, grid: Sequence[Sequence[Axes]], planes: Planes, name: str, differs: Array, units: str
+) -> None:
+    """Colour the last panels by how much greater the value is on the way down, with a colour bar of their own."""
+    value = quantity(name, units)
+    shown = np.ma.masked_invalid(differs / value.scale)
+    high = max(map(abs, robust_limits(shown.compressed()))) if shown.count() else 1.0
+    panels = [row[-1] for row in grid]
+    mesh = _coloured(panels, planes, list(shown), Normalize(-high, high), DIFFERENCE, units)
+    _bar(figure, mesh, panels, f"down less up [{value.unit}]" if value.unit else "down less up", shown, -high, high)
+
+
+def _in_order(shown: Any) -> list[Any]:
+    """The planes [procedure, row] in the order of the panels."""
+    return [shown[column, row] for row in range(shown.shape[1]) for column in range(shown.shape[0])]
+
+
+def _coloured(
+    panels: Sequence[Axes], planes: Planes, shown: Sequence[Any], norm: Normalize, colours: str, units: str
+) -> Any:
+    x, y = _cells(planes, units)
+    mesh = None
+    for axes, cells in zip(panels, shown, strict=True):
+        mesh = axes.pcolormesh(x, y, cells, cmap=colours, norm=norm, gid="cells", **seamless(cells.size))
+    return mesh
+
+
+def _bar(figure: Figure, mesh: Any, panels: Sequence[Axes], label: str, shown: Any, low: float, high: float) -> Any:
+    """A colour bar for the panels, pointed where values lie beyond."""
+    beyond = {(False, False): "neither", (True, False): "min", (False, True): "max", (True, True): "both"}
+    extend = beyond[bool(shown.min() < low), bool(shown.max() > high)] if shown.count() else "neither"
+    return figure.colorbar(mesh, ax=list(panels), label=label, extend=extend, fraction=0.05, pad=0.01, aspect=30)
+
+
+def filled(values: Array, inferred: Array, known: Array, *, linear: bool) -> Array:
+    """Values [procedure, row, y, x] with those of inferred points from the points that were run around them: linear
+    between, or of the nearest."""
+    from scipy.ndimage import distance_transform_edt
+
+    found = values.copy()
+    for place in np.ndindex(values.shape[:2]):
+        there, wanted = known[place] & np.isfinite(values[place]), inferred[place]
+        if not there.any() or not wanted.any():
+            continue
+        nearest = distance_transform_edt(~there, return_distances=False, return_indices=True)
+        found[place][wanted] = values[place][tuple(nearest)][wanted]
+        if linear:
+            between = _between(values[place], there, wanted)
+            found[place][wanted] = np.where(np.isfinite(between), between, found[place][wanted])
+    return found
+
+
+def _between(values: Array, there: Array, wanted: Array) -> Array:
+    """Linear between the points that were run; NaN where they do not lie around."""
+    rows, columns = np.nonzero(there)
+    try:
+        plane = LinearTriInterpolator(Triangulation(columns, rows), values[there])
+    except (RuntimeError, ValueError):  # too few, or all on a line
+        return np.full(int(wanted.sum()), np.nan)
+    rows, columns = np.nonzero(wanted)
+    return np.ma.filled(plane(columns, rows), np.nan)
 
 
 def contour_severity(
@@ -288,41 +348,14 @@ def contour_severity(
     lines.set_gid("severity")
 
 
-def hatch(axes: Axes, cells: tuple[Array, Array], chosen: Array, pattern: str, face: str, edge: str, gid: str) -> None:
-    """Cover the chosen cells [y, x] with a pattern."""
-    rows, columns = np.nonzero(chosen)
-    if not rows.size:
-        return
-    x, y = cells
-    corners = np.stack([
-        np.column_stack((x[columns], y[rows])), np.column_stack((x[columns + 1], y[rows])),
-        np.column_stack((x[columns + 1], y[rows + 1])), np.column_stack((x[columns], y[rows + 1])),
-    ], axis=1)  # fmt: skip
-    axes.add_collection(PolyCollection(list(corners), facecolors=face, gid=f"{gid}:ground", **SEAMLESS), autolim=False)
-    if pattern:
-        axes.add_collection(
-            PolyCollection(list(corners), facecolors="none", edgecolors=edge, linewidths=0, hatch=pattern, gid=gid),
-            autolim=False,
-        )
-
-
-def _remarks(outcomes: Array, differs: Array | None, inferred: Array, *, named: bool) -> list[Artist]:
-    """Legend entries for what is not a colour of the map: failed, not run, inferred (with a colour if ``named``),
-    compared."""
+def _remarks(outcomes: Array, differs: Array | None, inferred: Array, how: str) -> list[Artist]:
+    """Legend entries for what is not a colour of the map: failed, not run (and ``how`` it is known), compared."""
     handles: list[Artist] = []
     failed = int((outcomes == FAILED_POINT).sum())
-    pending, passed_over = int(((outcomes == PENDING_POINT) & ~inferred).sum()), int(inferred.sum())
+    pending, passed_over = int((outcomes == PENDING_POINT).sum()), int(inferred.sum())
     if passed_over:
-        what = "dotted: inferred" if named else "not run, inferred responses"
-        handles.append(
-            Patch(
-                facecolor=GREY if named else "white",
-                edgecolor="white" if named else GREY,
-                linewidth=0.4,
-                hatch="...." if named else None,
-                label=f"{what} ({passed_over} of {outcomes.size})",
-            )
-        )
+        label = f"dotted: {how} ({passed_over} of {outcomes.size})"
+        handles.append(Patch(facecolor=GREY, edgecolor="white", linewidth=0.4, hatch="....", label=label))
     if failed:
         handles.append(
             Patch(

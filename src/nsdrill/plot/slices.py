@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -121,15 +122,18 @@ def spaced(axes: Any, x: Array | None = None, y: Array | None = None) -> None:
 
 def edges(centres: Array) -> Array:
     """Cell edges half way between neighbours, mirrored at both ends; so a non-uniform axis is drawn to scale. Of values
-    with equal ratios, half way on a logarithmic scale."""
+    with equal ratios, half way on a logarithmic scale. No cell reaches below zero where no value does."""
     centres = np.asarray(centres, dtype=float)
     if is_logarithmic(centres):
-        return np.asarray(np.exp(edges(np.log(centres) - np.log(centres[0]))) * centres[0])
+        ratio = math.sqrt(centres[1] / centres[0])
+        return np.append(centres / ratio, centres[-1] * ratio)
     if len(centres) == 1:
         half = 0.05 * abs(centres[0]) or 0.5
         return np.array([centres[0] - half, centres[0] + half])
     middle = 0.5 * (centres[1:] + centres[:-1])
     first, last = 2 * centres[0] - middle[0], 2 * centres[-1] - middle[-1]
+    if centres[0] >= 0.0:
+        first = max(first, 0.0)
     return np.concatenate(([first], middle, [last]))
 
 

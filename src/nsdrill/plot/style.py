@@ -35,8 +35,6 @@ MANY_MARKERS = 20_000  # above this a vector file is slow to open, so its marker
 BLUE, SKY, GREEN, ORANGE, VERMILLION = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00"
 WINE, GREY, BLACK = "#882255", "#ABABAB", "#000000"
 SHADE, SHADE_EDGE = "#FFF3B8", "#C8B560"  # hysteresis: pale enough to carry every marker colour
-# Cells reach a hair over their borders: else viewers of PDF and SVG show the page between neighbours.
-SEAMLESS: dict[str, Any] = {"edgecolors": "face", "linewidth": 0.6}
 REFERENCE = "#4D4D4D"  # lines that are not data: the wall, the set speed
 DIRECTION_COLOURS = {"same": BLACK, "up": BLACK, "down": "#808080"}  # colours belong to the responses
 
@@ -94,6 +92,15 @@ RESPONSES: tuple[ResponseStyle, ...] = (
     ResponseStyle("stick-slip + whirl", VERMILLION, "X"),
     ResponseStyle("bit-bounce + stick-slip + whirl", BLACK, "*"),
 )
+# Indexed by the kind of whirl. Paul Tol's light colours: none of them stands for a response or a kind of motion.
+WHIRLS: tuple[tuple[str, str], ...] = (
+    ("no whirl", "#DDDDDD"),
+    ("forward", "#77AADD"),
+    ("backward", "#EEDD88"),
+    ("backward rolling", "#EE8866"),
+    ("irregular", "#FFAABB"),
+    ("low side", "#BBCC33"),
+)
 # Indexed by the kind of motion. Paul Tol's muted colours: none of them stands for a response.
 MOTIONS: tuple[ResponseStyle, ...] = (
     ResponseStyle("undetermined", "#999933", "."),
@@ -144,6 +151,14 @@ def page_width(usual: float = FULL_WIDTH) -> float:
     if wanted is None and (size := mpl.rcParams["figure.figsize"]) != mpl.rcParamsDefault["figure.figsize"]:
         wanted = float(size[0])
     return usual if wanted is None else wanted
+
+
+def seamless(cells: int) -> dict[str, Any]:
+    """How so many cells are drawn. They reach a hair over their borders: else viewers of PDF and SVG show the page
+    between neighbours. Many become an image, in which there is nothing between them."""
+    if cells > MANY_MARKERS:
+        return {"edgecolors": "none", "linewidth": 0.0, "rasterized": True}
+    return {"edgecolors": "face", "linewidth": 0.6}
 
 
 def side_by_side(count: int, least: float) -> int:

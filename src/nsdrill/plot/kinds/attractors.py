@@ -25,7 +25,7 @@ from nsdrill.plot.starts import USED, along, has_starts, matched
 from nsdrill.plot.style import REFERENCE, RESPONSES, new_figure, page_width, put_title, type_size
 
 HEIGHT = 6.0
-LARGEST, SMALLEST = 7.0, 1.6  # points of diameter, of the share 1 and of a single start among many
+LARGEST, SMALLEST = 8.0, 2.6  # points of diameter, of the share 1 and of a single start among many
 LEAST = 0.05
 
 
@@ -103,8 +103,8 @@ def value(one: Attractor, least: str | None, name: str) -> float:
 
 
 def size(share: float) -> float:
-    """Diameter in points: the area goes with the share."""
-    return max(SMALLEST, LARGEST * math.sqrt(share))
+    """Diameter in points, by the root of the share; the least that is seen and told from others for none."""
+    return SMALLEST + (LARGEST - SMALLEST) * math.sqrt(share)
 
 
 def style(one: Attractor) -> dict[str, Any]:

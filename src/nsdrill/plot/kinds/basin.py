@@ -25,7 +25,7 @@ from nsdrill.plot.legend import legend_below, marker_entry
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges
 from nsdrill.plot.starts import USED, flat, has_starts, words
-from nsdrill.plot.style import RESPONSES, SEAMLESS, new_figure, page_width, put_title
+from nsdrill.plot.style import RESPONSES, new_figure, page_width, put_title, seamless
 from nsdrill.variables import OK, has_failed
 
 HEIGHT = 4.4
@@ -125,7 +125,7 @@ def _draw_cells(
         cmap=cells,
         norm=BoundaryNorm(np.arange(-0.5, len(colours) + 2), len(colours) + 2),
         gid="basins",
-        **SEAMLESS,
+        **seamless(kind.size),
     )
     axes.set_xlim(x[0], x[-1])
     axes.set_ylim(y[0], y[-1])

@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 from nsdrill.data import Results
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.columns import WORDS, frame, is_open, outcome_handles, shade_hysteresis
+from nsdrill.plot.decimation import apart
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.legend import direction_entries, legend_below, marker_entry
 from nsdrill.plot.references import draw_set_speed, draw_wall, marker_size
@@ -23,6 +24,7 @@ from nsdrill.plot.registry import LINE, Kind, fits_columns, longest, needs_one_a
 from nsdrill.plot.slices import Line
 from nsdrill.plot.style import MANY_MARKERS, RESPONSES, SHADE, SHADE_EDGE
 
+PIXELS = (1050, 300)  # of a panel: half those of print, as a marker covers several
 HEIGHT = 6.3  # inches, of three panels and the words
 
 
@@ -69,9 +71,10 @@ def draw_peaks(axes: Axes, one: Line, peaks: str, constant: str, x: Shown, y: Sh
             finite = np.isfinite(heights)
             where = np.broadcast_to(at[points][:, None], heights.shape)[finite]
             if where.size:
+                shown = apart(where, heights[finite], PIXELS)
                 axes.plot(
-                    where,
-                    heights[finite],
+                    where[shown],
+                    heights[finite][shown],
                     linestyle="none",
                     marker=style.marker,
                     color=style.colour,

@@ -15,11 +15,11 @@ from matplotlib.patches import Patch
 from nsdrill.data import Array, Results
 from nsdrill.plot.columns import frame, is_open, lines_of, outcome_handles
 from nsdrill.plot.labels import Shown, quantity
-from nsdrill.plot.legend import legend_below
+from nsdrill.plot.legend import direction_entries, legend_below
 from nsdrill.plot.maps import draw_categories_map, lies_across
 from nsdrill.plot.registry import RETURNS, Kind, fits_columns, is_sweep, longest, needs_returns
 from nsdrill.plot.slices import Line, edges, robust_limits
-from nsdrill.plot.style import DIRECTION_COLOURS, MOTIONS, REFERENCE, SEAMLESS
+from nsdrill.plot.style import DIRECTION_COLOURS, MOTIONS, REFERENCE, seamless
 from nsdrill.variables import OK, PERIODIC
 
 COLOURS = ListedColormap([style.colour for style in MOTIONS], name="motions")
@@ -43,11 +43,13 @@ def _draw_lines(results: Results, units: str) -> Figure:
     for axes, name in zip(columns[0][2:], names, strict=True):
         axes.set_ylabel(LABELS[name])
     if "lyapunov_exponent" in names:
-        low, high = robust_limits(np.concatenate([_shown(one, "lyapunov_exponent").ravel() for one in lines]))
+        ends = [_shown(one, "lyapunov_exponent") + sign * _errors(one) for one in lines for sign in (-1, 0, 1)]
+        low, high = robust_limits(np.concatenate([values.ravel() for values in ends]))
         room = 0.08 * (high - low)
         columns[0][2].set_ylim(min(low, 0.0) - room, max(high, 0.0) + room)
     kinds = [Patch(facecolor=style.colour, label=style.name) for code, style in enumerate(MOTIONS) if code in present]
-    legend_below(figure, [*kinds, *outcome_handles(lines, markers=False)], 4)
+    carried = direction_entries(lines[0].procedures) if names else []
+    legend_below(figure, [*kinds, *carried, *outcome_handles(lines, markers=False)], 4)
     return figure
 
 
@@ -62,7 +64,7 @@ def _draw_kinds(axes: Axes, one: Line, x: Shown, *, named: bool) -> set[int]:
         cmap=COLOURS,
         norm=NORM,
         gid="motions",
-        **SEAMLESS,
+        **seamless(kinds.size),
     )
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_yticks(rows, one.procedures if named else [""] * len(rows))
@@ -81,11 +83,16 @@ def _shown(one: Line, name: str) -> Array:
     return np.where(shown, one[name], np.nan)
 
 
+def _errors(one: Line) -> Array:
+    """Half the length of the error bars [procedure, point]: two standard errors."""
+    return 2 * one["lyapunov_error"]
+
+
 def _draw_values(axes: Axes, one: Line, name: str, x: Shown) -> None:
     for row, (procedure, values) in enumerate(zip(one.procedures, _shown(one, name), strict=True)):
         opened = is_open(procedure, one.procedures)
         colour = DIRECTION_COLOURS.get(procedure, REFERENCE)
-        errors = 2 * one["lyapunov_error"][row] if name == "lyapunov_exponent" else None
+        errors = _errors(one)[row] if name == "lyapunov_exponent" else None
         axes.errorbar(
             one.x / x.scale,
             values,

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from nsdrill.data import Results
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.columns import frame, is_open, outcome_handles
+from nsdrill.plot.decimation import apart
 from nsdrill.plot.labels import Shown, quantity
 from nsdrill.plot.legend import direction_entries, legend_below, motion_entries
 from nsdrill.plot.references import draw_set_speed, draw_wall, marker_size
@@ -21,6 +22,8 @@ from nsdrill.plot.registry import RETURNS, Kind, fits_columns, longest, needs_re
 from nsdrill.plot.slices import Line
 from nsdrill.plot.style import MANY_MARKERS, MOTIONS
 from nsdrill.variables import OK
+
+PIXELS = (1050, 300)  # of a panel: half those of print, as a marker covers several
 
 
 def draw(results: Results, units: str = "si") -> Figure:
@@ -60,9 +63,10 @@ def draw_returns(axes: Axes, one: Line, name: str, x: Shown, y: Shown, rasterise
             present.add(code)
             opened = is_open(procedure, one.procedures)
             where = np.broadcast_to(at[points][:, None], heights.shape)[finite]
+            shown = apart(where, heights[finite], PIXELS)
             axes.plot(
-                where,
-                heights[finite],
+                where[shown],
+                heights[finite][shown],
                 linestyle="none",
                 marker="o",
                 color=style.colour,

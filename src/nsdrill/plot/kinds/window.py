@@ -18,12 +18,13 @@ from matplotlib.patches import Patch
 
 from nsdrill.analysis.window import CRITICAL, RIM, SAFE, UNKNOWN, Classes, classes, find_window, unknown_words
 from nsdrill.data import Array, Results
+from nsdrill.plot.hatching import hatch
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.maps import PANEL, WRAP, hatch, lies_across
+from nsdrill.plot.maps import PANEL, WRAP, lies_across
 from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
 from nsdrill.plot.slices import edges, spaced
-from nsdrill.plot.style import BLACK, FULL_WIDTH, SEAMLESS, new_figure, page_width, put_title, side_by_side
+from nsdrill.plot.style import BLACK, FULL_WIDTH, new_figure, page_width, put_title, seamless, side_by_side
 
 SAFE_COLOUR, RIM_COLOUR, CRITICAL_COLOUR, UNKNOWN_COLOUR = "#D3ECFA", "#E69F00", "#6E6E6E", "#FFFFFF"
 COLOURS = ListedColormap([UNKNOWN_COLOUR, CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR], name="window")
@@ -37,7 +38,9 @@ def draw(results: Results, units: str = "si", severity: int | None = None) -> Fi
     figure, panels = _frame(found, shown, units)
     cells = _cells(found, units)
     for axes, number in zip(panels, shown, strict=True):
-        axes.pcolormesh(*cells, found.state[number], cmap=COLOURS, norm=NORM, gid="cells", **SEAMLESS)
+        axes.pcolormesh(
+            *cells, found.state[number], cmap=COLOURS, norm=NORM, gid="cells", **seamless(found.state[number].size)
+        )
         hatch(axes, cells, found.state[number] == RIM, "//////", RIM_COLOUR, "#3A3A3A", "rim")
         hatch(axes, cells, found.state[number] == UNKNOWN, "xxxxxx", UNKNOWN_COLOUR, BLACK, "unknown")
         _recommend(axes, found, note["maps"][number]["recommended"], units)
@@ -110,9 +113,15 @@ def _recommend(axes: Axes, found: Classes, best: dict[str, Any] | None, units: s
             capthick=wide,
             marker="o",
             markersize=size,
+            markerfacecolor="white" if is_hint(best) else colour,
             zorder=5,
         )
         drawn[0].set_gid("recommended" if colour == BLACK else "halo")
+
+
+def is_hint(best: dict[str, Any]) -> bool:
+    """Whether a recommended point has no room to one side or more: a finer map might not have it."""
+    return any(side["margin"] == 0.0 for axis in best["margins"].values() for side in axis.values())
 
 
 def _bar(best: dict[str, Any], axis: str, scale: float) -> list[list[float]]:
@@ -123,9 +132,9 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
     """What the areas mean in this file, with their shares of all points."""
     calm = "no critical response" if note["severity"] is None else f"no severity above {note['severity']}"
     both = " and ".join(note["procedures"])
-    words = {SAFE: f"safe: {calm}, {both}", RIM: "rim: depends on the history", CRITICAL: "critical"}
+    meaning = {SAFE: f"safe: {calm}, {both}", RIM: "rim: depends on the history", CRITICAL: "critical"}
     if not note["history_examined"]:
-        words[SAFE] = f"safe: {calm}; history not examined"
+        meaning[SAFE] = f"safe: {calm}; history not examined"
     handles: list[Artist] = []
     for value, name in ((SAFE, "safe"), (RIM, "rim"), (CRITICAL, "critical")):
         if value == RIM and not note["history_examined"]:
@@ -136,7 +145,7 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
                 edgecolor="#3A3A3A",
                 linewidth=0.4,
                 hatch="//////" if value == RIM else None,
-                label=f"{words[value]} ({100 * note['share'][name]:.1f} %)",
+                label=f"{meaning[value]} ({100 * note['share'][name]:.1f} %)",
             )
         )
     if note["unknown"]:
@@ -149,18 +158,13 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
                 label=f"unknown ({unknown_words(note)})",
             )
         )
-    if any(one["recommended"] for one in note["maps"]):
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color=BLACK,
-                marker="o",
-                markersize=5,
-                linewidth=1.0,
-                label="recommended, bars to the last safe point",
-            )
-        )
+    best = [one["recommended"] for one in note["maps"] if one["recommended"]]
+    for hint in (False, True):
+        if any(is_hint(one) == hint for one in best):
+            words = "a hint: no room to one side" if hint else "recommended, bars to the last safe point"
+            face = "white" if hint else BLACK
+            style: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 5, "markerfacecolor": face}
+            handles.append(Line2D([], [], linewidth=1.0, label=words, **style))
     if len(found.state) > MAX_PANELS:
         handles.append(Line2D([], [], linestyle="none", label=f"{MAX_PANELS} of {len(found.state)} panels shown"))
     return handles
