@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from nsdrill.api import (
         Progress,
         Study,
+        animate,
         attractors,
         chart,
         check,
@@ -43,6 +44,7 @@ __all__ = [
     "RunWarning",
     "Study",
     "StudyError",
+    "animate",
     "attractors",
     "chart",
     "check",

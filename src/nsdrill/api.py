@@ -379,10 +379,52 @@ def plot(
 
     with of_whole("plot"):
         if ax is None:
-            return picture()
+            figure = picture()
+            if missing := getattr(figure, "missing", ""):
+                text = f"The title has characters that no font here has: {missing[:20]}. title gives another one."
+                warnings.warn(text, RunWarning, stacklevel=3)
+            return figure
         from nsdrill.plot.into import into_axes
 
         return into_axes(picture, ax, kind)
+
+
+@_in_words_of_python
+def animate(
+    trace: ResultsLike,
+    path: PathLike,
+    *,
+    time: tuple[Quantity | None, Quantity | None] | None = None,
+    speed: float = 1.0,
+    units: str = "si",
+    width: Quantity | None = None,
+    title: str | bool | None = None,
+    overwrite: bool = False,
+) -> str:
+    """Write a film of a trace: the collar in the hole, to scale, with bit and collar turning.
+
+    ``path`` ends in ``.gif`` or ``.mp4``; where there is no ffmpeg, which MP4 needs, a GIF is written in its place.
+    Gives the name of the file that was written. The film shows the part of the trace between the two ``time`` [s], by
+    default the last five turns of the bit; ``speed`` 2 is twice as fast as nature. ``units``, ``width`` and ``title``
+    are as in :func:`plot`. FileError where the file is there already, unless ``overwrite``; InputError where the trace
+    has no collar that moves in a hole, or the film would be too long.
+    """
+    from nsdrill.data import Trace
+    from nsdrill.plot import look_of
+    from nsdrill.plot.animation import animate, film_name
+    from nsdrill.store import claim_file
+
+    data = outline_in(trace)
+    if not isinstance(data, Trace):
+        raise InputError("trace: found results; allowed: a trace, of simulate or replay.")
+    if isinstance(speed, bool) or not isinstance(speed, int | float):
+        raise InputError(f"speed: found {speed!r}; allowed: a number.")
+    written = film_name(name_in(path, "path"))
+    claim_file(written, overwrite)
+    look = look_of(width=width, title=title, time=time)
+    with of_whole("animate"):
+        animate(data, written, units=units, look=look, speed=speed, overwrite=overwrite)
+    return written
 
 
 @_in_words_of_python

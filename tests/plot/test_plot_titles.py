@@ -6,12 +6,14 @@ import json
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 from made_up import make_results, make_trace
 
 from nsdrill import plot
 from nsdrill.data import Results, Trace
 from nsdrill.plot.style import MOTIONS, RESPONSES
+from nsdrill.variables import DIVERGED, OK, PENDING
 
 LONG: dict[str, Any] = {
     "title": "A STRING WITH MUCH TO SAY ABOUT ITSELF " * 6,
@@ -48,3 +50,33 @@ def test_each_colour_of_a_legend_means_one_thing() -> None:
     """Pictures of the kind of motion have the responses in the same legend. Black is a dash at an equilibrium."""
     colours = [style.colour for style in (*RESPONSES, *MOTIONS) if style.marker != "_"]
     assert len(set(colours)) == len(colours)
+
+
+def test_what_the_title_says_is_not_said_again() -> None:
+    data = make_results(rotary_speed=(2.0, 3.0))
+    data.attrs["title"] = "Speeds at 5000 m, state carried"
+    assert plot.draw(data).get_suptitle().splitlines() == ["Speeds at 5000 m, state carried", "22.24 kN"]
+    data.attrs["title"] = "Speeds at 15000 m and 22.24 kN/m"
+    assert plot.draw(data).get_suptitle().splitlines()[1] == "5000 m, 22.24 kN", "other values are no repetition"
+
+
+def test_characters_that_no_font_has_are_known_and_warned_of_once(recwarn: pytest.WarningsRecorder) -> None:
+    trace = make_trace(5.0)
+    assert plot.draw(trace, "orbit").missing == ""  # type: ignore[attr-defined]
+    trace.attrs["title"] = "A title with \U0001f9e8\u5fd9 and words"
+    figure: Any = plot.draw(trace, "orbit")
+    assert "\U0001f9e8" in figure.missing
+    assert "A" not in figure.missing
+    assert figure._repr_png_()
+    assert not [one for one in recwarn if "Glyph" in str(one.message)]
+
+
+@pytest.mark.parametrize(("status", "words"), [(DIVERGED, "9 of 9 failed)"), (PENDING, "0 of 9 failed, 9 not run yet")])
+def test_a_picture_with_nothing_on_it_says_so(status: int, words: str) -> None:
+    data = make_results(rotary_speed=np.linspace(1, 8, 9))
+    data["status"][:] = status
+    for kind in ("bifurcation", "summary", "lift_off", "window"):
+        found = [text.get_text() for axes in plot.draw(data, kind).axes for text in axes.texts]
+        assert any("no point ended well" in text and words in text for text in found), kind
+    data["status"][..., 0] = OK
+    assert not any("ended well" in t.get_text() for axes in plot.draw(data).axes for t in axes.texts)

@@ -27,6 +27,7 @@ _RULES: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (
     (r"(?<![\w-])--set(?![\w-])", "set"),
     (r"(?<![\w-])--from and --to(?![\w-])", "time"),
     (r"(?<![\w-])--(?:from|to)(?![\w-])", "time"),
+    (r"(?<![\w-])--animate: ", "trace: "),
     (r"(?<![\w-])--font-size(?![\w-])", "font_size"),
     (r"(?<![\w-])--(overwrite|resume)(?![\w-])", r"\1=True"),
     (r"(?<![\w-])--retry-failed(?![\w-])", "retry_failed=True"),

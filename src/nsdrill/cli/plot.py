@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from nsdrill.cli import options
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, printable
 
 if TYPE_CHECKING:
     from nsdrill.data import Results, Trace
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         "plot out.h5 --kind list",
         "plot map.h5 --wob 20kN -o cut.pdf --units field",
         "plot out.h5 -o column.pdf --width 3.3in --font-size 7 --no-title",
+        "plot trace.h5 --animate --from 40s --to 50s -o whirl.gif",
         "plot trace.h5 --kind orbit --from 20s --to 30s -o orbit.pdf",
         "plot trace.h5 --kind orbit -o orbit.svg",
         "plot trace.h5 --kind ramp --over out.h5 -o ramp.png",
@@ -63,13 +64,15 @@ if TYPE_CHECKING:
 @click.option("--xlim", nargs=2, metavar="Q Q", help="Ends of the x axis: --xlim 3rad/s 6rad/s.")
 @click.option("--from", "begin", metavar="Q", help="With a trace: draw it from this time on.")
 @click.option("--to", "end", metavar="Q", help="With a trace: draw it up to this time.")
+@click.option("--animate", is_flag=True, help="With a trace: a film of the collar in the hole, .mp4 (ffmpeg) or .gif.")
+@click.option("--speed", type=float, metavar="FACTOR", help="With --animate: how much faster than nature. Default: 1.")
 @options.overwrite
 def command(
     file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
     rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None, over: str | None,
     along: str | None, overrides: tuple[str, ...], width: str | None, height: str | None, font_size: str | None,
     title: str | None, no_title: bool, style: str | None, xlim: tuple[str, str] | None, begin: str | None,
-    end: str | None, overwrite: bool,
+    end: str | None, animate: bool, speed: float | None, overwrite: bool,
 ) -> int:  # fmt: skip
     """Draw FILE: a results file, the .part file of a run that goes on, or a trace; or a chart of a study (.yaml), which
     is not run."""
@@ -82,7 +85,13 @@ def command(
         raise InputError("--title: found with --no-title; allowed: one of them.")
     time = None if begin is end is None else (begin, end)
     look = look_of(width, height, font_size, False if no_title else title, style, xlim, time)
+    if speed is not None and not animate:
+        raise InputError("--speed: found without --animate; allowed: with it.")
+    if animate and kind not in (None, "hole"):
+        raise InputError(f"--animate: found with --kind {kind}; allowed: without a kind.")
     if is_study(file):
+        if animate:
+            raise InputError("--animate: found with a study; allowed: with a trace. nsdrill simulate makes one.")
         unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
                   "--states": states, "--over": over, "--xlim": xlim, "--from": begin, "--to": end}  # fmt: skip
         return _chart(file, output, kind, units, along, overrides, unused, overwrite, look)
@@ -99,8 +108,10 @@ def command(
         raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
     from nsdrill.store import claim_file
 
-    check_suffix(output)
     options.keep_apart(file, output)
+    if animate:
+        return _film(outline(file), output, units, look, speed, overwrite)
+    check_suffix(output)
     claim_file(output, overwrite)
     data = outline(file)
     if chosen and isinstance(data, Trace):
@@ -118,7 +129,22 @@ def command(
         _say_nearest(data, chosen)
     figure = draw(data, kind, units=units, at=chosen or None, over=behind, start=start, states=pair, look=look)
     save(figure, output, overwrite=overwrite)
+    _say_missing(figure)
     click.echo(f"{output}: drawn.", err=True)
+    return 0
+
+
+def _film(trace: Results | Trace, output: str, units: str, look: Look, speed: float | None, overwrite: bool) -> int:
+    """A film of a trace; where there is no ffmpeg a GIF in place of an MP4, under its own name."""
+    from nsdrill.plot.animation import animate, film_name
+    from nsdrill.store import claim_file
+
+    written = film_name(output)
+    claim_file(written, overwrite)
+    frames, seconds = animate(trace, written, units=units, look=look, speed=speed or 1.0, overwrite=overwrite)  # type: ignore[arg-type]
+    if written != output:
+        click.echo(f"There is no ffmpeg here, which MP4 needs: a GIF is written in place of {output}.", err=True)
+    click.echo(f"{written}: {seconds:.3g} s of the trace in {frames} frames.", err=True)
     return 0
 
 
@@ -149,6 +175,16 @@ def _chart(
     save(draw_chart(load(file, overrides), kind, along, units=units, look=look), output, overwrite=overwrite)
     click.echo(f"{output}: drawn.", err=True)
     return 0
+
+
+def _say_missing(figure: Any) -> None:
+    """Characters of the title that are drawn as boxes, as no font has them."""
+    if missing := getattr(figure, "missing", ""):
+        click.echo(
+            f"The title has characters that no font here has: {printable(missing[:20])}. Install one that has them, "
+            "Noto Sans CJK say, or give a --title.",
+            err=True,
+        )
 
 
 def _say_nearest(data: Results, chosen: dict[str, float]) -> None:

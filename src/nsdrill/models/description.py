@@ -56,7 +56,8 @@ class Drawn:
     ``y`` are among the variables.
 
     ``modes`` says to which mode a variable belongs, where a study may freeze modes; it is not drawn of a string without
-    that mode. A panel names its own.
+    that mode. A panel names its own. ``collar`` is the key of the outer diameter of the collar whose centre is at ``x``
+    and ``y``, where it may be drawn in the hole to scale.
     """
 
     panels: tuple[Panel, ...] = ()
@@ -67,6 +68,7 @@ class Drawn:
     summary: tuple[str, ...] = ()
     attractors: tuple[tuple[str | None, str, str], ...] = ()
     modes: Mapping[str, str] = field(default_factory=dict)
+    collar: str | None = None
 
     def without(self, frozen: Collection[str]) -> Drawn:
         """The same of a string whose modes ``frozen`` stand still."""

@@ -11,6 +11,8 @@ from inspect import Signature, signature
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
@@ -19,6 +21,7 @@ from nsdrill.plot.limits import within
 from nsdrill.plot.look import Look, look_of
 from nsdrill.plot.registry import all_kinds, check_options, choose_kind, kinds_for, variables_for
 from nsdrill.plot.saving import FORMATS, check_suffix, save
+from nsdrill.variables import INFERRED, OK, has_failed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -65,14 +68,26 @@ def draw(
     chosen = choose_kind(data, kind)
     check_options(chosen, given)
     data, ends = within(data, chosen, look)
-    from nsdrill.plot.style import house_style, looking, settle, show_between
+    from nsdrill.plot.style import house_style, looking, quiet_glyphs, say_inside, settle, show_between
 
-    with looking(look), house_style():
+    with looking(look), house_style(), quiet_glyphs():
         figure = chosen.draw(data, units, **given)
+        if isinstance(data, Results) and (words := nothing_words(data)):
+            say_inside(figure, words)
         if ends is not None:
             show_between(figure, str(chosen.across(data)), ends, units)
         settle(figure)
     return figure
+
+
+def nothing_words(data: Results) -> str:
+    """What is to be said of results in which no point ended well; empty where one did."""
+    status = data.variables["status"]
+    if np.any((status == OK) | (status == INFERRED)):
+        return ""
+    failed, points = int(np.count_nonzero(has_failed(status))), status.size
+    waiting = f", {points - failed} not run yet" if failed < points else ""
+    return f"Nothing to show: no point ended well\n({failed} of {points} failed{waiting})"
 
 
 def needed(

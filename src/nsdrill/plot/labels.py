@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -70,7 +71,15 @@ def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
     """The title of the study and, on lines of their own, what ``--set`` changed, in ``width`` characters, and the
     operating values."""
     title = " ".join(str(attrs.get("title") or "").split())
-    return "\n".join(line for line in (title, changed(attrs, width), "; ".join([point, *_kind(attrs)])) if line)
+    last = "; ".join(part for part in (_unsaid(point, title), *_kind(attrs)) if part)
+    return "\n".join(line for line in (title, changed(attrs, width), last) if line)
+
+
+def _unsaid(point: str, title: str) -> str:
+    """The operating values that the title does not say already."""
+    head, semicolon, rest = point.partition(";")
+    told = [one for one in head.split(", ") if not re.search(rf"(?<![\w.]){re.escape(one)}(?![\w/])", title)]
+    return ", ".join(told) + semicolon + rest if told else rest.strip()
 
 
 def _kind(attrs: Mapping[str, Any]) -> list[str]:

@@ -13,6 +13,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, cast
 
 import matplotlib as mpl
@@ -113,15 +114,32 @@ MOTIONS: tuple[ResponseStyle, ...] = (
 assert RESPONSES[BIT_BOUNCE | STICK_SLIP | WHIRL].name.count("+") == 2
 
 
+@cache
+def further_fonts() -> list[str]:
+    """Fonts of this machine with characters that the usual one lacks: Chinese, Japanese, Korean."""
+    from matplotlib.font_manager import fontManager
+
+    there = sorted({font.name for font in fontManager.ttflist})
+    return [name for name in there if name.startswith(_FURTHER)]
+
+
+_FURTHER = (
+    "Noto Sans CJK", "Noto Sans SC", "Noto Sans JP", "Noto Sans KR", "Source Han Sans", "WenQuanYi", "IPAGothic",
+    "IPAexGothic", "TakaoGothic", "VL Gothic", "Droid Sans Fallback", "NanumGothic", "Hiragino Sans", "PingFang",
+    "Microsoft YaHei", "MS Gothic", "Malgun Gothic", "SimHei", "Arial Unicode MS",
+)  # fmt: skip
+
+
 def settings(wanted: Look) -> dict[str, Any]:
     """The settings of matplotlib for a picture: the house's, then those that the user has changed from matplotlib's
     defaults, then those of a style file, then the options."""
     rc, usual = (cast("dict[str, Any]", one) for one in (mpl.rcParams, mpl.rcParamsDefault))
     users = {name: rc[name] for name in rc if not name.startswith(_NOT_TAKEN) and rc[name] != usual[name]}
     own = {**users, **(wanted.style or {})}
+    house = {**RC, "font.sans-serif": [*RC["font.sans-serif"], *further_fonts()]}
     size = float(wanted.font_size or own.get("font.size", FONT_SIZE))
     sizes = {"font.size": size, **{name: part * size for name, part in TYPE.items()}}
-    return {**RC, **own, **sizes} if wanted.font_size else {**RC, **sizes, **own}
+    return {**house, **own, **sizes} if wanted.font_size else {**house, **sizes, **own}
 
 
 # What has no part in a picture.
@@ -167,9 +185,11 @@ def side_by_side(count: int, least: float) -> int:
 
 
 class Picture(Figure):
-    """A figure that a notebook shows by itself, without pyplot. It keeps the settings with which it was drawn."""
+    """A figure that a notebook shows by itself, without pyplot. It keeps the settings with which it was drawn, and the
+    characters of its title that no font has."""
 
     settings: Mapping[str, Any] | None = None
+    missing: str = ""
 
     def _repr_png_(self) -> bytes:
         image = io.BytesIO()
@@ -228,6 +248,8 @@ def put_title(figure: Figure, text: str) -> None:
     title = figure.suptitle(text, parse_math=False)
     if title is None:  # drawn into the axes of others, whose title it is
         return
+    if isinstance(figure, Picture):
+        figure.missing = missing_characters(text)
     room, lines = figure.bbox.width - 6.0 * figure.dpi / 72, []
     for line in text.split("\n"):
         count = len(line)
@@ -258,6 +280,18 @@ def show_between(figure: Figure, across: str, ends: tuple[float, float], units: 
             if axes.get_xscale() == "log" and low <= 0.0:
                 raise InputError(f"--xlim: found {x.value(ends[0])} on a logarithmic axis; allowed: above zero.")
             axes.set_xlim(low, high)
+
+
+def say_inside(figure: Figure, words: str) -> None:
+    """Words in the largest panel."""
+    if not (panels := panels_of(figure) or [figure.add_subplot()]):
+        return
+    figure.draw_without_rendering()  # so that the panels have their sizes
+    largest = max(panels, key=lambda axes: axes.get_position().width * axes.get_position().height)
+    largest.text(
+        0.5, 0.5, words, transform=largest.transAxes, ha="center", va="center", gid="nothing",
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85},
+    )  # fmt: skip
 
 
 def panels_of(figure: Any) -> list[Axes]:

@@ -103,5 +103,6 @@ DESCRIPTION = Description(
             (None, "stick_slip_index", "Stick-slip index"),
         ),
         modes={name: mode for mode, names in MODES.items() for name in names},
+        collar="drillstring.collar.outer_diameter",
     ),
 )

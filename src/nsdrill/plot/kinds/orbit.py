@@ -9,11 +9,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
-from nsdrill.data import Trace, frozen_modes
+from nsdrill.data import Array, Trace, frozen_modes
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLUE, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, page_width, put_title
+from nsdrill.plot.style import BLACK, BLUE, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, page_width, put_title
 from nsdrill.plot.traces import check_length, shown_part, title_of
+
+STEP = 2  # samples between which the direction is taken
+MARKED = 300  # samples before the end in which it is marked
 
 
 def draw(trace: Trace, units: str = "si") -> Figure:
@@ -41,6 +44,7 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
             rasterized=heavy,
             gid="orbit:wall",
         )
+    draw_direction(axes, np.asarray(x), np.asarray(y))
     axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none", gid="axis")
     gap = trace.attrs.get("gap")
     reach = float(np.nanmax(np.hypot(x, y), initial=0.0))
@@ -51,8 +55,25 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
     axes.set_aspect("equal")
     half = 1.06 * (reach or 1.0)
     axes.set(xlim=(-half, half), ylim=(-half, half), xlabel=across.label, ylabel=up.label)
-    names = [words or "orbit", "red: on the wall" if on_wall.any() else ""]
+    names = [words or "orbit", "red: on the wall" if on_wall.any() else "", "dot: the end"]
     axes.set_title("; ".join(name for name in names if name))
+
+
+def draw_direction(axes: Axes, x: Array, y: Array) -> None:
+    """Triangles along the last part of a path that point forward in time, and a dot at its end."""
+    there = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    if len(there) < STEP + 1:
+        return
+    end = there[-1]
+    axes.plot([x[end]], [y[end]], marker="o", color=BLACK, markersize=3, linestyle="none", zorder=4, gid="end")
+    for place in end - np.unique(np.linspace(0, min(len(there) - STEP, MARKED), 4)[1:-1].astype(int)):
+        step = np.array([x[place + STEP] - x[place], y[place + STEP] - y[place]])
+        if np.hypot(*step) > 0.0:
+            angle = np.degrees(np.arctan2(step[1], step[0])) - 90.0
+            axes.plot(
+                [x[place]], [y[place]], marker=(3, 0, angle), color=BLACK, markersize=4.5, linestyle="none", zorder=4,
+                gid="direction",
+            )  # fmt: skip
 
 
 def has_orbit(trace: Trace) -> bool:
