@@ -150,6 +150,11 @@ def main(folder: Path) -> None:
     )
     nsdrill("plot", str(trace), "-o", str(drawn), "--overwrite")
     shrink(drawn, HERE / "pictures" / "trace.png")
+    # The collar rolls along the wall: a film.
+    whirl = ("--rotary-speed", "6.5 rad/s", "--set", "initial.x=70 mm", "--duration", "30 s")
+    nsdrill("simulate", str(CONFIGS / "fig4_speed_22kN.yaml"), *whirl, "-o", str(trace), "--overwrite")
+    nsdrill("plot", str(trace), "--animate", "--from", "27s", "--to", "29s", "--width", "2.4in", "--no-title",
+            "-o", str(HERE / "pictures" / "whirl.gif"), "--overwrite")  # fmt: skip
     regulated = ("--rotary-speed", "13 rad/s", "--duration", "140 s", "-o", str(trace), "--overwrite")
     nsdrill("simulate", str(CONFIGS / "segments_lqr.yaml"), *regulated)
     nsdrill("plot", str(trace), "-o", str(drawn), "--overwrite")

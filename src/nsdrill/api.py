@@ -447,8 +447,9 @@ def chart(
     ``kind``: ``"critical-speeds"`` against depth, or ``along`` another axis that the study sweeps; ``"buckling"`` loads
     against the inclination of the hole, or ``along`` an axis; ``"drive-card"``, how much of a torsional wave each drive
     throws back; ``"drive-tuning"``, the fall of friction that a soft-torque drive holds, over its gain and frequency.
-    ``set`` changes keys of the study, as in :func:`load_study`; ``ax``, ``units`` and the look are as in :func:`plot`.
-    InputError where the kind is not known, or the study does not have what it shows.
+    ``set`` changes keys of the study, as in :func:`load_study`; ``ax``, ``units``, ``width``, ``height``,
+    ``font_size``, ``title`` and ``style`` are as in :func:`plot`. InputError where the kind is not known, or the study
+    does not have what it shows.
     """
     from nsdrill.app.charts import draw_chart
     from nsdrill.plot import look_of

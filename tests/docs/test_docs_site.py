@@ -1,0 +1,145 @@
+"""The gallery, the notebooks and the site: what is shown there runs, and the site is built without a warning."""
+
+from __future__ import annotations
+
+import base64
+import importlib.util
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+DOCS = Path(__file__).parents[2] / "docs"
+NOTEBOOKS = sorted((DOCS / "notebooks").glob("*.ipynb"))
+SECTIONS = (DOCS / "gallery.md").read_text(encoding="utf-8").split("\n## ")[1:]
+# Of studies that are to run in seconds: the command lines are those of the page, the motions shorter.
+SHORT = ["--set", "simulation.transient=0.2 s", "--set", "simulation.observe=0.2 s"]
+
+
+def lines_of(section: str) -> list[str]:
+    (block,) = re.findall(r"^```sh\n(.*?)^```", section, re.M | re.S)
+    return [line.removeprefix("nsdrill ") for line in block.splitlines()]
+
+
+NAMES = [section.splitlines()[0] for section in SECTIONS]
+# What takes long to compile is looked at by the test of all pages, which runs nothing.
+QUICK = ("Speed up and down", "Weight on bit over speed", "Which motions coexist", "Who whirls", "One run",
+         "A film of it", "Speeds to stay away from")  # fmt: skip
+
+
+@pytest.mark.parametrize("section", SECTIONS, ids=NAMES)
+def test_a_section_is_a_picture_a_study_and_a_sentence(section: str) -> None:
+    plain = re.sub(r"^```.*?^```|^!\[.*?\)$", "", section, flags=re.M | re.S)
+    _, *rest = plain.splitlines()
+    assert re.fullmatch(r"[^.]*\.", " ".join(" ".join(rest).split()).replace("2.4", "")), "one sentence"
+    assert len(re.findall(r"^!\[", section, re.M)) == 1
+    assert "configs/" in lines_of(section)[0], "a study that is shipped"
+
+
+@pytest.mark.parametrize("name", QUICK)
+def test_the_gallery_runs(name: str, root: Path, tmp_path: Path) -> None:
+    """The commands of a section make its picture, from shorter runs."""
+    lines = lines_of(SECTIONS[NAMES.index(name)])
+    (tmp_path / "configs").symlink_to(root / "configs")
+    for line in lines:
+        words = _words(line)
+        if words[0] in ("run", "simulate"):
+            words = _shortened(words)
+        elif "--animate" in words:
+            words = [*words, "--speed", "5"]
+        done = subprocess.run(
+            [sys.executable, "-c", "from nsdrill.cli import main; main()", *words],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+    drawn = _words(lines[-1])[_words(lines[-1]).index("-o") + 1]
+    assert (tmp_path / drawn).stat().st_size > 5000
+
+
+def _words(line: str) -> list[str]:
+    import shlex
+
+    return shlex.split(line)
+
+
+def _shortened(words: list[str]) -> list[str]:
+    if words[0] == "simulate":
+        return words
+    text = (DOCS.parent / words[1]).read_text(encoding="utf-8")
+    more = list(SHORT)
+    if "poincare" in text:  # of which a few returns are needed
+        more = ["--set", "simulation.transient=1 s", "--set", "simulation.observe=20 s"]
+    axis = re.search(r"^  (\w[\w.]*): \{from: .*points: (\d+)", text, re.M)
+    if axis and int(axis[2]) > 60:
+        more += ["--set", f"sweep.{axis[1]}.points=21"]
+    if "ensemble:" in text:
+        more += ["--set", "initial.ensemble=8"]
+    if "slice:" in text:
+        more += ["--set", "initial.slice.x.points=8", "--set", "initial.slice.vx.points=8"]
+    return [*words, *more]
+
+
+@pytest.fixture(params=NOTEBOOKS, ids=[path.stem for path in NOTEBOOKS])
+def notebook(request: pytest.FixtureRequest) -> Any:
+    return json.loads(request.param.read_text(encoding="utf-8"))
+
+
+def test_there_are_notebooks_and_the_site_has_them(root: Path) -> None:
+    assert {"paper_figures", "own_parameters", "coexistence", "drives"} <= {path.stem for path in NOTEBOOKS}
+    pages = (root / "mkdocs.yml").read_text(encoding="utf-8")
+    for path in NOTEBOOKS:
+        assert f"notebooks/{path.name}" in pages
+        assert path.stat().st_size < 400_000, path.name
+
+
+def test_what_a_notebook_shows_is_stored(notebook: Any) -> None:
+    """No error, no warning; figures, Datasets and text are there, and a figure is an image wherever one ends a cell."""
+    kinds = set()
+    for cell in notebook["cells"]:
+        for output in cell.get("outputs", ()):
+            assert output["output_type"] != "error"
+            assert output.get("name") != "stderr"
+            kinds |= set(output.get("data", {"text": ""}))
+            if image := output.get("data", {}).get("image/png"):
+                assert base64.b64decode(image)[:4] == b"\x89PNG"
+        last = "".join(cell["source"]).strip().splitlines()[-1]
+        if cell["cell_type"] == "code" and last.startswith("nsdrill.plot("):
+            assert any("image/png" in output.get("data", {}) for output in cell["outputs"]), last
+    assert "image/png" in kinds
+
+
+def test_the_cells_of_a_notebook_run(notebook: Any, tmp_path: Path) -> None:
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert len(cells) >= 4
+    done = subprocess.run(
+        [sys.executable, "-W", "error::nsdrill.errors.RunWarning", "-c", "\n".join(cells)],
+        cwd=tmp_path,
+        env={**os.environ, "MPLBACKEND": "Agg"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(importlib.util.find_spec("mkdocs_jupyter") is None, reason="needs pip install '.[docs]'")
+def test_the_site_is_built_without_a_warning(root: Path, tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "-d", str(tmp_path / "site")],
+        cwd=root,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "WARNING" not in done.stderr
+    for page in ("gallery", "python", "notebooks/drives"):
+        assert (tmp_path / "site" / page / "index.html").stat().st_size > 10_000, page
