@@ -548,7 +548,7 @@ def _warn_failed(failed: int, points: int) -> None:
 
 def _trace(result: Trajectory) -> Dataset:
     """The trace of a run, with a warning where it ended early."""
-    from nsdrill.cli.simulate import ENDINGS
+    from nsdrill.app.wording import ENDINGS
     from nsdrill.store.dataset import to_dataset
     from nsdrill.variables import OK
 
