@@ -125,6 +125,17 @@ class Motions:
         model = model_named(study.model)
         return np.asarray(model.starts(_points(study), 0)[0], dtype=float)
 
+    def with_start(self, study: Study, state: Array) -> dict[str, Any] | None:
+        """The resolved study of one point with ``state`` as its start; None where its states are no keys of a study."""
+        model = model_named(study.model)
+        names = (*model.states(model.variant(study.parameters)), "drive_angle")
+        there, held = study.resolved["initial"], model.held(study.parameters)
+        if not all(name in there for name in names):
+            return None
+        state = self.checked(study, state)
+        moved = {name: float(value) for name, value in zip(names, state, strict=True) if name not in held}
+        return {**study.resolved, "initial": {**there, **moved}}
+
     # What it does
 
     def replay(self, place: Sequence[int], seconds: float, sample: float) -> Motion:
@@ -156,10 +167,16 @@ class Motions:
         )
         return replace(motion, same_bits=bool(same))
 
-    def go_on(self, study: Study, state: Array, seconds: float, sample: float) -> Motion:
-        """``seconds`` from ``state`` on, with what the ``study`` of one point says; and what that is to be called."""
+    def go_on(
+        self, study: Study, state: Array, seconds: float, sample: float, *, settle: float = 0.0, observe: float = 0.0
+    ) -> Motion:
+        """On from ``state`` with what the ``study`` of one point says: after ``settle`` seconds observed for ``observe``
+        (by default for ``seconds``), sampled in its last ``seconds``. Features and labels are of what is observed."""
         simulation = replace(
-            study.simulation, transient=0.0, observe=seconds, max_steps=min(study.simulation.max_steps, MOST_STEPS)
+            study.simulation,
+            transient=settle,
+            observe=observe or seconds,
+            max_steps=min(study.simulation.max_steps, MOST_STEPS),
         )
         work = _work(study, simulation, Record(peaks=0), self.checked(study, state))
         runs = work.prepare(np.array([0]))

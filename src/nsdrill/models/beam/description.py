@@ -69,5 +69,6 @@ DESCRIPTION = Description(
     example_axis=LUMPED.example_axis,
     example_slice="{x_1: {from: -70 mm, to: 70 mm, points: 60}, vx_1: {from: -1 m/s, to: 1 m/s, points: 60}}",
     attributes=attributes,
+    hole=LUMPED.hole,
     drawn=replace(LUMPED.drawn, summary=(*LUMPED.drawn.summary, "impact_rate")),
 )
