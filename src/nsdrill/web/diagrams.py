@@ -33,7 +33,7 @@ def choices(results: Results, units: str) -> dict[str, Any]:
         "axes": [axis_of(results, name, units) for name in results.swept],
         "procedures": [text(name) for name in results.coords["procedure"]],
         "starts": len(results.coords.get("start", ())),
-        "panels": [{**told(one.peaks, units), "mode": one.mode} for one in panels],
+        "panels": [{**told(one.peaks, units), "mode": one.mode, "trace": one.trace} for one in panels],
         "features": [told(name, units) for name in _first(drawn.summary, single)],
         "labels": [told(name, units) for name in dict.fromkeys(labels)],
         "responses": response_styles(),
@@ -87,7 +87,7 @@ def diagram(
         names = []
     head = {
         "x": axis_of(results, axis, units), "y": told(y, units), "procedures": list(one.procedures),
-        "told": [told(n, units) for n in names], "place": place, "dimension": results.grid.index(axis),
+        "head_told": [told(n, units) for n in names], "place": place, "dimension": results.grid.index(axis),
         "hysteresis": [
             [borders[first], borders[last + 1]] for first, last in spans(differences(one.procedures, outcomes))
         ],

@@ -271,7 +271,7 @@ class Session:
             still = ~np.isfinite(values).any(axis=1)
             values[:, 0] = np.where(still, found[panel.greatest], values[:, 0])
             shown = told(panel.peaks, self.units)
-            head["panels"].append({**shown, "mode": panel.mode})
+            head["panels"].append({**shown, "mode": panel.mode, "trace": panel.trace})
             columns[panel.peaks] = values[np.newaxis] / shown["scale"]
             columns[f"{panel.peaks} still"] = still[np.newaxis]
         return head, columns
