@@ -167,6 +167,11 @@ class Motions:
         )
         return replace(motion, same_bits=bool(same))
 
+    def glance(self, study: Study, state: Array) -> Motion:
+        """A tenth of a second from ``state``: what is compiled for a replay is made ready."""
+        simulation = replace(study.simulation, transient=0.0, observe=0.1)
+        return _motion(study, study.operation, simulation, self.checked(study, state), 0.1, 0.01)
+
     def go_on(
         self, study: Study, state: Array, seconds: float, sample: float, *, settle: float = 0.0, observe: float = 0.0
     ) -> Motion:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import os
 import threading
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -89,14 +90,20 @@ class Session:
         return self._motions
 
     def warm(self) -> None:
-        """Load, or make, the machine code of what a first click, slider and local diagram need."""
+        """Load, or make, the machine code of what a first click, slider and local diagram need; a page is served between
+        these."""
+        values = self.motions.own
+        study = self.motions.at(values)
+        state = self.motions.start(study)
         with self._turn:
-            values = self.motions.own
-            study = self.motions.at(values)
-            state = self.motions.start(study)
+            self.motions.glance(study, state)
+        time.sleep(0.01)  # who waits has the turn first
+        with self._turn:
             motion = self.motions.go_on(study, state, 0.1, SAMPLE)
-            if motion.status == OK:
-                near = np.linspace(0.99, 1.01, POINTS) * values["rotary_speed"]
+        if motion.status == OK:
+            near = np.linspace(0.99, 1.01, POINTS) * values["rotary_speed"]
+            time.sleep(0.01)
+            with self._turn:
                 self.motions.around(study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01)
 
     # What there is
@@ -228,7 +235,9 @@ class Session:
         head, columns = self._told(motion, study, {"status": motion.status, **motion.found})
         if motion.status == OK:
             head["features"] = rows(names, motion.found, self.units)
-        return head | {"begins": "live"}, columns
+        ran = f"for {motion.seconds:g} s{', with changed numbers' if asked.get('changes') else ''}"
+        head["begins"] = f"Run on from the present state {ran}." if asked.get("state") else f"Run from the study's start {ran}."
+        return head, columns
 
     def local(self, asked: Mapping[str, Any]) -> Reply:
         """A diagram around the present point along ``key``, each point from ``state``."""

@@ -62,6 +62,7 @@ window.nsdrill = (() => {
   function chart(box, o) {
     box.classList.add("chart");
     const sheet = make("canvas", { class: "over" });
+    let ready = false;
     const data = () => [[o.x[0], o.x[1]], [o.y[0], o.y[1]]];
     const axis = (label, size, more) => ({
       label, size, labelSize: 16, labelGap: 0, gap: 3, font: FONT, labelFont: FONT, stroke: INK,
@@ -69,7 +70,7 @@ window.nsdrill = (() => {
     });
     const plot = new uPlot(
       {
-        width: Math.max(120, box.clientWidth), height: o.height, legend: { show: false }, padding: [6, 10, o.bare ? 4 : 0, 0],
+        width: Math.max(120, box.clientWidth), height: o.height, legend: { show: false }, padding: [o.title ? 17 : 6, 10, o.bare ? 4 : 0, 0],
         cursor: {
           points: { show: false }, drag: { x: o.zoom !== false, y: false }, x: o.cross !== false, y: o.cross !== false,
           ...(o.sync ? { sync: { key: o.sync, scales: ["x", null] } } : {}),
@@ -87,6 +88,7 @@ window.nsdrill = (() => {
       },
       data(), box,
     );
+    ready = true;
     const X = (value) => plot.valToPos(value, "x", true), Y = (value) => plot.valToPos(value, "y", true);
     function clipped(context, work) {
       const { left, top, width, height } = plot.bbox;
@@ -106,7 +108,16 @@ window.nsdrill = (() => {
       u.ctx.clip();
       o.draw(u.ctx, at, up, u);
       u.ctx.restore();
-      if (self.plot) over();
+      if (o.title) {
+        u.ctx.save();
+        u.ctx.font = `${11 * ratio()}px "DejaVu Sans", Verdana, sans-serif`;
+        u.ctx.fillStyle = INK;
+        u.ctx.textAlign = "left";
+        u.ctx.textBaseline = "alphabetic";
+        u.ctx.fillText(o.title, left, top - 5 * ratio());
+        u.ctx.restore();
+      }
+      if (ready) over();
     }
     function fit(u) {
       const canvas = u.root.querySelector("canvas");
@@ -566,11 +577,12 @@ window.nsdrill = (() => {
     }
 
     function history(name, last) {
-      const channel = named(name), values = column(name), time = column("time");
+      const channel = named(name), values = column(name);
       const span = [m.head.begin, m.head.begin + (m.head.samples - 1) * m.head.interval];
       const frame = {
         x: span[1] > span[0] ? span : [span[0], span[0] + 1], y: padded(limits(values), 0.08), xlabel: "Time [s]",
-        ylabel: channel.label, height: last ? 118 : 84, bare: !last, sync: o.sync || "motion", cross: false,
+        ylabel: null, height: last ? 118 : 84, bare: !last, sync: o.sync || "motion", cross: false,
+        title: channel.label,
         draw(c, X, Y, u) { trail(c, X, Y, column("time"), column(name), u, BLUE); },
         over(c, X, Y, u) {
           c.strokeStyle = INK;
@@ -582,7 +594,6 @@ window.nsdrill = (() => {
         },
         move(px, py, u) { if (!playing) { frameAt(u.posToVal(px, "x")); mark(); told(); } },
       };
-      void time;
       return frame;
     }
 

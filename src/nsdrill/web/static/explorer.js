@@ -13,7 +13,22 @@
     $("banner").hidden = !words;
   }
 
+  // What takes longer than a moment is said: code for a string that was never run here is compiled first.
+  let waiting = 0;
+  const WORKING = "Working … The first motion of a kind of string compiles its equations, which can take two minutes; the machine code is kept.";
   async function ask(name, question = {}) {
+    const patience = setTimeout(() => { if (!$("banner").textContent) banner(WORKING); }, 1500);
+    waiting += 1;
+    try {
+      return await asked(name, question);
+    } finally {
+      clearTimeout(patience);
+      waiting -= 1;
+      if (!waiting && $("banner").textContent === WORKING) banner("");
+    }
+  }
+
+  async function asked(name, question) {
     let answer;
     try {
       answer = await fetch(`/api/${name}`, {
@@ -83,16 +98,23 @@
         redraw();
       });
     view = { held: {}, start: 0, visible: c.procedures.map(() => true), procedure: 0, chosen: null };
-    if (c.procedures.length > 1)
-      c.procedures.forEach((name, p) => {
-        const tick = make("input", { type: "checkbox", checked: true });
+  }
+
+  // Of a map one procedure is drawn, of lines any.
+  function procedures() {
+    const c = meta.choices;
+    if (c.procedures.length < 2) return;
+    $("procedures").replaceChildren(
+      ...c.procedures.map((name, p) => {
+        const tick = make("input", { type: view.map ? "radio" : "checkbox", name: "procedure", checked: view.map ? p === view.procedure : view.visible[p] });
         tick.addEventListener("change", () => {
+          if (view.map) { view.procedure = p; redraw(); return; }
           view.visible[p] = tick.checked;
-          if (view.map) { view.procedure = view.visible.indexOf(true) < 0 ? 0 : view.visible.indexOf(true); redraw(); }
-          else for (const one of charts) one.show(view.visible);
+          for (const one of charts) one.show(view.visible);
         });
-        $("procedures").append(make("label", {}, tick, ` ${name} `));
-      });
+        return make("label", {}, tick, ` ${name} `);
+      }),
+    );
   }
 
   // Selects for the axes that a drawing does not run along.
@@ -119,6 +141,7 @@
     $("against-label").hidden = !several || !view.map;
     const x = $("along").value, free = view.map ? [x, $("against").value] : [x];
     held(free);
+    procedures();
     const fixed = Object.fromEntries(Object.entries(view.held).filter(([axis]) => !free.includes(axis)));
     const common = { held: fixed, start: view.start, x };
     for (const one of charts) one.end();
@@ -209,7 +232,6 @@
       ...(d.classes
         ? d.classes.filter((_, code) => values.has(code)).map((one) => make("li", {}, N.swatch("s", one.colour), one.name))
         : [0, 0.25, 0.5, 0.75, 1].map((part) => make("li", {}, N.swatch("s", `rgb(${N.mix(part).join()})`), amount(d.limits[0] + part * (d.limits[1] - d.limits[0]), d.colour.unit, 3)))),
-      ...(d.procedures.length > 1 ? [make("li", {}, `drawn: ${d.procedures[view.procedure]}`)] : []),
     );
     view.say = (i, j) => say({ p: view.procedure, i, j, value: d.values[(view.procedure * d.y.values.length + j) * d.x.values.length + i], outcome: d.outcome[(view.procedure * d.y.values.length + j) * d.x.values.length + i] });
   }
@@ -287,7 +309,7 @@
       which.append(
         make("span", { class: h.same_bits ? "bits" : "bits not", id: "bits" }, h.same_bits ? "Run again: it ends in the stored state, bit for bit." : `Run again: it does not end in the stored state. What differs: ${h.differing.join("; ") || "nothing that the file records"}.`),
       );
-    else which.append(make("span", { class: "bits", id: "bits" }, `Run on from the state before, over ${digits(h.samples * h.interval, 3)} s${Object.keys(now.changes).length ? ", with changed numbers" : ""}.`));
+    else which.append(make("span", { class: "bits", id: "bits" }, h.begins));
     if (h.ended) which.append(make("span", { class: "labels ended" }, `It ended early: ${h.ended}.`));
     $("command").replaceChildren(...(h.command ? ["The same from the command line: ", make("code", {}, h.command)] : []));
     $("features").replaceChildren(...h.features.map(([a, b]) => make("tr", {}, make("td", {}, a), make("td", { class: "number" }, b))));
@@ -376,7 +398,7 @@
     $("local").hidden = false;
     if (local) for (const one of local.charts) one.end();
     $("local-diagram").replaceChildren();
-    $("local-title").textContent = `${head.x.words} around ${amount(head.centre, head.x.unit)}: ${head.x.values.length} points, each from the present state`;
+    $("local-title").textContent = `${head.x.words} around ${amount(head.centre, head.x.unit)}: ${head.x.values.length} points, each from the present state, after ${head.settle} s observed for ${head.observe} s`;
     const from = { place: now.place, changes: { ...now.changes } };
     local = { charts: [], chosen: null, head };
     const all = head.panels.map((panel) => ({
