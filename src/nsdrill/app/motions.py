@@ -1,5 +1,5 @@
-"""Motions of one operating point, at the speed of a hand on a slider: of a stored point once more, from its own start; on
-from any state with any numbers of the study changed; and of many points around it, all from one state.
+"""Motions of one operating point, at the speed of a hand on a slider: of a stored point once more, from its own start;
+on from any state with any numbers of the study changed; and of many points around it, all from one state.
 
 All that a file says is read once, so that one motion costs little more than its integration.
 """
@@ -42,9 +42,9 @@ LARGEST_STATE = 1e12  # of a state to go on from
 
 @dataclass(frozen=True)
 class Motion:
-    """One run: ``time`` [s] and ``variables`` of a trace [samples], ``initial`` and ``final`` states with the phase last,
-    its ``status``, how many ``steps`` were tried in how many ``seconds``. ``found`` are features and labels of all of it,
-    empty of a stored point; ``same_bits`` says of that whether the run ends in the stored state."""
+    """One run: ``time`` [s] and ``variables`` of a trace [samples], ``initial`` and ``final`` states with the phase
+    last, its ``status``, how many ``steps`` were tried in how many ``seconds``. ``found`` are features and labels of
+    all of it, empty of a stored point; ``same_bits`` says of that whether the run ends in the stored state."""
 
     time: Array
     variables: dict[str, Array]
@@ -175,8 +175,9 @@ class Motions:
     def go_on(
         self, study: Study, state: Array, seconds: float, sample: float, *, settle: float = 0.0, observe: float = 0.0
     ) -> Motion:
-        """On from ``state`` with what the ``study`` of one point says: after ``settle`` seconds observed for ``observe``
-        (by default for ``seconds``), sampled in its last ``seconds``. Features and labels are of what is observed."""
+        """On from ``state`` with what the ``study`` of one point says: after ``settle`` seconds observed for
+        ``observe`` (by default for ``seconds``), sampled in its last ``seconds``. Features and labels are of what is
+        observed."""
         simulation = replace(
             study.simulation,
             transient=settle,
@@ -222,8 +223,7 @@ class Motions:
         names = model.states(model.variant(study.parameters))
         if state.shape != (len(names) + 1,) or not np.all(np.abs(state) < LARGEST_STATE):  # which no NaN is
             raise InputError(
-                f"state: found {state.size} numbers; allowed: {len(names) + 1} finite ones. The run before ended early: "
-                "choose a point again."
+                f"state: found {state.size} numbers; allowed: {len(names) + 1} finite ones. Choose a point again."
             )
         return state
 
@@ -251,9 +251,7 @@ def _work(
 ) -> _From:
     operation = {name: np.array([float(getattr(study.operation, name))]) for name in OPERATION}
     plan = Plan({**operation, **(axes or {})}, "same", None)
-    return _From(
-        plan, study.parameters, study.initial, simulation, study.thresholds, record, study.model, state=state
-    )
+    return _From(plan, study.parameters, study.initial, simulation, study.thresholds, record, study.model, state=state)
 
 
 def _points(study: Study) -> Values:
@@ -270,9 +268,7 @@ def _motion(
     sample = max(sample, (total - begin) / MOST_SAMPLES)
     for _ in range(2):
         samples = math.floor((total - begin) / sample * (1 + 1e-12)) + 1
-        taken, status, accepted, rejected, final = run_at(
-            study, operation, simulation, initial, samples, sample, begin
-        )
+        taken, status, accepted, rejected, final = run_at(study, operation, simulation, initial, samples, sample, begin)
         if len(taken) > 1 or begin == 0.0:
             break
         begin, sample = 0.0, max(sample, total / MOST_SAMPLES)

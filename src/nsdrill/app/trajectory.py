@@ -265,7 +265,8 @@ def _trace(
 
 
 def traced(study: Study, schedule: Schedule, initial: Array, time: Array, taken: Array) -> dict[str, Array]:
-    """The variables of a trace from the states ``taken`` [samples, states] at ``time`` [s] of a run from ``initial``."""
+    """The variables of a trace from the states ``taken`` [samples, states] at ``time`` [s] of a run from
+    ``initial``."""
     model = model_named(study.model)
     names = model.states(model.variant(study.parameters))
     state = {name: taken[:, i].copy() for i, name in enumerate(names)}
@@ -305,7 +306,7 @@ def run_at(
         stages[1:] = [(stages[1][0], _lasting(simulation, total - switch))] if switch < total else []
     state, accepted, rejected = initial, 0, 0
     for number, (table, stage) in enumerate(stages):
-        store[BEGAN] = (0.0 if number == 0 else switch) - begin
+        store[BEGAN] = (0.0 if number == 0 or switch is None else switch) - begin
         gang = Gang(1, 1, rows, store, 0, replace(stage, max_steps=max(1, stage.max_steps - accepted - rejected)))
         gang.add(np.array([0]), model.runs(table, fixed, state[np.newaxis]))
         done = gang.run_alone(parts)

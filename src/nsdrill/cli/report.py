@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from contextlib import suppress
 
 import click
 
@@ -12,7 +13,9 @@ from nsdrill.errors import InputError, NsdrillError
 
 @click.command(
     "report",
-    epilog=options.examples("report out.h5 -o report.html", "report up.h5 down.h5 -o report.html --units field --motions 6"),
+    epilog=options.examples(
+        "report out.h5 -o report.html", "report up.h5 down.h5 -o report.html --units field --motions 6"
+    ),
 )
 @click.argument("results", type=options.FileName(), nargs=-1, required=True)
 @options.output("Page to write: .html.")
@@ -23,8 +26,8 @@ from nsdrill.errors import InputError, NsdrillError
 @options.units
 @options.overwrite
 def command(results: tuple[str, ...], output: str, motions: int, units: str, overwrite: bool) -> int:
-    """Write RESULTS, one file or several, as one page of HTML that opens without a network: what was asked, diagrams with
-    numbers, where history matters, the safe window, motions, and the command lines that make it again."""
+    """Write RESULTS, one file or several, as one page of HTML that opens without a network: what was asked, diagrams
+    with numbers, where history matters, the safe window, motions, and the command lines that make it again."""
     if not output.lower().endswith((".html", ".htm")):
         raise InputError(f"{output}: found another ending; allowed: .html.")
     for file in results:
@@ -56,8 +59,6 @@ def _notes(session, units: str) -> list[tuple[str, list[str]]]:  # type: ignore[
     if session.results is None:
         raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
     notes = [("Numbers", list(lines(session.path, summarize(session.results), units)))]
-    try:
+    with suppress(NsdrillError):  # of a single point, or of four axes, there is no window
         notes.append(("Safe window", list(window_lines(find_window(session.results), units))))
-    except NsdrillError:
-        pass  # of a single point, or of four axes, there is no window
     return notes

@@ -9,7 +9,9 @@ from nsdrill.cli import options
 
 @click.command(
     "view",
-    epilog=options.examples("view out.h5", "view study.yaml --set 'operation.wob=30 kN'", "view out.h5 --no-browser --port 8123"),
+    epilog=options.examples(
+        "view out.h5", "view study.yaml --set 'operation.wob=30 kN'", "view out.h5 --no-browser --port 8123"
+    ),
 )
 @options.file_argument("file")
 @click.option("--port", type=int, default=0, metavar="N", help="Port to listen on. Default: any that is free.")
@@ -22,8 +24,8 @@ from nsdrill.cli import options
 def command(file: str, port: int, no_browser: bool, overrides: tuple[str, ...], units: str) -> int:
     """Explore FILE in the browser: results, the .part file of a run that goes on, or a study.
 
-    A click on a point runs it again, bit for bit, and shows its motion; sliders run on from there. The page is served on
-    this machine only, to those who have its address, and ends with its tab or with Ctrl-C.
+    A click on a point runs it again, bit for bit, and shows its motion; sliders run on from there. The page is served
+    on this machine only, to those who have its address, and ends with its tab or with Ctrl-C.
     """
     import webbrowser
 
@@ -32,11 +34,11 @@ def command(file: str, port: int, no_browser: bool, overrides: tuple[str, ...], 
     from nsdrill.web.session import Session
 
     explorer = Explorer(Session(file, units, list(overrides)), port)
-    explorer.start()
-    click.echo(explorer.url)
-    click.echo("The explorer stops with its page, or with Ctrl-C.", err=True)
     try:
         with interrupt.heeded():
+            explorer.start()
+            click.echo(explorer.url)
+            click.echo("The explorer stops with its page, or with Ctrl-C.", err=True)
             if not no_browser and not webbrowser.open(explorer.url):
                 click.echo("No browser could be opened: open the address above in one.", err=True)
             words = explorer.wait(interrupt.look)

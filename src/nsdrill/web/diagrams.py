@@ -60,19 +60,20 @@ def diagram(
     """Peaks or a feature ``y`` along the axis ``x``, the other axes ``held`` at these of their values (0 where not
     given).
 
-    Columns: ``values`` [procedure, point, peak], NaN where fewer; ``outcome`` [procedure, point], the bits of the response,
-    negative where there is none; ``told`` [procedure, point, feature], of small diagrams. The head has the ``place`` of the
-    first point among the dimensions, and along which of them the points lie."""
+    Columns: ``values`` [procedure, point, peak], NaN where fewer; ``outcome`` [procedure, point], the bits of the
+    response, negative where there is none; ``told`` [procedure, point, feature], of small diagrams. The head has the
+    ``place`` of the first point among the dimensions, and along which of them the points lie."""
     drawn = drawn_in(results.attrs)
     axis = x or longest(results)
     if axis not in results.axes:
         raise InputError(f"x: found {axis}; allowed: {', '.join(results.swept)}.")
     place = _held(results, held or {}, start)
     one = _line(results, axis, place)
-    shown, panel = quantity(y, units), next((p for p in drawn.panels if p.peaks == y), None)
+    panel = next((p for p in drawn.panels if p.peaks == y), None)
     name = panel.greatest if panel and y not in results.variables else y
     if name not in results.variables or BY_NAME[name].dtype != "f8":
         raise InputError(f"y: found {y}; allowed: peaks or a feature of these results.")
+    shown = quantity(y, units)
     values = np.asarray(one[name], dtype=float)
     values = values[..., np.newaxis] if values.ndim == 2 else values
     still = np.zeros(values.shape[:2], bool)

@@ -61,7 +61,8 @@ class _Page:
 
 
 def report(parts: Sequence[Part], command: str, motions: int) -> str:
-    """The page. ``command`` is the command line that makes it again; of each file ``motions`` points are drawn moving."""
+    """The page. ``command`` is the command line that makes it again; of each file ``motions`` points are drawn
+    moving."""
     page = _Page()
     titles = [_title(part.session) for part in parts]
     page.add(f"<header><div><h1>{_text(titles[0] if len(titles) == 1 else 'Results of nsdrill')}</h1>")
@@ -97,7 +98,9 @@ def _of_file(page: _Page, part: Part, motions: int) -> None:
             commands.append(_text(_motion(page, session, place)))
     page.add("<h3>From the command line</h3>")
     page.add(f"<p>Study, results, and the motions above:</p><pre>{chr(10).join(commands)}</pre>")
-    page.add(f"<details><summary>The study, every key</summary><pre>{_text(study_of(session.path, results.attrs))}</pre>")
+    page.add(
+        f"<details><summary>The study, every key</summary><pre>{_text(study_of(session.path, results.attrs))}</pre>"
+    )
     page.add("</details>")
 
 
@@ -112,14 +115,24 @@ def _asked(page: _Page, session: Session, results: Results) -> None:
             ends = f"{values[0]:.6g} to {values[-1]:.6g} {one['unit']}, {len(values)} values"
         rows.append((one["words"], ends))
     procedures = [str(name) for name in results.coords["procedure"]]
-    rows.append(("State", "carried " + " and ".join(procedures) if procedures != ["same"] else "the same at every start"))
+    rows.append(
+        ("State", "carried " + " and ".join(procedures) if procedures != ["same"] else "the same at every start")
+    )
     if "start" in results.coords:
         rows.append(("Starts", f"{len(results.coords['start'])} of every operating point"))
     simulation = session.study.simulation
     rows.append(("Each run", f"{simulation.transient:g} s, then observed for {simulation.observe:g} s"))
     rows.append(("Changed by --set", "; ".join(meta["overrides"]) or "nothing"))
     rows.append(("Made", f"{attrs.get('created', '')} by nsdrill {attrs.get('nsdrill_version', '')}"))
-    versions = ("python_version", "numpy_version", "numba_version", "llvmlite", "h5py_version", "processor", "model_digest")
+    versions = (
+        "python_version",
+        "numpy_version",
+        "numba_version",
+        "llvmlite",
+        "h5py_version",
+        "processor",
+        "model_digest",
+    )
     made = [f"{name.removesuffix('_version').replace('_', ' ')} {attrs[name]}" for name in versions if name in attrs]
     rows.append(("With", ", ".join(made)))
     rows.append(("Study", f"SHA-256 {attrs.get('study_sha256', '')}"))
@@ -146,7 +159,11 @@ def _diagrams(page: _Page, session: Session, results: Results) -> None:
         if words:
             page.add(f"<h4>{_text(words)}</h4>")
         panels = drawn_in(results.attrs).panels
-        replies = [_thinned(diagram(results, units, p.peaks, names[0], held)) for p in panels if p.greatest in results.variables]
+        replies = [
+            _thinned(diagram(results, units, p.peaks, names[0], held))
+            for p in panels
+            if p.greatest in results.variables
+        ]
         page.drawing("lines", replies, more, f"Peaks along {names[0]} {words}")
 
 
@@ -202,17 +219,31 @@ def _motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
         return ""
     step = max(1, round(MOTION_SAMPLE / head["interval"])) if head["interval"] else 1
     drawn = session.meta()["drawn"]
-    needed = {"time", "x", "y", "bit angle", "wall_force", *drawn["histories"], *(n for pair in drawn["planes"] for n in pair)}
+    needed = {
+        "time",
+        "x",
+        "y",
+        "bit angle",
+        "wall_force",
+        *drawn["histories"],
+        *(n for pair in drawn["planes"] for n in pair),
+    }
     kept = {name: values[::step] for name, values in columns.items() if name in needed}
-    head |= {"interval": head["interval"] * step, "samples": len(kept["time"]), "features": [], "values": {}, "state": None}
+    head |= {
+        "interval": head["interval"] * step,
+        "samples": len(kept["time"]),
+        "features": [],
+        "values": {},
+        "state": None,
+    }
     head["channels"] = [one for one in head["channels"] if one["name"] in kept]
     title = ", ".join(f"{a} {b}" for a, b in head["from"])
     page.add(f"<figure><figcaption><strong>{_text(title)}</strong><br>{_text(', '.join(head['labels']))}<br>")
     if head["ended"]:
         page.add(_text(f"It ended early: {head['ended']}."))
     else:
-        page.add("Run again for this page: the stored state, bit for bit." if head["same_bits"] else "Run again for this page, "
-                 f"not to the stored state: {_text('; '.join(head['differing']))}.")  # fmt: skip
+        told_ = "the stored state, bit for bit" if head["same_bits"] else f"not the stored state: {head['differing']}"
+        page.add(_text(f"Run again for this page, it ends in: {told_}."))
     page.add("</figcaption>")
     page.drawing("motion", [(head, kept)], {"drawn": drawn}, f"The motion at {title}")
     page.add("</figure>")
@@ -220,8 +251,8 @@ def _motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
 
 
 def representatives(results: Results, most: int) -> list[tuple[int, ...]]:
-    """One point of each combination of responses, the commonest first: of its points that have settled that in the middle
-    of the longest row of them along the longest axis."""
+    """One point of each combination of responses, the commonest first: of its points that have settled that in the
+    middle of the longest row of them along the longest axis."""
     status, response = results["status"], results["response"]
     good = (status == OK) & (status != INFERRED)
     settled = good & (results["settled"] == 1) if "settled" in results.variables else good
@@ -297,5 +328,3 @@ def _document(title: str, page: _Page) -> str:
 
 def _digest(text: str) -> str:
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
-
-

@@ -1,9 +1,9 @@
 """The explorer's server: this machine only, one secret, no name of a file from outside.
 
-It listens on the loopback address alone. A request has to name that address (``Host``), so no other name that is made to
-lead here serves; one that a page of another origin sends is refused; and what has data needs the token, which a page has
-from the fragment of its URL, a part that browsers send nowhere. Static files are known by name. Answers forbid scripts from
-elsewhere, framing by other machines, and guesses of their type.
+It listens on the loopback address alone. A request has to name that address (``Host``), so no other name that is made
+to lead here serves; one that a page of another origin sends is refused; and what has data needs the token, which a page
+has from the fragment of its URL, a part that browsers send nowhere. Static files are known by name. Answers forbid
+scripts from elsewhere, framing by other machines, and guesses of their type.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import lru_cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
@@ -30,7 +31,9 @@ from nsdrill.web.session import Session
 ADDRESS = "127.0.0.1"
 TOKEN = "X-Nsdrill-Token"
 MOST = 65536  # bytes of a request
-PATIENCE = 3.0  # seconds without a page, after which the explorer stops: a page that is loaded anew is gone for a moment
+PATIENCE = (
+    3.0  # seconds without a page, after which the explorer stops: a page that is loaded anew is gone for a moment
+)
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data: blob:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'self' http://localhost:* http://127.0.0.1:*"
@@ -66,8 +69,8 @@ class Explorer:
             self._server = _Server((ADDRESS, port), self)
         except OSError as error:
             raise InputError(
-                f"--port: found {port}, which cannot be had ({(error.strerror or str(error)).lower()}); allowed: another "
-                "one, or none for any that is free."
+                f"--port: found {port}, which cannot be had ({(error.strerror or str(error)).lower()}); allowed: "
+                "another one, or none for any that is free."
             ) from error
         except OverflowError:
             raise InputError(f"--port: found {port}; allowed: 0 to 65535.") from None
@@ -84,10 +87,8 @@ class Explorer:
         threading.Thread(target=self._warm, daemon=True).start()
 
     def _warm(self) -> None:
-        try:
+        with suppress(NsdrillError, KeyboardInterrupt):  # a page is told when it asks
             self.session.warm()
-        except (NsdrillError, KeyboardInterrupt):
-            pass  # a page is told when it asks
 
     def wait(self, look: Callable[[], None]) -> str:
         """Until the last page has gone, or ``look`` raises: why it ended, in words."""

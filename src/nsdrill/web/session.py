@@ -1,8 +1,8 @@
 """What the explorer knows of one file, and what it answers: no HTTP here.
 
-A session holds a results file (or the ``.part`` of a run that goes on) or a study. It has no memory of what was asked: a
-page sends the state from which to go on, so several pages of one session do not disturb each other. Requests are mappings
-of plain data from outside: nothing in them is trusted, and a wrong one is an :class:`InputError` in words.
+A session holds a results file (or the ``.part`` of a run that goes on) or a study. It has no memory of what was asked:
+a page sends the state from which to go on, so several pages of one session do not disturb each other. Requests are
+mappings of plain data from outside: nothing in them is trusted, and a wrong one is an :class:`InputError` in words.
 """
 
 from __future__ import annotations
@@ -90,8 +90,8 @@ class Session:
         return self._motions
 
     def warm(self) -> None:
-        """Load, or make, the machine code of what a first click, slider and local diagram need; a page is served between
-        these."""
+        """Load, or make, the machine code of what a first click, slider and local diagram need; a page is served
+        between these."""
         values = self.motions.own
         study = self.motions.at(values)
         state = self.motions.start(study)
@@ -236,7 +236,9 @@ class Session:
         if motion.status == OK:
             head["features"] = rows(names, motion.found, self.units)
         ran = f"for {motion.seconds:g} s{', with changed numbers' if asked.get('changes') else ''}"
-        head["begins"] = f"Run on from the present state {ran}." if asked.get("state") else f"Run from the study's start {ran}."
+        head["begins"] = (
+            f"Run on from the present state {ran}." if asked.get("state") else f"Run from the study's start {ran}."
+        )
         return head, columns
 
     def local(self, asked: Mapping[str, Any]) -> Reply:
@@ -277,7 +279,7 @@ class Session:
         columns: dict[str, Array] = {"outcome": outcome(found["status"], found["response"])[np.newaxis]}
         for panel in drawn_in(self._attrs).panels:
             values = found[panel.peaks].copy()
-            still = ~np.isfinite(values).any(axis=1)
+            still = np.asarray(~np.isfinite(values).any(axis=1))
             values[:, 0] = np.where(still, found[panel.greatest], values[:, 0])
             shown = told(panel.peaks, self.units)
             head["panels"].append({**shown, "mode": panel.mode, "trace": panel.trace})
@@ -326,7 +328,9 @@ class Session:
             return {"text": own, "name": "point.yaml"}
         begun = self.motions.with_start(study, state)
         if begun is not None:
-            text = study_text({**begun, "title": self.study.title}, [*head, "Its start is the state that the page showed"])
+            text = study_text(
+                {**begun, "title": self.study.title}, [*head, "Its start is the state that the page showed"]
+            )
             try:
                 parse_study(text, "point.yaml")
             except InputError:
@@ -377,8 +381,12 @@ class Session:
 
     def _place(self, asked: Mapping[str, Any]) -> tuple[int, ...]:
         place, shape = asked.get("place"), self._swept().shape
-        if not isinstance(place, list) or len(place) != len(shape) or not all(
-            isinstance(i, int) and not isinstance(i, bool) and 0 <= i < n for i, n in zip(place, shape, strict=True)
+        if (
+            not isinstance(place, list)
+            or len(place) != len(shape)
+            or not all(
+                isinstance(i, int) and not isinstance(i, bool) and 0 <= i < n for i, n in zip(place, shape, strict=True)
+            )
         ):
             raise InputError(f"place: found {str(place)[:60]}; allowed: a point of {' x '.join(map(str, shape))}.")
         return tuple(place)
@@ -500,8 +508,10 @@ def _state(asked: Mapping[str, Any]) -> Array | None:
     state = asked.get("state")
     if state is None:
         return None
-    if not isinstance(state, list) or len(state) > 1000 or not all(
-        isinstance(value, int | float) and not isinstance(value, bool) for value in state
+    if (
+        not isinstance(state, list)
+        or len(state) > 1000
+        or not all(isinstance(value, int | float) and not isinstance(value, bool) for value in state)
     ):
         raise InputError("state: found something else; allowed: a list of numbers.")
     return np.array(state, dtype=float)

@@ -22,12 +22,12 @@ def plain(text: str) -> str:
 
 
 def told(name: str, units: str) -> dict[str, Any]:
-    """Of a quantity its ``name``, ``words``, ``unit``, the ``label`` of an axis and its ``long`` name, and how many SI units
-    one ``unit`` is."""
+    """Of a quantity its ``name``, ``words``, ``unit``, the ``label`` of an axis and its ``long`` name, and how many SI
+    units one ``unit`` is."""
     shown, found = quantity(name, units), find(name)
     return {
-        "name": name, "words": plain(shown.words), "unit": shown.unit, "label": plain(shown.label), "scale": shown.scale,
-        "long": found.long_name if found else name,
+        "name": name, "words": plain(shown.words), "unit": shown.unit, "label": plain(shown.label),
+        "scale": shown.scale, "long": found.long_name if found else name,
     }  # fmt: skip
 
 
