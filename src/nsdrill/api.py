@@ -327,8 +327,8 @@ def plot(
     """
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
-    from nsdrill.plot import cut, draw, draw_window, needed
-    from nsdrill.plot.kinds import is_study
+    from nsdrill.plot import draw, needed
+    from nsdrill.plot.registry import is_study
     from nsdrill.study.study import Study
 
     if is_study(data) or isinstance(data, Study):
@@ -359,10 +359,8 @@ def plot(
     behind = None if over is None else results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
 
     def picture() -> Figure:
-        if severity is not None:
-            assert not isinstance(drawn, Trace)
-            return draw_window(cut(drawn, chosen or None, start), severity, units=units)
-        return draw(drawn, kind, units=units, at=chosen or None, over=behind, start=start, states=states)
+        options = {"over": behind, "states": states, "severity": severity}
+        return draw(drawn, kind, units=units, at=chosen or None, start=start, **options)
 
     with of_whole("plot"):
         if ax is None:
