@@ -15,6 +15,7 @@ from nsdrill.variables import POINT, TRUST
 
 FEW = 3  # so many values of a second axis stand side by side as columns of one figure
 MAX_PANELS = 12
+RATE = "rate_of_penetration"  # of which lines are drawn over maps and window
 
 SWEEP_KINDS = {
     "bifurcation": "peaks of the three motions along one axis, coloured by response, hysteresis shaded",
@@ -80,6 +81,8 @@ def variables_for(kind: str, model: Description) -> tuple[str, ...]:
     shown = {
         "bifurcation": (*drawn.peaks, *(panel.greatest for panel in drawn.panels)),
         "summary": drawn.summary,
+        "map": (RATE,),
+        "window": (RATE,),
         "whirl_kind": ("whirl_kind",),
         "poincare": ("motion", *section),
         "motion": ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),

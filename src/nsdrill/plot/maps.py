@@ -22,10 +22,11 @@ from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT, outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.observe.trust import verdict
+from nsdrill.plot import equal
 from nsdrill.plot.bands import bounds
 from nsdrill.plot.columns import legend_below
 from nsdrill.plot.doubts import doubt_handles, draw_doubts
-from nsdrill.plot.kinds import MAX_PANELS, value_name
+from nsdrill.plot.kinds import MAX_PANELS, RATE, value_name
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.slices import edges, robust_limits, spaced
 from nsdrill.plot.style import (
@@ -130,6 +131,7 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
     verdicts = verdict(planes) if "trusted" in results.variables else None
     across = FULL_WIDTH / len(grid[0]) / len(cells[0])
     cell = 72 * min(across, (figure.get_figheight() - WORDS) / len(grid) / len(cells[1]))
+    lines = False
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
             if kind == "map":
@@ -139,6 +141,9 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
             hatch(
                 grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000", "failed"
             )
+            if kind == "map" and RATE in results.variables:
+                x, y = (results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y))
+                lines |= equal.draw_lines(grid[row][column], x, y, planes[RATE][column, row], units)
         if differs is not None:
             axes = grid[row][-1]
             hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
@@ -146,6 +151,8 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
     handles += _remarks(outcomes, differs, inferred, named=kind == "map")
     if verdicts is not None:
         handles += doubt_handles(verdicts)
+    if lines:
+        handles.append(equal.handle(units))
     legend_below(figure, handles, 4 if len(handles) != 5 else 5)
     return figure
 
