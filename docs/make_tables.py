@@ -219,6 +219,7 @@ ONLY = {
     "drive_speed": "drive.kind",
     "stabilizers": "stabilizer.clearance",
     "inclined": "well.inclination",
+    "drilled": "bit.cutting",
 }
 
 

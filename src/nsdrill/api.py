@@ -409,14 +409,14 @@ def window(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
     Safe are points without critical response in every procedure, or with ``severity`` those of which no severity
     exceeds it (0 to 4). The keys are those of ``nsdrill window --json``.
     """
-    from nsdrill.analysis.window import needed
+    from nsdrill.analysis.window import YIELDS, needed
     from nsdrill.app import window as app
 
     if severity is not None and (not is_whole(severity) or severity not in range(5)):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
     if not is_dataset(results):
         return app.window(name_in(results), severity)
-    return app.window(results_in(results, "window", ["status", *needed(severity)]), severity)
+    return app.window(results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity)
 
 
 @_in_words_of_python

@@ -26,7 +26,8 @@ def string(**values: Any) -> Parameters:
 
 
 QUIET = {"bit__surface_amplitude": 0.0, "segments__hydraulics__pulsation": 0.0}
-RINGING = {**QUIET, "segments__hydraulics__flow": 0.0, "mud__viscosity": 0.0, "mud__density": 0.0, "bit__friction__level": 0.0,
+RINGING = {**QUIET, "segments__hydraulics__flow": 0.0, "mud__viscosity": 0.0, "mud__density": 0.0,
+           "bit__friction__level": 0.0,
            "bit__cutting__zeta": 0.0, "segments__material_damping__axial": 0.0,
            "segments__material_damping__torsional": 0.0}  # fmt: skip
 

@@ -27,6 +27,7 @@ from nsdrill.variables import MODEL
 MANY = 12  # choices that no message lists
 BARE = ("", "percent")  # units of which a bare number is
 
+AROUND = ("sweep", "uncertain")  # sections whose keys are those of others
 SLICE = "initial.slice"  # its values are ranges of states, as the axes of the sweep are: no leaf
 
 
@@ -289,7 +290,7 @@ def keys_of(model: str = MODEL) -> Keys:
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
     groups = {".".join(parts[:end]) for key in every for parts in [key.split(".")] for end in range(1, len(parts))}
     there = {"title", *every, *groups, SLICE}
-    meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] == "sweep"}
+    meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND}
     meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
     meanings |= {part.key: part.meaning for one in every.values() for part in one.parts}
     return Keys(found, sections, every, axes, physical, meanings)

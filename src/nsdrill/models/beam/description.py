@@ -53,6 +53,7 @@ DESCRIPTION = Description(
         *(variable for variable in LUMPED.features if variable.only is None),
         feature("impact_rate", "s-1", "wall contacts per second"),
     ),
+    derived=LUMPED.derived,
     peaks=LUMPED.peaks,
     section=LUMPED.section,
     own_trace=(*_of_modes(), *(variable for variable in variables.TRACE if variable.only is None)),

@@ -18,6 +18,7 @@ from nsdrill.models.beam.rhs import PARAMETERS, make_right_hand_side, rows_of
 from nsdrill.models.christoforou_yigit import classify, compare, section
 from nsdrill.models.christoforou_yigit.ensemble import reach_of_collar, string_and_bit
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.starts import in_the_disc, slice_points
@@ -115,6 +116,11 @@ class ElasticCollar(ScalarModel):
         return found
 
     # What is found
+
+    def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
+        parameters, (_, wob, speed) = points.parameters, points.operation
+        bit_radius = parameters.well.diameter / 2
+        return drilled(features["surface_torque_mean"], speed, parameters.bit.cutting, wob, bit_radius)
 
     def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         """The section of the lumped model, of the watched place."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.drilling import DRILLED
 from nsdrill.models.segments.names import names_of
 from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.relations import ORDERS, relations
@@ -77,6 +78,7 @@ DESCRIPTION = Description(
         feature("hook_load_change_min", "N", "least hook load, less that of steady drilling"),
         feature("hook_load_change_max", "N", "greatest hook load, less that of steady drilling"),
     ),
+    derived=DRILLED,
     peaks=(BY_NAME["axial_peaks"], BY_NAME["bit_speed_peaks"]),
     section=(
         *(BY_NAME[f"section_{name}"] for name in ("axial", "axial_velocity", "twist", "bit_speed")),
@@ -92,7 +94,10 @@ DESCRIPTION = Description(
         in_trace("hook_load_change", "N", "hook load less that of steady drilling"),
     ),
     untraced=_INNER,
-    shown=("stick_slip_index", "stuck_fraction", "lift_off_fraction", "bit_force_max", "surface_torque_max"),
+    shown=(
+        "stick_slip_index", "stuck_fraction", "lift_off_fraction", "bit_force_max", "surface_torque_max",
+        "rate_of_penetration", "mechanical_specific_energy",
+    ),
     compared={
         **dict.fromkeys(("bit_speed_min", "bit_speed_max", "bit_speed_mean"), "set_speed"),
         "stuck_fraction": None, "lift_off_fraction": None,

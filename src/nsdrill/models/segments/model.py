@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.base import Array, Variant
+from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.segments import names
@@ -136,6 +137,10 @@ class Segments(ScalarModel):
         return ("drive_speed", "current") if parameters.drive.kind == "stiff" else ()
 
     # What is observed
+
+    def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
+        bit, (_, wob, _) = points.parameters.bit, points.operation
+        return drilled(features["surface_torque_mean"], features["bit_speed_mean"], bit.cutting, wob, bit.radius)
 
     def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         found = super().section(report, record, table, variant)
