@@ -327,8 +327,8 @@ def plot(
     """
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
-    from nsdrill.plot import cut, draw, draw_window, needed
-    from nsdrill.plot.kinds import is_study
+    from nsdrill.plot import draw, needed
+    from nsdrill.plot.registry import is_study
     from nsdrill.study.study import Study
 
     if is_study(data) or isinstance(data, Study):
@@ -359,10 +359,8 @@ def plot(
     behind = None if over is None else results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
 
     def picture() -> Figure:
-        if severity is not None:
-            assert not isinstance(drawn, Trace)
-            return draw_window(cut(drawn, chosen or None, start), severity, units=units)
-        return draw(drawn, kind, units=units, at=chosen or None, over=behind, start=start, states=states)
+        options = {"over": behind, "states": states, "severity": severity}
+        return draw(drawn, kind, units=units, at=chosen or None, start=start, **options)
 
     with of_whole("plot"):
         if ax is None:
@@ -411,14 +409,14 @@ def window(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
     Safe are points without critical response in every procedure, or with ``severity`` those of which no severity
     exceeds it (0 to 4). The keys are those of ``nsdrill window --json``.
     """
-    from nsdrill.analysis.window import needed
+    from nsdrill.analysis.window import YIELDS, needed
     from nsdrill.app import window as app
 
     if severity is not None and (not is_whole(severity) or severity not in range(5)):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
     if not is_dataset(results):
         return app.window(name_in(results), severity)
-    return app.window(results_in(results, "window", ["status", *needed(severity)]), severity)
+    return app.window(results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity)
 
 
 @_in_words_of_python
