@@ -109,7 +109,8 @@ class Motions:
         """The resolved study of one point, from the study's own start."""
         resolved = deepcopy(self.study.resolved)
         resolved["sweep"] = {"procedure": "same", "along": None, "refine": 0}
-        resolved.pop("ramps", None)
+        for section in ("ramps", "uncertain", "continue"):  # of a sweep, or of time
+            resolved.pop(section, None)
         resolved["initial"] |= {name: value for name, value in _ONE_START.items() if name in resolved["initial"]}
         leaves = keys_of(self.study.model).axes
         for key, value in values.items():

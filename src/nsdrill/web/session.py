@@ -21,7 +21,7 @@ from nsdrill.data import Array, Results, Trace, frozen_modes, overrides
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.registry import described, drawn_in
 from nsdrill.models.vocabulary import BY_NAME
-from nsdrill.plot.kinds import is_study
+from nsdrill.plot.registry import is_study
 from nsdrill.plot.labels import quantity
 from nsdrill.quantity import find
 from nsdrill.variables import OK, POINT, dimension_of
@@ -296,7 +296,7 @@ class Session:
             found = {name: results[name][place] for name in results.variables if name.startswith("section_")}
             source = "stored returns"
         else:
-            from nsdrill.plot.poincare import section_of
+            from nsdrill.plot.kinds.section import section_of
 
             simulation = self.study.simulation
             with self._turn:
