@@ -72,10 +72,9 @@ class Motions:
     # Which point
 
     def values(self, place: Sequence[int]) -> dict[str, float]:
-        """The values of all axes at a place of the grid of the results, by their keys."""
-        _, *indices = place
-        pairs = zip(self.plan.axes.items(), indices, strict=False)
-        return {key: float(values[i]) for (key, values), i in pairs}
+        """The values of all that differs from point to point at a place of the grid of the results, by their keys."""
+        number = np.array([np.ravel_multi_index(tuple(place), self.plan.grid)])
+        return {key: float(values[0]) for key, values in self.plan.values(number).items()}
 
     @cached_property
     def own(self) -> dict[str, float]:

@@ -32,12 +32,20 @@ def choices(results: Results, units: str) -> dict[str, Any]:
     return {
         "axes": [axis_of(results, name, units) for name in results.swept],
         "procedures": [text(name) for name in results.coords["procedure"]],
-        "starts": len(results.coords.get("start", ())),
+        "members": {"name": members(results), "count": len(results.coords[name])}
+        if (name := members(results))
+        else None,
         "panels": [{**told(one.peaks, units), "mode": one.mode, "trace": one.trace} for one in panels],
         "features": [told(name, units) for name in _first(drawn.summary, single)],
         "labels": [told(name, units) for name in dict.fromkeys(labels)],
         "responses": response_styles(),
+        "dimensions": len(results.grid),
     }
+
+
+def members(results: Results) -> str | None:
+    """The dimension beside procedure and axes, the starts of every point say; None where there is none."""
+    return next((name for name in results.grid[1:] if name not in results.axes), None)
 
 
 def _first(chosen: Sequence[str], names: Sequence[str]) -> list[str]:
@@ -55,7 +63,7 @@ def axis_of(results: Results, name: str, units: str) -> dict[str, Any]:
 
 
 def diagram(
-    results: Results, units: str, y: str, x: str | None = None, held: Mapping[str, int] | None = None, start: int = 0
+    results: Results, units: str, y: str, x: str | None = None, held: Mapping[str, int] | None = None, member: int = 0
 ) -> Reply:
     """Peaks or a feature ``y`` along the axis ``x``, the other axes ``held`` at these of their values (0 where not
     given).
@@ -67,7 +75,7 @@ def diagram(
     axis = x or longest(results)
     if axis not in results.axes:
         raise InputError(f"x: found {axis}; allowed: {', '.join(results.swept)}.")
-    place = _held(results, held or {}, start)
+    place = _held(results, held or {}, member)
     one = _line(results, axis, place)
     panel = next((p for p in drawn.panels if p.peaks == y), None)
     name = panel.greatest if panel and y not in results.variables else y
@@ -118,7 +126,7 @@ def _lines(results: Results, one: Line, mode: str | None, axis: str, units: str)
 
 
 def plane(
-    results: Results, units: str, colour: str, x: str, y: str, held: Mapping[str, int] | None = None, start: int = 0
+    results: Results, units: str, colour: str, x: str, y: str, held: Mapping[str, int] | None = None, member: int = 0
 ) -> Reply:
     """The label or feature ``colour`` over two axes: column ``values`` [procedure, y, x], with ``outcome`` alike."""
     if x == y or x not in results.axes or y not in results.axes:
@@ -126,7 +134,7 @@ def plane(
     variable = BY_NAME.get(colour)
     if variable is None or colour not in results.variables or variable.dims != POINT:
         raise InputError(f"colour: found {colour}; allowed: a label or a feature of these results.")
-    place = _held(results, held or {}, start)
+    place = _held(results, held or {}, member)
     index: list[Any] = [slice(None), *place[1:]]
     for axis in (x, y):
         index[results.grid.index(axis)] = slice(None)
@@ -163,9 +171,11 @@ def longest(results: Results) -> str:
     return max(results.swept or ["rotary_speed"], key=lambda name: len(results.coords[name]))
 
 
-def _held(results: Results, held: Mapping[str, int], start: int) -> list[int]:
+def _held(results: Results, held: Mapping[str, int], member: int) -> list[int]:
     """The place of a point among the dimensions, the first procedure first."""
-    wanted = {**held, "start": start}
+    wanted = dict(held)
+    if name := members(results):
+        wanted[name] = member
     place = [0]
     for name in results.grid[1:]:
         count, number = len(results.coords[name]), wanted.get(name, 0)
@@ -176,7 +186,7 @@ def _held(results: Results, held: Mapping[str, int], start: int) -> list[int]:
 
 
 def _line(results: Results, axis: str, place: Sequence[int]) -> Line:
-    if "start" not in results.grid:
+    if members(results) is None:
         return line(results, axis, **dict(zip(results.axes, place[1:], strict=True)))
     index: list[Any] = [slice(None), *place[1:]]
     index[results.grid.index(axis)] = slice(None)

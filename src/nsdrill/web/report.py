@@ -23,7 +23,7 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import Line, edges
 from nsdrill.variables import INFERRED, OK
-from nsdrill.web.diagrams import Reply, axis_of, diagram, longest, plane
+from nsdrill.web.diagrams import Reply, axis_of, diagram, longest, members, plane
 from nsdrill.web.packet import packed
 from nsdrill.web.server import static
 from nsdrill.web.session import Session
@@ -118,8 +118,8 @@ def _asked(page: _Page, session: Session, results: Results) -> None:
     rows.append(
         ("State", "carried " + " and ".join(procedures) if procedures != ["same"] else "the same at every start")
     )
-    if "start" in results.coords:
-        rows.append(("Starts", f"{len(results.coords['start'])} of every operating point"))
+    if member := members(results):
+        rows.append((f"{member.capitalize()}s", f"{len(results.coords[member])} of every operating point"))
     simulation = session.study.simulation
     rows.append(("Each run", f"{simulation.transient:g} s, then observed for {simulation.observe:g} s"))
     rows.append(("Changed by --set", "; ".join(meta["overrides"]) or "nothing"))
@@ -145,8 +145,8 @@ def _diagrams(page: _Page, session: Session, results: Results) -> None:
     if not names:
         page.add("<p>A single operating point.</p>")
         return
-    if "start" in results.grid:
-        _of_starts(page, session, results)
+    if members(results):
+        _of_members(page, session, results)
         return
     if len(names) > 1 and len(results.coords[names[1]]) > FEW:
         x, y = names[0], names[1]
@@ -186,13 +186,13 @@ def _thinned(reply: Reply) -> Reply:
     return head, {**columns, "values": values[..., :keep] if columns["still"].any() else values[..., -keep:]}
 
 
-def _of_starts(page: _Page, session: Session, results: Results) -> None:
+def _of_members(page: _Page, session: Session, results: Results) -> None:
     """Of several starts a diagram in which each start is a line of its own."""
-    units, axis = session.units, longest(results)
+    units, axis, member = session.units, longest(results), members(results)
     if len(results.swept) != 1:
-        page.add("<p>Several starts over several axes: see the numbers below.</p>")
+        page.add(f"<p>Several {member}s over several axes: see the numbers below.</p>")
         return
-    place = [0 if name not in (axis, "start") else slice(None) for name in results.grid]
+    place = [0 if name not in (axis, member) else slice(None) for name in results.grid]
     one = Line(results, axis, tuple(place))
     outcomes = np.swapaxes(outcome(one["status"], one["response"]), 0, 1)
     borders = edges(one.x) / quantity(axis, units).scale
@@ -203,11 +203,12 @@ def _of_starts(page: _Page, session: Session, results: Results) -> None:
         values = np.swapaxes(np.asarray(one[panel.greatest], dtype=float), 0, 1)[..., np.newaxis]
         head = {
             "x": axis_of(results, axis, units), "y": told(panel.greatest, units), "head_told": [], "hysteresis": [],
-            "procedures": [f"start {i}" for i in range(len(outcomes))], "lines": [], "edges": [borders[0], borders[-1]],
+            "procedures": [f"{member} {i}" for i in range(len(outcomes))], "lines": [],
+            "edges": [borders[0], borders[-1]],
         }  # fmt: skip
         replies.append((head, {"values": values / quantity(panel.greatest, units).scale, "outcome": outcomes,
                                "still": np.zeros(outcomes.shape, bool)}))  # fmt: skip
-    page.drawing("lines", replies, {"responses": response_styles()}, f"Greatest values along {axis}, of every start")
+    page.drawing("lines", replies, {"responses": response_styles()}, f"Greatest values along {axis}, of every {member}")
 
 
 def _motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:

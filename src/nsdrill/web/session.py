@@ -21,11 +21,11 @@ from nsdrill.data import Array, Results, Trace, frozen_modes, overrides
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.registry import described, drawn_in
 from nsdrill.models.vocabulary import BY_NAME
-from nsdrill.plot.registry import is_study
 from nsdrill.plot.labels import quantity
+from nsdrill.plot.registry import is_study
 from nsdrill.quantity import find
 from nsdrill.variables import OK, POINT, dimension_of
-from nsdrill.web.diagrams import Reply, choices, diagram, plane
+from nsdrill.web.diagrams import Reply, choices, diagram, members, plane
 from nsdrill.web.shown import response_styles, rows, told, verdict_words
 
 if TYPE_CHECKING:
@@ -187,17 +187,17 @@ class Session:
     # What is asked
 
     def diagram(self, asked: Mapping[str, Any]) -> Reply:
-        """Peaks or a feature along an axis: ``y``, and perhaps ``x``, ``held`` and ``start``."""
+        """Peaks or a feature along an axis: ``y``, and perhaps ``x``, ``held`` and ``member``."""
         results = self._swept()
         return diagram(
-            results, self.units, _word(asked, "y"), _word(asked, "x", None), _counts(asked), _whole(asked, "start", 0)
+            results, self.units, _word(asked, "y"), _word(asked, "x", None), _counts(asked), _whole(asked, "member", 0)
         )
 
     def plane(self, asked: Mapping[str, Any]) -> Reply:
-        """A label or feature over two axes: ``colour``, ``x``, ``y``, and perhaps ``held`` and ``start``."""
+        """A label or feature over two axes: ``colour``, ``x``, ``y``, and perhaps ``held`` and ``member``."""
         return plane(
             self._swept(), self.units, _word(asked, "colour"), _word(asked, "x"), _word(asked, "y"), _counts(asked),
-            _whole(asked, "start", 0),
+            _whole(asked, "member", 0),
         )  # fmt: skip
 
     def replay(self, asked: Mapping[str, Any]) -> Reply:
@@ -426,8 +426,8 @@ class Session:
             if name == "procedure":
                 if len(results.coords[name]) > 1 or str(value) != "same":
                     found.append(["Carried", str(value)])
-            elif name == "start":
-                found.append(["Start", str(int(value))])
+            elif name == members(results):
+                found.append([name.capitalize(), str(int(value))])
             else:
                 found += rows([name], {name: float(value)}, self.units)
         return found
@@ -446,8 +446,8 @@ class Session:
             parts.append(option_of(key, leaves[key].text(value).replace(" ", "")))
         if len(results.coords["procedure"]) > 1:
             parts.append(f"--procedure {results.coords['procedure'][place[0]]}")
-        if "start" in results.grid:
-            parts.append(f"--start {place[-1]}")
+        if member := members(results):
+            parts.append(f"--start {place[-1]}" if member == "start" else f"--at {member}={place[-1]}")
         return " ".join([*parts, "-o trace.h5"])
 
     def _differing(self) -> list[str]:

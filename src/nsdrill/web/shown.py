@@ -98,4 +98,4 @@ def verdict_words(values: Mapping[str, Any]) -> list[str]:
             )
     if "trusted" in values:
         said.append("checks agree" if int(values["trusted"]) else "checks disagree")
-    return said
+    return list(dict.fromkeys(said))  # two labels may have one word

@@ -97,7 +97,7 @@
         }
         redraw();
       });
-    view = { held: {}, start: 0, visible: c.procedures.map(() => true), procedure: 0, chosen: null };
+    view = { held: {}, member: 0, visible: c.procedures.map(() => true), procedure: 0, chosen: null };
   }
 
   // Of a map one procedure is drawn, of lines any.
@@ -127,10 +127,10 @@
       select.addEventListener("change", () => { view.held[axis.name] = Number(select.value); redraw(); });
       home.append(make("label", {}, `${axis.words} `, select, " "));
     }
-    if (c.starts > 1) {
-      const field = make("input", { type: "number", min: 0, max: c.starts - 1, value: view.start });
-      field.addEventListener("change", () => { view.start = Math.min(Math.max(0, Math.round(Number(field.value) || 0)), c.starts - 1); redraw(); });
-      home.append(make("label", {}, "start ", field));
+    if (c.members) {
+      const { name, count } = c.members, field = make("input", { type: "number", min: 0, max: count - 1, value: view.member });
+      field.addEventListener("change", () => { view.member = Math.min(Math.max(0, Math.round(Number(field.value) || 0)), count - 1); redraw(); });
+      home.append(make("label", {}, `${name} `, field));
     }
   }
 
@@ -143,7 +143,7 @@
     held(free);
     procedures();
     const fixed = Object.fromEntries(Object.entries(view.held).filter(([axis]) => !free.includes(axis)));
-    const common = { held: fixed, start: view.start, x };
+    const common = { held: fixed, member: view.member, x };
     for (const one of charts) one.end();
     charts = [];
     $("diagram").replaceChildren();
@@ -490,7 +490,7 @@
       await redraw();
     } else {
       document.querySelector("main").classList.add("alone");
-      if (meta.choices) run(Array((meta.choices.starts > 1 ? 5 : 4)).fill(0));
+      if (meta.choices) run(Array(meta.choices.dimensions).fill(0));
       else move({ state: null });
     }
     document.body.dataset.ready = "1";
