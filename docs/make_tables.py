@@ -95,6 +95,14 @@ def allowed(leaf: Leaf) -> str:
         return ", ".join(map(code, leaf.choices)) + (", or `null`" if leaf.nullable else "")
     if leaf.kind == "switch":
         return "`true`, `false`"
+    if leaf.kind == "table":
+        return f"1 to {leaf.most} records of {', '.join(code(part.key.rpartition('.')[2]) for part in leaf.parts)}"
+    if leaf.kind == "list":
+        return f"1 to {leaf.most} values, {leaf.bound(leaf.low)} to {leaf.bound(leaf.high)} each" + (
+            ", or `null`" if leaf.nullable else ""
+        )
+    if leaf.words:
+        return f"{', '.join(map(code, leaf.words))}, or {leaf.bound(leaf.low)} to {leaf.bound(leaf.high)}"
     ends = [leaf.bound(leaf.low)] if leaf.low == leaf.high else [leaf.bound(leaf.low), leaf.bound(leaf.high)]
     return " to ".join(ends) + (", or `null`" if leaf.nullable else "")
 
@@ -102,7 +110,7 @@ def allowed(leaf: Leaf) -> str:
 def unit(leaf: Leaf) -> str:
     if leaf.kind == "whole":
         return "whole number"
-    return leaf.units or ("" if leaf.kind in ("choice", "switch") else "bare number")
+    return leaf.units or ("" if leaf.kind in ("choice", "switch", "table") else "bare number")
 
 
 def parameters() -> str:
@@ -211,6 +219,7 @@ ONLY = {
     "drive_speed": "drive.kind",
     "stabilizers": "stabilizer.clearance",
     "inclined": "well.inclination",
+    "drilled": "bit.cutting",
 }
 
 

@@ -22,7 +22,7 @@ def test_default_kinds(speeds: Results, plane: Results, trace: Trace) -> None:
     assert plot.kinds_for(plane)[0] == "map"
     assert {"stick_slip_index", "lift_off", "wall_contact", "whirl_ratio", "radius"} <= set(plot.kinds_for(plane))
     assert "bit_force_max" in plot.kinds_for(plane)
-    assert plot.kinds_for(trace) == ("trace", "histories", "orbit", "phase", "section")
+    assert plot.kinds_for(trace) == ("trace", "histories", "orbit", "hole", "phase", "section")
     assert plot.kinds_for(make_results())[0] == "bifurcation"  # one point: its peaks
 
 

@@ -23,8 +23,10 @@ from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT, outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.observe.trust import verdict
+from nsdrill.plot import equal
 from nsdrill.plot.bands import bounds
 from nsdrill.plot.doubts import doubt_handles, draw_doubts
+from nsdrill.plot.equal import RATE
 from nsdrill.plot.hatching import hatch
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
@@ -146,6 +148,7 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
     verdicts = verdict(planes) if "trusted" in results.variables else None
     across = page_width() / len(grid[0]) / len(cells[0])
     cell = 72 * min(across, (figure.get_figheight() - WORDS) / len(grid) / len(cells[1]))
+    lines = False
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
             dots = "white" if name or plain else "#606060"
@@ -155,6 +158,9 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
             hatch(
                 grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000", "failed"
             )
+            if plain and RATE in results.variables:
+                x, y = (results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y))
+                lines |= equal.draw_lines(grid[row][column], x, y, planes[RATE][column, row], units)
         if differs is not None and name is None:
             axes = grid[row][-1]
             hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
@@ -164,6 +170,8 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
     )
     if verdicts is not None:
         handles += doubt_handles(verdicts)
+    if lines:
+        handles.append(equal.handle(units))
     legend_below(figure, handles, 4 if len(handles) != 5 else 5)
     return figure
 

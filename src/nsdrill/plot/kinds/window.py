@@ -18,6 +18,8 @@ from matplotlib.patches import Patch
 
 from nsdrill.analysis.window import CRITICAL, RIM, SAFE, UNKNOWN, Classes, classes, find_window, unknown_words
 from nsdrill.data import Array, Results
+from nsdrill.plot import equal
+from nsdrill.plot.equal import RATE, drawn_of
 from nsdrill.plot.hatching import hatch
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
@@ -37,14 +39,19 @@ def draw(results: Results, units: str = "si", severity: int | None = None) -> Fi
     shown = _shown(len(found.state))
     figure, panels = _frame(found, shown, units)
     cells = _cells(found, units)
+    lines = False
     for axes, number in zip(panels, shown, strict=True):
         axes.pcolormesh(
             *cells, found.state[number], cmap=COLOURS, norm=NORM, gid="cells", **seamless(found.state[number].size)
         )
         hatch(axes, cells, found.state[number] == RIM, "//////", RIM_COLOUR, "#3A3A3A", "rim")
         hatch(axes, cells, found.state[number] == UNKNOWN, "xxxxxx", UNKNOWN_COLOUR, BLACK, "unknown")
+        if found.y and RATE in found.yields:
+            x, y = (found.values(axis) / quantity(axis, units).scale for axis in (found.x, found.y))
+            lines |= equal.draw_lines(axes, x, y, found.yields[RATE][number], units)
         _recommend(axes, found, note["maps"][number]["recommended"], units)
-    legend_below(figure, _legend(found, note), 3)
+    handles = [*_legend(found, note), *([equal.handle(units)] if lines else [])]
+    legend_below(figure, handles, 3)
     return figure
 
 
@@ -181,6 +188,7 @@ KINDS = (
         of=PLANE,
         place=_place,
         draw=draw,
+        uses=drawn_of,
         takes=("severity",),
         across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
     ),
