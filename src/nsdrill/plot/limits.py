@@ -47,7 +47,7 @@ def _ends(name: str, given: Ends, units: str, least: float = -np.inf, greatest: 
         open_end if end is None else value_of(word, end, units)
         for word, end, open_end in zip(words, given, (least, greatest), strict=True)
     )
-    if not low < high:
+    if None not in given and not low < high:
         option = "--from and --to" if name == "time" else f"--{name}"
         raise InputError(f"{option}: found {low:g} to {high:g} {units}; allowed: the lower end first.")
     return low, high

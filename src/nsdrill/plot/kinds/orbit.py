@@ -44,7 +44,6 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
             rasterized=heavy,
             gid="orbit:wall",
         )
-    draw_direction(axes, np.asarray(x), np.asarray(y))
     axes.plot([0], [0], marker="+", color=REFERENCE, markersize=6, markeredgewidth=0.6, linestyle="none", gid="axis")
     gap = trace.attrs.get("gap")
     reach = float(np.nanmax(np.hypot(x, y), initial=0.0))
@@ -52,6 +51,7 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
         wall = float(gap) / across.scale
         axes.add_patch(Circle((0, 0), wall, fill=False, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall"))
         reach = max(reach, wall)
+    draw_direction(axes, np.asarray(x), np.asarray(y), 0.15 * reach)
     axes.set_aspect("equal")
     half = 1.06 * (reach or 1.0)
     axes.set(xlim=(-half, half), ylim=(-half, half), xlabel=across.label, ylabel=up.label)
@@ -59,13 +59,16 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
     axes.set_title("; ".join(name for name in names if name))
 
 
-def draw_direction(axes: Axes, x: Array, y: Array) -> None:
-    """Triangles along the last part of a path that point forward in time, and a dot at its end."""
+def draw_direction(axes: Axes, x: Array, y: Array, least: float) -> None:
+    """A dot at the end of a path, and triangles along the last part of it that point forward in time, where the path
+    reaches ``least`` far: they would cover a smaller one."""
     there = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     if len(there) < STEP + 1:
         return
     end = there[-1]
     axes.plot([x[end]], [y[end]], marker="o", color=BLACK, markersize=3, linestyle="none", zorder=4, gid="end")
+    if np.hypot(x[there], y[there]).max() < least:
+        return
     for place in end - np.unique(np.linspace(0, min(len(there) - STEP, MARKED), 4)[1:-1].astype(int)):
         step = np.array([x[place + STEP] - x[place], y[place + STEP] - y[place]])
         if np.hypot(*step) > 0.0:
