@@ -402,7 +402,7 @@ def animate(
     title: str | bool | None = None,
     overwrite: bool = False,
 ) -> str:
-    """Write a film of a trace: the collar in the hole, to scale, with bit and collar turning.
+    """Write a film of ``trace``: the collar in the hole, to scale, with bit and collar turning.
 
     ``path`` ends in ``.gif`` or ``.mp4``; where there is no ffmpeg, which MP4 needs, a GIF is written in its place.
     Gives the name of the file that was written. The film shows the part of the trace between the two ``time`` [s], by

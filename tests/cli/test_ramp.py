@@ -94,9 +94,9 @@ def test_pictures_of_a_ramp(call: Call, ramp: Path) -> None:
     assert call("plot", "t.h5", "-o", "a.png").code == 0
     assert call("plot", "t.h5", "-o", "b.png", "--kind", "ramp", "--over", "out.h5").code == 0
     for words, says in (
-        (("plain.h5", "--kind", "ramp"), "a trace at one operating point"),
+        (("plain.h5", "--kind", "ramp"), "does not fit a trace (it shows a run along a ramp)"),
         (("t.h5", "--kind", "orbit", "--over", "out.h5"), "found with --kind orbit"),
-        (("out.h5", "--over", "out.h5"), "found with a sweep"),
+        (("out.h5", "--over", "out.h5"), "--over: found with --kind bifurcation; allowed: with --kind ramp"),
         (("t.h5", "--kind", "ramp", "--over", "plain.h5"), "this is a trace"),
         (("t.h5", "--kind", "ramp", "--over", "none.h5"), "no such file"),
     ):

@@ -92,10 +92,10 @@ def _kind(attrs: Mapping[str, Any]) -> list[str]:
 
 
 def changed(attrs: Mapping[str, Any], width: int) -> str:
-    """What ``--set`` of run and classify changed, but for the title and the sweep, which are seen, in one line:
+    """What ``--set`` of run and classify changed, but for the title, in one line:
     ``bit.lobes = 1, and 3 more``."""
     found = overrides(attrs, thresholds=True)
-    texts = [f"{key} = {value}" for key, value in found.items() if key != "title" and key.partition(".")[0] != "sweep"]
+    texts = [f"{key} = {value}" for key, value in found.items() if key != "title"]
     line = ""
     for left, text in zip(reversed(range(len(texts))), texts, strict=True):
         room = width - (len(f" and {left} more") if left else 0)
