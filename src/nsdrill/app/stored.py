@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.app.overrides import overrides_of
-from nsdrill.app.run import plan_of
+from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Array
 from nsdrill.errors import FileError
 from nsdrill.study.resolved import study_from_resolved
