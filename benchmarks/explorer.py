@@ -4,8 +4,8 @@
 
 Needs Playwright and Debian's chromium (`pip install '.[browser]'`, `apt-get install chromium`). Headless, without a
 graphics processor. *Drawn* is the second animation frame after the last change of the page. Two files: figure 4 of the
-paper, and 3200 points with 102,400 peaks in each panel. Machine code is in the cache. Times are wall times, medians with least
-and greatest: run it on a machine that does nothing else.
+paper, and 3200 points with 102,400 peaks in each panel. Machine code is in the cache. Times are wall times, medians
+with least and greatest: run it on a machine that does nothing else.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ def main(results: str) -> None:
         page.mouse.click(box["x"] + 0.83 * box["width"], box["y"] + 0.2 * box["height"])
         page.locator("#bits").wait_for(timeout=300_000)
         page.locator("#s-rotary_speed").focus()
-        for _ in range(5):
+        for _ in range(9):
             with page.expect_response("**/api/live", timeout=300_000):
                 page.keyboard.press("ArrowLeft")
         page.locator("#local-run").click()

@@ -405,7 +405,7 @@ window.nsdrill = (() => {
         pen = true;
       }
     } else {
-      let column = -1, low = Infinity, high = -Infinity;
+      let column = -1, low = Infinity, high = -Infinity, before = NaN;
       const flush = () => {
         if (low > high) return;
         c.moveTo(column + 0.5, Y(low) + 0.5);
@@ -413,9 +413,15 @@ window.nsdrill = (() => {
       };
       for (let i = first; i <= last; i++) {
         const pixel = Math.round(X(time[i]));
-        if (pixel !== column) { flush(); column = pixel; low = Infinity; high = -Infinity; }
-        if (values[i] < low) low = values[i];
-        if (values[i] > high) high = values[i];
+        if (pixel !== column) { // a column begins where the one before ended, so that the line has no gaps
+          flush();
+          column = pixel;
+          low = before === before ? before : Infinity;
+          high = before === before ? before : -Infinity;
+        }
+        before = values[i];
+        if (before < low) low = before;
+        if (before > high) high = before;
       }
       flush();
     }
