@@ -130,7 +130,7 @@ class Explorer:
             return "application/json", json_text(session.saved(asked)).encode()
         reply = {
             "diagram": session.diagram, "plane": session.plane, "replay": session.replay, "live": session.live,
-            "local": session.local, "section": session.section,
+            "local": session.local, "section": session.section, "orbit": session.orbit,
         }[name](asked)  # fmt: skip
         body = packed(*reply)
         self._drawn.set()
@@ -280,7 +280,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Nothing: the terminal is for what matters."""
 
 
-NAMES = ("meta", "diagram", "plane", "replay", "live", "local", "section", "saved")
+NAMES = ("meta", "diagram", "plane", "replay", "live", "local", "section", "orbit", "saved")
 
 
 def _no_constant(name: str) -> None:
