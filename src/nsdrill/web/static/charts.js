@@ -318,6 +318,7 @@ window.nsdrill = (() => {
       c.setLineDash([]);
       c.font = `bold ${10 * dpr}px "DejaVu Sans", Verdana, sans-serif`;
       c.textAlign = "left";
+      const written = []; // no word over another
       for (const [i, words] of d.curves.special) {
         c.fillStyle = "#fff";
         c.strokeStyle = "#000";
@@ -326,6 +327,9 @@ window.nsdrill = (() => {
         c.arc(X(curve.x[i]), Y(curve.y[i]), 3.6 * dpr, 0, 2 * Math.PI);
         c.fill();
         c.stroke();
+        const place = [X(curve.x[i]), Y(curve.y[i])];
+        if (written.some(([x, y]) => Math.abs(x - place[0]) < 62 * dpr && Math.abs(y - place[1]) < 13 * dpr)) continue;
+        written.push(place);
         c.lineWidth = 3 * dpr;
         c.strokeStyle = "rgba(255, 255, 255, 0.85)";
         c.strokeText(words, X(curve.x[i]) + 6 * dpr, Y(curve.y[i]) - 5 * dpr);
@@ -367,6 +371,15 @@ window.nsdrill = (() => {
       show(list) { list.forEach((on, p) => { visible[p] = on; }); made.plot.redraw(); },
       live(marks) { o.live = marks; made.over(); },
     };
+  }
+
+  // Which branch a point of the curves is of, in words.
+  function branchWords(d, i) {
+    let first = 0, number = 0;
+    while (i >= first + d.curves.sizes[number]) first += d.curves.sizes[number++];
+    const special = d.curves.special.find(([at]) => at === i), count = d["curve unstable"][i];
+    const stands = count ? `unstable in ${count} direction${count > 1 ? "s" : ""}` : "stable";
+    return `branch ${number}, ${d.curves.names[number]}, ${stands}${special ? `: ${special[1]}` : ""}`;
   }
 
   // Classes or values over two axes.
@@ -760,5 +773,5 @@ window.nsdrill = (() => {
     return cut;
   }
 
-  return { unpack, make, digits, amount, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
+  return { branchWords, unpack, make, digits, amount, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
 })();

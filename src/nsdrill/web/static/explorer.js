@@ -196,17 +196,10 @@
     live();
   }
 
-  function branchWords(d, i) {
-    let first = 0, number = 0;
-    while (i >= first + d.curves.sizes[number]) first += d.curves.sizes[number++];
-    const special = d.curves.special.find(([at]) => at === i), count = d["curve unstable"][i];
-    return `branch ${number}, ${d.curves.names[number]}, ${count ? `unstable in ${count} direction${count > 1 ? "s" : ""}` : "stable"}${special ? `: ${special[1]}` : ""}`;
-  }
-
   function hover(d, { p, i, value, curve, at }) {
     if (curve !== undefined) {
       $("hover").replaceChildren(
-        make("span", { class: "name" }, `${d.x.words} ${amount(at, d.x.unit, 6)}: ${branchWords(d, curve)}`),
+        make("span", { class: "name" }, `${d.x.words} ${amount(at, d.x.unit, 6)}: ${N.branchWords(d, curve)}`),
         make("br"), `${d.y.words} ${amount(value, d.y.unit)}`,
       );
       return;
