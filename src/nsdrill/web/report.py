@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import html
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -95,13 +96,13 @@ def _of_file(page: _Page, part: Part, motions: int) -> None:
     _diagrams(page, session, results)
     for heading, lines in part.notes:
         page.add(f"<h3>{_text(heading)}</h3>", f"<pre>{_text(chr(10).join(lines))}</pre>")
-    commands = [f"nsdrill show {session.path} --study &gt; study.yaml", "nsdrill run study.yaml -o again.h5"]
+    commands = [f"nsdrill show {shlex.quote(session.path)} --study > study.yaml", "nsdrill run study.yaml -o again.h5"]
     if chosen:
         page.add("<h3>Motions</h3>", "<p>One point of each kind that is common, run once more.</p>")
-        for place in chosen:
-            commands.append(_text(_motion(page, session, place)))
+        for number, place in enumerate(chosen, start=1):
+            commands.append(_motion(page, session, place).replace(" -o trace.h5", f" -o trace{number}.h5"))
     page.add("<h3>From the command line</h3>")
-    page.add(f"<p>Study, results, and the motions above:</p><pre>{chr(10).join(commands)}</pre>")
+    page.add(f"<p>Study, results, and the motions above:</p><pre>{_text(chr(10).join(commands))}</pre>")
     page.add(
         f"<details><summary>The study, every key</summary><pre>{_text(study_of(session.path, results.attrs))}</pre>"
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+import shlex
 import threading
 import time
 from collections.abc import Mapping
@@ -146,7 +147,7 @@ class Session:
             "responses": response_styles(),
             "sliders": self._sliders(),
             "usual": list(dict.fromkeys([*USUAL, *self.study.swept])),
-            "command": f"nsdrill view {self.path}",
+            "command": f"nsdrill view {shlex.quote(self.path)}",
         }
         if self.results is not None:
             head["choices"] = choices(self.results, self.units)
@@ -279,7 +280,7 @@ class Session:
             head["features"] = rows(described(study.model).shown, motion.found, self.units)
         head |= {
             "begins": f"Point {point}, {found.name_of(point)}: run for {seconds:.4g} s, its period is {period:.4g} s.",
-            "changes": here, "command": f"nsdrill simulate STUDY --orbit {found.path} --point {point} -o trace.h5",
+            "changes": here, "command": f"nsdrill simulate STUDY --orbit {shlex.quote(found.path)} --point {point} -o trace.h5",
         }  # fmt: skip
         return head, columns
 
@@ -528,7 +529,7 @@ class Session:
         from nsdrill.study.keys import keys_of
 
         results, leaves = self._swept(), keys_of(self.study.model).axes
-        parts = ["nsdrill replay", self.path]
+        parts = ["nsdrill replay", shlex.quote(self.path)]
         keys = {axis.name: axis.key for axis in results.more}
         for name in results.swept:
             key = keys.get(name, name)

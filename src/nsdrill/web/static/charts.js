@@ -268,7 +268,7 @@ window.nsdrill = (() => {
               c.moveTo(x + r, y - r); c.lineTo(x - r, y + r);
               c.stroke();
             }
-        if (curve) branches(c, X, Y);
+        if (curve) branches(c, X, Y, u);
       },
       over(c, X, Y, u) {
         const dpr = ratio();
@@ -297,7 +297,7 @@ window.nsdrill = (() => {
       click(px, py, u) { const hit = nearest(px, py, u); if (hit) o.pick(hit); },
     };
     // Branches: solid where stable, dashed where not; special points by their first letters.
-    function branches(c, X, Y) {
+    function branches(c, X, Y, u) {
       const dpr = ratio();
       let first = 0;
       c.strokeStyle = "#000";
@@ -332,9 +332,11 @@ window.nsdrill = (() => {
         written.push(place);
         c.lineWidth = 3 * dpr;
         c.strokeStyle = "rgba(255, 255, 255, 0.85)";
-        c.strokeText(words, X(curve.x[i]) + 6 * dpr, Y(curve.y[i]) - 5 * dpr);
+        const late = place[0] > u.bbox.left + u.bbox.width - 75 * dpr;
+        c.textAlign = late ? "right" : "left";
+        c.strokeText(words, place[0] + (late ? -6 : 6) * dpr, place[1] - 5 * dpr);
         c.fillStyle = "#000";
-        c.fillText(words, X(curve.x[i]) + 6 * dpr, Y(curve.y[i]) - 5 * dpr);
+        c.fillText(words, place[0] + (late ? -6 : 6) * dpr, place[1] - 5 * dpr);
       }
     }
     // The peak nearest to a place in the plot; of none near, the nearest point along the axis.
