@@ -404,8 +404,11 @@ def chart(
 
 
 @_in_words_of_python
-def view(path: PathLike, *, set: Settings = None, units: str = "si", height: int = 900) -> View:
-    """Explore results, an unfinished run or a study in the browser, as the command ``nsdrill view`` does.
+def view(
+    path: PathLike, *, over: PathLike | None = None, set: Settings = None, units: str = "si", height: int = 900
+) -> View:
+    """Explore the file ``path``, results, an unfinished run, branches or a study, in the browser, as the command
+    ``nsdrill view`` does; of results with the branches of the file ``over`` above them.
 
     A notebook shows the explorer in a frame of ``height`` pixels where it is the value of a cell; its ``url`` opens in
     any browser on this machine. It goes on until its ``close()`` or the end of this process. ``set`` changes keys of a
@@ -419,7 +422,8 @@ def view(path: PathLike, *, set: Settings = None, units: str = "si", height: int
     check_units(units)
     if not is_whole(height) or not 100 <= height <= 10_000:
         raise InputError(f"height: found {height!r}; allowed: 100 to 10000 pixels.")
-    return View(Explorer(Session(name_in(path, "path"), units, texts_in(set, "set"))), height)
+    above = None if over is None else name_in(over, "over")
+    return View(Explorer(Session(name_in(path, "path"), units, texts_in(set, "set"), above)), height)
 
 
 @_in_words_of_python

@@ -280,7 +280,8 @@ class Session:
             head["features"] = rows(described(study.model).shown, motion.found, self.units)
         head |= {
             "begins": f"Point {point}, {found.name_of(point)}: run for {seconds:.4g} s, its period is {period:.4g} s.",
-            "changes": here, "command": f"nsdrill simulate STUDY --orbit {shlex.quote(found.path)} --point {point} -o trace.h5",
+            "changes": here,
+            "command": f"nsdrill simulate STUDY --orbit {shlex.quote(found.path)} --point {point} -o trace.h5",
         }  # fmt: skip
         return head, columns
 
