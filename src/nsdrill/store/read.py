@@ -251,8 +251,9 @@ def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Containe
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     states = tuple(coords["state"].tolist())
     told = described(model)
-    optional = (v for v in (*told.features, *told.derived) if v.only and v.only not in states)
-    options = {v.only: None for v in optional if v.name in names}
+    options = dict.fromkeys(
+        v.only for v in (*told.features, *told.derived) if v.only and v.only not in states and v.name in names
+    )
     return Kept(
         peaks,
         returns,
