@@ -153,7 +153,7 @@ def posterior(
 
 @dataclass(frozen=True)
 class _Mixture:
-    """Normal kernels of equal weight about ``centres`` [n, d], with the Cholesky factor ``root`` of their covariance."""
+    """Normal kernels of equal weight about ``centres`` [n, d]; ``root`` is the Cholesky factor of their covariance."""
 
     centres: Array
     root: Array

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,7 +22,7 @@ from nsdrill.analysis.fitting import (
     posterior,
 )
 from nsdrill.app.passes import Watch
-from nsdrill.app.run import _checked_workers, check_sweep
+from nsdrill.app.run import check_sweep, checked_workers
 from nsdrill.errors import InputError
 from nsdrill.kernel.gang import choose_lanes
 from nsdrill.observe.thresholds import Record
@@ -63,14 +62,16 @@ def fit(
     keys = unknowns_of(study)
     if clash := [key for key in measured.at if key in keys]:
         raise InputError(f"{measured.source}: found a column of {clash[0]}, which is an unknown; allowed: one of both.")
-    run = _Runs(study, measured, keys, _checked_workers(workers), watch, batch * (rounds + 2))
+    run = _Runs(study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2))
     values, errors, there = measured.flat
+    seed = study.resolved["uncertain"]["seed"]
     try:
-        found = posterior(lambda z: run(z)[:, there], values, errors, len(keys), seed=study.resolved["uncertain"]["seed"],
-                          batch=batch, rounds=rounds)  # fmt: skip
+        found = posterior(lambda z: run(z)[:, there], values, errors, len(keys), seed=seed, batch=batch, rounds=rounds)
     except ValueError as error:
-        raise InputError(f"{study.source}: {error} at some point of {measured.source}. nsdrill run says why.") from error
-    chosen = found.drawn(samples, seed=study.resolved["uncertain"]["seed"])
+        raise InputError(
+            f"{study.source}: {error} at some point of {measured.source}. nsdrill run says why."
+        ) from error
+    chosen = found.drawn(samples, seed)
     drawn = _values(keys, found.z[chosen])
     predicted = np.full((samples, measured.points * len(measured.values)), np.nan)
     predicted[:, there] = found.found[chosen]
@@ -169,7 +170,8 @@ def _note(
     unknowns = []
     for i, (key, numbers) in enumerate(keys.items()):
         edges = np.cumsum(found.weights[order[:, i]])
-        at = [part[order[min(np.searchsorted(edges, q), len(edges) - 1), i], i] for q in QUANTILES]
+        ranked = part[order[:, i], i]
+        at = [float(ranked[min(int(np.searchsorted(edges, q)), len(edges) - 1)]) for q in QUANTILES]
         low, high = (float(found.weights @ side) for side in (part[:, i] < AT_THE_END, part[:, i] > 1 - AT_THE_END))
         width = float(widths[i])
         unknowns.append({
@@ -241,5 +243,3 @@ def _text(study: Study, measured: Measured, drawn: dict[str, Array], note: dict[
     text = study_text(resolved, head)
     parse_study(text, "the adjusted study")
     return text
-
-

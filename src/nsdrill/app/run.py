@@ -74,7 +74,7 @@ def run_in_memory(
     """Run ``study`` and keep the results in memory. ``workers`` defaults to the processors at hand; ``executor``
     replaces the threads of this machine."""
     check_sweep(study)
-    workers = _checked_workers(workers)
+    workers = checked_workers(workers)
     check_memory(plan_of(study), kept_of(study), in_file=False)
     log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
     _compute(study, log, workers, watch, executor)
@@ -100,7 +100,7 @@ def run_study(
     """
     check_sweep(study)
     path = Path(path)
-    workers = _checked_workers(workers)
+    workers = checked_workers(workers)
     plan = plan_of(study)
     check_memory(plan, kept_of(study), in_file=True)
     state = claim(path, overwrite=overwrite, resume=resume or retry_failed)
@@ -189,7 +189,8 @@ def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _checked_workers(workers: int | None) -> int:
+def checked_workers(workers: int | None) -> int:
+    """How many to run side by side, all processors by default; InputError for none."""
     if workers is not None and workers < 1:
         raise InputError(f"--workers: found {workers}; allowed: 1 or more.")
     return workers or processors()
