@@ -407,20 +407,24 @@ def chart(
 
 
 @_in_words_of_python
-def window(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
+def window(results: ResultsLike, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
     """The safe window of results: where one may run whatever the history, as plain data in SI units.
 
     Safe are points without critical response in every procedure, or with ``severity`` those of which no severity
-    exceeds it (0 to 4). The keys are those of ``nsdrill window --json``.
+    exceeds it (0 to 4). Of results with samples of uncertain numbers a point is safe where a run is so with a
+    probability of at least ``confidence`` (0 to 1; 0.9 where none is given); the recommended point has its
+    ``probability`` and the 95 % interval of it. The keys are those of ``nsdrill window --json``.
     """
-    from nsdrill.analysis.window import needed
+    from nsdrill.analysis.probability import needed
     from nsdrill.app import window as app
 
     if severity is not None and (not is_whole(severity) or severity not in range(5)):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
+    if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
+        raise InputError(f"confidence: found {confidence!r}; allowed: a number between 0 and 1, as 0.9, or None.")
     if not is_dataset(results):
-        return app.window(name_in(results), severity)
-    return app.window(results_in(results, "window", ["status", *needed(severity)]), severity)
+        return app.window(name_in(results), severity, confidence)
+    return app.window(results_in(results, "window", ["status", *needed(severity)]), severity, confidence)
 
 
 @_in_words_of_python
