@@ -177,9 +177,10 @@ def simulate(
 
     ``depth`` [m], ``wob`` [N] and ``rotary_speed`` [rad/s] are by default those of the study's ``operation``; a value
     given here takes the place of a ramp. ``at`` holds those, or any other number of the study, by key:
-    ``at={"bit.rock_stiffness": "25 MN/m"}``. ``start`` is the number of the start where the study has several. The run
-    takes ``duration`` [s], by default the study's transient and observed time, or until the last knot of a ramp, and is
-    sampled every ``sample`` [s]. ``set`` changes keys of the study, as in :func:`load_study`.
+    ``at={"bit.rock_stiffness": "25 MN/m"}``; ``at={"sample": 17}`` takes the uncertain numbers of a sample. ``start``
+    is the number of the start where the study has several. The run takes ``duration`` [s], by default the study's
+    transient and observed time, or until the last knot of a ramp, and is sampled every ``sample`` [s]. ``set`` changes
+    keys of the study, as in :func:`load_study`.
 
     A RunWarning says where the run ended early; the trace then holds what was computed before, and its attribute
     ``status`` says why. InputError for values outside the model.
@@ -191,10 +192,11 @@ def simulate(
     given = values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
     further = []
     for key, value in given.items():
-        if key not in _OPERATION:  # one of the numbers of the study, checked as if it stood there
+        if key not in (*_OPERATION, "sample"):  # one of the numbers of the study, checked as if it stood there
             further.append(f"{key}={keys_of(loaded.model).leaf(key, loaded.resolved).text(value)}")
     result = trajectory.simulate(
         study_in(loaded, further),
+        at_sample=given.get("sample"),
         depth=given.get("depth"),
         wob=given.get("wob"),
         rotary_speed=given.get("rotary_speed"),
@@ -219,11 +221,11 @@ def replay(
 ) -> Dataset:
     """Run one point of results again, from its stored initial state, and give its trace.
 
-    ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] and ``at``, which holds values of any axes by key, say which
-    point; the nearest of the sweep is taken. An axis with a single value may be left out, and so may ``procedure``
-    (``"same"``, ``"up"``, ``"down"``) where there is one only. ``start`` is the number of the start where every
-    operating point has several. The run is sampled every ``sample`` [s]. A Dataset has to be whole, as :func:`run` or
-    :func:`open_results` gave it.
+    ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] and ``at``, which holds values of any axes by key, and the
+    ``sample`` where numbers are uncertain, say which point; the nearest of the sweep is taken. An axis with a single
+    value may be left out, and so may ``procedure`` (``"same"``, ``"up"``, ``"down"``) where there is one only.
+    ``start`` is the number of the start where every operating point has several. The run is sampled every ``sample``
+    [s]. A Dataset has to be whole, as :func:`run` or :func:`open_results` gave it.
 
     The attribute ``same_bits`` of the trace is 1 where the run ends in the stored final state, bit for bit; a
     RunWarning says where it does not, and what differs. InputError for a point beyond the sweep, or one that has not
@@ -405,20 +407,25 @@ def chart(
 
 
 @_in_words_of_python
-def window(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
+def window(results: ResultsLike, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
     """The safe window of results: where one may run whatever the history, as plain data in SI units.
 
     Safe are points without critical response in every procedure, or with ``severity`` those of which no severity
-    exceeds it (0 to 4). The keys are those of ``nsdrill window --json``.
+    exceeds it (0 to 4). Of results with samples of uncertain numbers a point is safe where a run is so with a
+    probability of at least ``confidence`` (0 to 1; 0.9 where none is given); the recommended point has its
+    ``probability`` and the 95 % interval of it. The keys are those of ``nsdrill window --json``.
     """
-    from nsdrill.analysis.window import YIELDS, needed
+    from nsdrill.analysis.probability import needed
+    from nsdrill.analysis.window import YIELDS
     from nsdrill.app import window as app
 
     if severity is not None and (not is_whole(severity) or severity not in range(5)):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
+    if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
+        raise InputError(f"confidence: found {confidence!r}; allowed: a number between 0 and 1, as 0.9, or None.")
     if not is_dataset(results):
-        return app.window(name_in(results), severity)
-    return app.window(results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity)
+        return app.window(name_in(results), severity, confidence)
+    return app.window(results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity, confidence)
 
 
 @_in_words_of_python

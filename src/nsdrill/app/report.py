@@ -218,8 +218,11 @@ def _sizes(study: Study, results: Results) -> np.ndarray:
     """The natural sizes of the states at every point, shape (*grid, states)."""
     from nsdrill.models.registry import model_named
 
-    axes = np.meshgrid(*(results.coords[name] for name in results.axes), indexing="ij")
-    at = values_at(study.parameters, study.initial, dict(zip(study.axes, (axis.ravel() for axis in axes), strict=True)))
+    several = [np.arange(study.samples)] if study.samples else []
+    axes = np.meshgrid(*(results.coords[name] for name in results.axes), *several, indexing="ij")
+    values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
+    values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
+    at = values_at(study.parameters, study.initial, values)
     model = model_named(study.model)
     size = model.sizes(model.pack(at, study.thresholds), model.variant(study.parameters)).reshape(1, *axes[0].shape, -1)
     if "start" in results.coords:
@@ -245,7 +248,7 @@ def relabelled(results: Results, overrides: list[str]) -> Results:
     history = str(results.attrs.get("history", ""))
     attrs = {**results.attrs, **attrs, "history": f"{history}\n{line}" if history else line}
     kept = {name: labels.get(name, values).astype(values.dtype) for name, values in results.variables.items()}
-    return Results(results.coords, kept, attrs, results.more)
+    return Results(results.coords, kept, attrs, results.more, results.drawn)
 
 
 def new_labels(
@@ -260,7 +263,7 @@ def new_labels(
     from nsdrill.observe.trust import trust_labels
     from nsdrill.study import change_thresholds
 
-    study = stored_study(path, results.attrs, results.coords)
+    study = stored_study(path, results.attrs, results.coords, results.drawn)
     thresholds = change_thresholds(study.thresholds, overrides)
     size = _sizes(study, results)
     model = model_named(study.model)

@@ -199,6 +199,9 @@ def checked_workers(workers: int | None) -> int:
 def _header(study: Study) -> dict[str, Any]:
     plan = plan_of(study)
     coords: dict[str, Any] = {"procedure": list(plan.procedures), **plan.dimensions}
+    if study.samples:
+        coords["sample"] = list(range(study.samples))
+        coords |= {one.name: study.drawn[one.short] for one in study.unknowns}
     if study.initial.starts:
         coords["start"] = list(range(study.initial.starts))
     return {"coords": coords, "attrs": provenance(study, "run")}
@@ -293,6 +296,12 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
             f"{where}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it with "
             "those, or start anew by --overwrite."
         )
+    for one in study.unknowns:
+        if not np.array_equal(log.header["coords"].get(one.name), study.drawn[one.short]):
+            raise FileError(
+                f"{where}: its samples of {one.key} are not those that this version of SciPy draws. Finish it with the "
+                "versions that it was made with, or start anew by --overwrite."
+            )
     if retry_failed and json.loads(attrs.get("classification", "[]")):
         raise FileError(
             f"{where}: its labels were made by nsdrill classify, with thresholds that new points would not have. "

@@ -60,14 +60,17 @@ def draw(
     return figure
 
 
-def draw_window(data: Results, severity: int | None = None, *, units: str = "si") -> Figure:
-    """The kind ``window``, by severity where that is given: see :func:`nsdrill.analysis.window.find_window`."""
+def draw_window(
+    data: Results, severity: int | None = None, confidence: float | None = None, *, units: str = "si"
+) -> Figure:
+    """The kind ``window``, by severity where that is given, and of results with samples at a ``confidence``: see
+    :func:`nsdrill.analysis.window.find_window`."""
     check_units(units)
     from nsdrill.plot import window
     from nsdrill.plot.style import house_style, settle
 
     with house_style():
-        figure = window.draw(cut(data, None), units, severity)
+        figure = window.draw(cut(data, None), units, severity, confidence)
         settle(figure)
     return figure
 

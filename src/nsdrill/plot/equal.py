@@ -31,13 +31,7 @@ def draw_lines(axes: Axes, x: Array, y: Array, values: Array, units: str) -> boo
     levels = [level for level in MaxNLocator(MOST_LINES).tick_values(low, high) if max(low, 0.0) < level < high]
     if high - low < LEAST_SPREAD * high or not levels:
         return False
-    style: dict[str, Any] = {
-        "levels": levels,
-        "colors": "black",
-        "linewidths": 0.7,
-        "linestyles": "dashed",
-        "zorder": 4,
-    }
+    style: dict[str, Any] = {"levels": levels, "colors": "black", "linewidths": 0.7, "linestyles": "dashed"}
     if known.all():
         lines: Any = axes.contour(x, y, values, zorder=4, **style)
     else:

@@ -22,7 +22,7 @@ from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import bound_text, range_text
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.units import USUAL, QuantityError, quoted
-from nsdrill.variables import MODEL
+from nsdrill.variables import MODEL, SAMPLE
 
 MANY = 12  # choices that no message lists
 
@@ -239,6 +239,9 @@ def keys_of(model: str = MODEL) -> Keys:
     meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND}
     meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
     return Keys(found, sections, every, axes, physical, meanings)
+
+
+SAMPLE_LEAF = Leaf(SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a sample of the uncertain numbers")
 
 
 @lru_cache
