@@ -19,6 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.sampling import Uncertain, unit_samples
 
 Simulate = Callable[[Array], Array]
 """From samples z [n, unknowns] to what was measured [n, values], NaN where a run failed."""
@@ -117,11 +118,10 @@ def posterior(
     under the full likelihood, or until there are so many ``rounds``. ValueError where every run of the first failed.
     """
     from scipy.special import ndtri
-    from scipy.stats import qmc
 
     rng = np.random.default_rng(seed)
-    first = qmc.Sobol(unknowns, rng=np.random.default_rng(seed)).random(2 * batch)
-    z = ndtri(np.clip(first, 1e-9, 1 - 1e-9))
+    prior = Uncertain({str(i): {"uniform": [0.0, 1.0]} for i in range(unknowns)}, samples=2 * batch, seed=seed)
+    z = ndtri(unit_samples(prior))
     found = simulate(z)
     if not np.isfinite(found).all(axis=1).any():
         raise ValueError("every run of the prior failed")
@@ -141,9 +141,9 @@ def posterior(
         if (beta == 1.0 and estimates == 2 and size >= wanted) or number == rounds:
             break
         kernels = _kernels(z, weights, rng)
-        prior = round(FROM_PRIOR * batch)
-        new = np.concatenate([rng.standard_normal((prior, unknowns)), kernels.draw(batch - prior, rng)])
-        drawn_from += [(prior, None), (batch - prior, kernels)]
+        wide = round(FROM_PRIOR * batch)
+        new = np.concatenate([rng.standard_normal((wide, unknowns)), kernels.draw(batch - wide, rng)])
+        drawn_from += [(wide, None), (batch - wide, kernels)]
         z, found = np.concatenate([z, new]), np.concatenate([found, simulate(new)])
     failed = int(np.count_nonzero(~np.isfinite(found).all(axis=1)))
     variance = errors**2 + 2 * spread**2

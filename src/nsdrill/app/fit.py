@@ -87,13 +87,13 @@ def unknowns_of(study: Study) -> dict[str, Any]:
     section = study.resolved.get("uncertain") or {}
     keys = {key: numbers for key, numbers in section.items() if key not in HOW}
     source = study.source or "the study"
+    if section.get("table"):
+        raise InputError(f"{source}: found uncertain.table; allowed: distributions, which are what a fit begins with.")
     if not keys:
         raise InputError(
             f"{source}: found no unknown; allowed: a section `uncertain` that says of each number to adjust what is "
             "known of it before, e.g. uncertain: {bit.friction.static: {uniform: [0.2, 0.6]}}."
         )
-    if section["table"]:
-        raise InputError(f"{source}: found uncertain.table; allowed: distributions, which are what a fit begins with.")
     if section["correlations"]:
         raise InputError(f"{source}: found uncertain.correlations; allowed: unknowns that do not go together.")
     if listed := [key for key, numbers in keys.items() if "values" in numbers]:
