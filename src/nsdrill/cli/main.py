@@ -20,6 +20,7 @@ COMMANDS = {
     "replay": "Run one point of a results file again, with its trajectory.",
     "plot": "Draw a results or trace file.",
     "window": "Say where one may run whatever the history.",
+    "sensitivity": "Say which uncertain number matters most, and which to measure first.",
     "show": "Say what is in a results or trace file, in words and numbers.",
     "diff": "Say what differs between two results or trace files.",
     "check": "Validate a study and print its derived coefficients.",
