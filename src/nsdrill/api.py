@@ -515,6 +515,24 @@ def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
 
 
 @_in_words_of_python
+def combine(results: Sequence[ResultsLike], path: PathLike | None = None, overwrite: bool = False) -> Dataset:
+    """One set of results made of several whose studies differ in one number, which becomes an axis: the one that a
+    sweep of that axis would have given, to the bit. With a ``path`` it is written there, as :func:`save` does it.
+    InputError where they differ in anything else."""
+    from nsdrill.app import combine as app
+    from nsdrill.app import saving
+    from nsdrill.store.dataset import to_dataset
+
+    if isinstance(results, str | os.PathLike) or is_dataset(results):
+        raise InputError("results: found one of them; allowed: a list of two or more.")
+    parts = [results_in(one, "combine", ("status", "response")) if is_dataset(one) else name_in(one) for one in results]
+    whole, _ = app.combine(parts)
+    if path is not None:
+        saving.save(whole, name_in(path, "path"), overwrite=overwrite)
+    return to_dataset(whole)
+
+
+@_in_words_of_python
 def open_results(path: PathLike) -> Dataset:
     """The file ``path`` as a Dataset: results, which are read when they are used; a trace; or the points so far of an
     unfinished run (``path.part``). Close it, or use ``with``, when done. FileError where it cannot be read."""

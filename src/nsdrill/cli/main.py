@@ -23,6 +23,7 @@ COMMANDS = {
     "sensitivity": "Say which uncertain number matters most, and which to measure first.",
     "show": "Say what is in a results or trace file, in words and numbers.",
     "diff": "Say what differs between two results or trace files.",
+    "combine": "Make one file of results that differ in one number.",
     "check": "Validate a study and print its derived coefficients.",
     "new": "Write a commented study to start from.",
     "schema": "Print the JSON Schema of the study file.",
