@@ -193,7 +193,7 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
         "design": design,
         "dependent": dependent,
         "points": int(np.prod([len(results.coords[axis]) for axis in results.axes])),
-        "at": {axis: float(results.coords[axis][0]) for axis in results.axes if axis not in results.swept},
+        "at": results.held,
         "swept": list(results.swept),
         "histories": len(results.coords["procedure"]),
         "answers": rows,

@@ -51,7 +51,11 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         # Only a run log has points that are still to come.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),
-        "axes": {name: _axis(results, name) for name in results.axes},
+        "axes": {
+            name: _axis(results, name)
+            for name in results.axes
+            if name in {**results.held, **dict.fromkeys(results.swept)}
+        },
         "procedures": [str(p) for p in results.coords["procedure"]],
         "points": int(status.size),
         "status": _counts("status", status),
