@@ -419,13 +419,49 @@ def window(results: ResultsLike, severity: int | None = None, confidence: float 
     from nsdrill.analysis.window import YIELDS
     from nsdrill.app import window as app
 
-    if severity is not None and (not is_whole(severity) or severity not in range(5)):
-        raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
+    _check_severity(severity)
     if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
         raise InputError(f"confidence: found {confidence!r}; allowed: a number between 0 and 1, as 0.9, or None.")
     if not is_dataset(results):
         return app.window(name_in(results), severity, confidence)
     return app.window(results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity, confidence)
+
+
+@_in_words_of_python
+def probability(results: ResultsLike, severity: int | None = None) -> Dataset:
+    """How probable a safe run and each response are at every operating point of results with samples of uncertain
+    numbers: a Dataset with ``probability``, ``low`` and ``high``, the ends of its 95 % interval, and ``unknown``.
+
+    Dimensions are ``outcome`` (``safe`` and the responses), the swept axes, and ``history`` where there are several
+    procedures: each of them, and ``every``, where safe is safe in all of them and a response is there in any.
+    ``severity`` is as in :func:`window`. InputError of results without samples.
+    """
+    from nsdrill.app.probability import dataset
+    from nsdrill.app.window import read_for_window
+
+    _check_severity(severity)
+    if not is_dataset(results):
+        return dataset(read_for_window(name_in(results), severity), severity)
+    from nsdrill.analysis.probability import needed
+
+    return dataset(results_in(results, "probability", ["status", *needed(severity)]), severity)
+
+
+@_in_words_of_python
+def sensitivity(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
+    """Which uncertain number matters most, of results with samples, as plain data in SI units: for the safe run and for
+    each feature that decides on a response the Sobol indices of every unknown, and which to ``measure_first``. The keys
+    are those of ``nsdrill sensitivity --json``. A Dataset may be a part of the results, ``data.sel(wob=40e3)`` say:
+    the answers are summed over its operating points. ``severity`` is as in :func:`window`.
+    """
+    from nsdrill.analysis.sensitivity import needed
+    from nsdrill.app import sensitivity as app
+
+    _check_severity(severity)
+    if not is_dataset(results):
+        return app.sensitivity(name_in(results), severity)
+    outline = cast("Results", outline_in(results))
+    return app.sensitivity(results_in(results, "sensitivity", ["status", *needed(outline, severity)]), severity)
 
 
 @_in_words_of_python
@@ -480,6 +516,24 @@ def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
 
 
 @_in_words_of_python
+def combine(results: Sequence[ResultsLike], path: PathLike | None = None, overwrite: bool = False) -> Dataset:
+    """One set of results made of several whose studies differ in one number, which becomes an axis: the one that a
+    sweep of that axis would have given, to the bit. With a ``path`` it is written there, as :func:`save` does it.
+    InputError where they differ in anything else."""
+    from nsdrill.app import combine as app
+    from nsdrill.app import saving
+    from nsdrill.store.dataset import to_dataset
+
+    if isinstance(results, str | os.PathLike) or is_dataset(results):
+        raise InputError("results: found one of them; allowed: a list of two or more.")
+    parts = [results_in(one, "combine", ("status", "response")) if is_dataset(one) else name_in(one) for one in results]
+    whole, _ = app.combine(parts)
+    if path is not None:
+        saving.save(whole, name_in(path, "path"), overwrite=overwrite)
+    return to_dataset(whole)
+
+
+@_in_words_of_python
 def open_results(path: PathLike) -> Dataset:
     """The file ``path`` as a Dataset: results, which are read when they are used; a trace; or the points so far of an
     unfinished run (``path.part``). Close it, or use ``with``, when done. FileError where it cannot be read."""
@@ -525,6 +579,11 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
             "the others out with drop_vars, or write all with to_netcdf."
         )
     saving.save(checked(from_dataset(dataset)), path, overwrite=overwrite)
+
+
+def _check_severity(severity: Any) -> None:
+    if severity is not None and (not is_whole(severity) or severity not in range(5)):
+        raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
 
 
 _OPERATION = ("depth", "wob", "rotary_speed")

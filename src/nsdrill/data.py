@@ -78,6 +78,13 @@ class Results:
         return dict(resolved_study(self.attrs).get("initial", {}).get("slice", {}))
 
     @property
+    def held(self) -> dict[str, float]:
+        """The values of the axes that are the same in all runs."""
+        uncertain = {unknown.short for unknown in self.drawn}
+        still = [name for name in self.axes if len(self.coords[name]) == 1 and name not in uncertain]
+        return {name: float(self.coords[name][0]) for name in still}
+
+    @property
     def swept(self) -> list[str]:
         """The axes with more than one value, in the order of the dimensions."""
         return [name for name in self.axes if len(self.coords[name]) > 1]

@@ -80,8 +80,9 @@ def _unexplained(column: Array, spread: Array) -> Array:
     rank = (np.cumsum(counts) - counts / 2) / n
     harmonics = max(0, min(HARMONICS, n // 10, len(distinct) - 1))
     basis = np.cos(np.pi * np.outer(rank[place.ravel()], np.arange(1, harmonics + 1)))
-    basis, _ = np.linalg.qr(basis - basis.mean(axis=0))
-    left = np.sum(spread**2, axis=0) - np.sum((basis.T @ spread) ** 2, axis=0)
+    basis -= basis.mean(axis=0)
+    products = basis.T @ spread
+    left = np.sum(spread**2, axis=0) - np.sum(products * (np.linalg.pinv(basis.T @ basis) @ products), axis=0)
     return np.asarray(left / (n - harmonics - 1))
 
 
@@ -192,7 +193,7 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
         "design": design,
         "dependent": dependent,
         "points": int(np.prod([len(results.coords[axis]) for axis in results.axes])),
-        "at": {axis: float(results.coords[axis][0]) for axis in results.axes if axis not in results.swept},
+        "at": results.held,
         "swept": list(results.swept),
         "histories": len(results.coords["procedure"]),
         "answers": rows,

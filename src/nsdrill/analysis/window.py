@@ -185,7 +185,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "severity": severity,
         "axes": axes,
         "third": found.third,
-        "fixed": {axis: float(results.coords[axis][0]) for axis in results.axes if axis not in results.swept},
+        "fixed": results.held,
         "runs": int(results["status"].size),
         "failed_runs": found.failed_runs,
         "failed_points": int(np.count_nonzero(found.failed)),

@@ -23,7 +23,7 @@ from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
-from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, has_failed
+from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
 
 MEASURED = ("feature", "label", "section", "trust")  # the rooms of variables from which labels are made
 
@@ -51,7 +51,11 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         # Only a run log has points that are still to come.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),
-        "axes": {name: _axis(results, name) for name in results.axes},
+        "axes": {
+            name: _axis(results, name)
+            for name in results.axes
+            if name in {**results.held, **dict.fromkeys(results.swept)}
+        },
         "procedures": [str(p) for p in results.coords["procedure"]],
         "points": int(status.size),
         "status": _counts("status", status),
@@ -92,6 +96,11 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     ]
     if "trusted" in results.variables:
         summary["trust"] = trust_of(results)
+    if SAMPLE in results.coords:
+        summary |= _uncertain(results)
+        if "points_run" in results.attrs:
+            summary["refinement"] = refinement_of(results)
+        return summary
     if "start" in results.coords:
         summary["starts"] = len(results.coords["start"])
         summary["slice"] = results.slice
@@ -105,6 +114,20 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     if "points_run" in results.attrs:
         summary["refinement"] = refinement_of(results)
     return summary
+
+
+def _uncertain(results: Results) -> dict[str, Any]:
+    """What is told of samples: how many, of which unknowns, and how probable each answer is."""
+    from nsdrill.app.probability import rows
+
+    unknowns = {}
+    for unknown, values in results.drawn.items():
+        least, low, middle, high, most = np.quantile(values, [0.0, 0.05, 0.5, 0.95, 1.0])
+        unknowns[unknown.key] = {
+            "min": float(least), "low": float(low), "median": float(middle), "high": float(high), "max": float(most),
+            "units": unknown.units,
+        }  # fmt: skip
+    return {"samples": len(results.coords[SAMPLE]), "unknowns": unknowns, "probabilities": rows(results)}
 
 
 def refinement_of(results: Results) -> dict[str, Any]:

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
-    "DESCRIPTIONS", "FORMATS", "UNIT_SYSTEMS", "check_suffix", "cut", "draw", "draw_window", "kinds_for", "needed",
-    "save",
+    "DESCRIPTIONS", "FORMATS", "UNIT_SYSTEMS", "check_suffix", "cut", "draw", "draw_tornado", "draw_window",
+    "kinds_for", "needed", "save",
 ]  # fmt: skip
 
 
@@ -75,6 +75,19 @@ def draw_window(
     return figure
 
 
+def draw_tornado(data: Results, severity: int | None = None, *, units: str = "si") -> Figure:
+    """The kind ``tornado``, by severity where that is given: see
+    :func:`nsdrill.analysis.sensitivity.sensitivity`."""
+    check_units(units)
+    from nsdrill.plot import tornado
+    from nsdrill.plot.style import house_style, settle
+
+    with house_style():
+        figure = tornado.draw(data, units, severity)
+        settle(figure)
+    return figure
+
+
 def needed(
     outline: Results, kind: str | None = None, at: Mapping[str, float] | None = None, start: int | None = None
 ) -> tuple[str, ...]:
@@ -85,11 +98,13 @@ def needed(
 
 def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None) -> Results:
     """A sweep with every axis ascending, cut at the values ``at`` of some (SI), and at one of its starts."""
-    from nsdrill.plot.slices import one_start, ordered
-    from nsdrill.variables import dimension_of
+    from nsdrill.plot.slices import one_sample, one_start, ordered
+    from nsdrill.variables import SAMPLE, dimension_of
 
     given = at or {}
     at = {dimension_of(key): value for key, value in given.items()}
+    if SAMPLE in at:
+        data = one_sample(data, at.pop(SAMPLE))
     if unknown := set(at) - set(data.axes):
         keys = {dimension_of(key): key for key in given}
         found, allowed = (", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes))
@@ -111,13 +126,32 @@ def _draw_trace(trace: Trace, kind: str | None, units: str, over: Results | None
 
 
 def _draw_sweep(data: Results, kind: str | None, units: str, states: Sequence[str] | None) -> Figure:
-    from nsdrill.plot import basin, bifurcation, coexisting, maps, motion, poincare, shares, summary, window
+    from nsdrill.plot import (
+        basin,
+        bifurcation,
+        coexisting,
+        maps,
+        motion,
+        poincare,
+        probability,
+        shares,
+        summary,
+        tornado,
+        tradeoff,
+        window,
+    )  # fmt: skip
 
     kind = choose_kind(data, kind)
     if states and kind != "basin":
         raise InputError(f"--states: found with the kind {kind!r}; allowed: with basin.")
     if kind == "basin":
         return basin.draw(data, units, states)
+    if kind == "probability":
+        return probability.draw(data, units)
+    if kind == "tornado":
+        return tornado.draw(data, units)
+    if kind == "trade-off":
+        return tradeoff.draw(data, units)
     if kind in START_KINDS:
         return shares.draw(data, units) if kind == "shares" else coexisting.draw(data, units)
     if kind == "window":

@@ -11,7 +11,7 @@ from nsdrill.models.description import Description
 from nsdrill.models.registry import drawn_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.schedule import moving
-from nsdrill.variables import POINT, TRUST
+from nsdrill.variables import POINT, SAMPLE, TRUST
 
 FEW = 3  # so many values of a second axis stand side by side as columns of one figure
 MAX_PANELS = 12
@@ -37,6 +37,11 @@ START_KINDS = {
     "attractors": "radius, axial range and stick-slip index of each attractor along one axis, size by share",
     "basin": "which start goes to which attractor, over two states; of one operating point",
 }
+SAMPLE_KINDS = {
+    "probability": "how probable a safe run and each response are: maps over two axes, with bands along one",
+    "trade-off": "rate of penetration against the probability of a safe run, point by point",
+    "tornado": "which uncertain number moves the safe run, stick-slip, lift-off and contact how far",
+}
 ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
 TRACE_KINDS = {
     "trace": "one page with everything: histories, orbit in the hole, phase planes",
@@ -58,8 +63,8 @@ _VALUES = {name: v.long_name for name, v in BY_NAME.items() if v.dtype == "f8" a
 _VALUES |= {alias: _VALUES[name] for alias, name in ALIASES.items()}
 
 DESCRIPTIONS = {
-    **SWEEP_KINDS, **SECTION_KINDS, **POINT_KINDS, **MAP_KINDS, **START_KINDS, **TRACE_KINDS, **RAMP_KINDS,
-    **CHART_KINDS,
+    **SWEEP_KINDS, **SECTION_KINDS, **POINT_KINDS, **MAP_KINDS, **START_KINDS, **SAMPLE_KINDS, **TRACE_KINDS,
+    **RAMP_KINDS, **CHART_KINDS,
     **{k: f"{words}: one value" for k, words in _VALUES.items()},
 }  # fmt: skip
 
@@ -94,6 +99,8 @@ def variables_for(kind: str, model: Description) -> tuple[str, ...]:
             "settled",
             *(name for one in drawn.attractors for name in one[:2] if name),
         ),
+        "tornado": model.check_features,
+        "trade-off": (RATE, "mechanical_specific_energy"),
         "basin": ("attractor", "whirl_kind", "settled", "initial_state"),
     }.get(kind, (name,) if (name := value_name(kind)) else ())
     return ("status", "response", *TRUST, *shown)
@@ -106,6 +113,8 @@ def kinds_for(data: Results | Trace) -> tuple[str, ...]:
         return (*kinds, *(RAMP_KINDS if moving(data) else ()))
     if "start" in data.coords:
         return _start_kinds(data)
+    if SAMPLE in data.coords:
+        return _sample_kinds(data)
     drawn = drawn_in(data.attrs)
     first = ("stick_slip_index", *ALIASES, "whirl_ratio")  # the named ones before the rest
     values = tuple(dict.fromkeys((*first, *(name for name in _VALUES if name in data.variables))))
@@ -144,6 +153,17 @@ def _start_kinds(data: Results) -> tuple[str, ...]:
     return (*(START_KINDS if not data.slice else ("basin", "shares", "attractors")), "window")
 
 
+def _sample_kinds(data: Results) -> tuple[str, ...]:
+    """Of operating points with several samples; one sample has a picture of its own."""
+    swept = len(data.swept)
+    return (
+        *(["probability"] if swept < 3 else []),
+        *(["window"] if 0 < swept < 4 else []),
+        *(["trade-off"] if swept and RATE in data.variables else []),
+        "tornado",
+    )
+
+
 def choose_kind(data: Results | Trace, kind: str | None) -> str:
     """The kind to draw: the one asked for, the default if none was; an error that lists the choices otherwise."""
     allowed = kinds_for(data)
@@ -160,6 +180,11 @@ def choose_kind(data: Results | Trace, kind: str | None) -> str:
             f"plot kind: found {kind!r}, which draws one start of every operating point, with {_what(data)}; allowed "
             f"here:\n{listing}\nor {kind!r} with --start, 0 to {len(data.coords['start']) - 1}."
         )
+    if isinstance(data, Results) and SAMPLE in data.coords and kind in DESCRIPTIONS and kind not in SAMPLE_KINDS:
+        raise InputError(
+            f"plot kind: found {kind!r}, which draws one sample of the uncertain numbers, with {_what(data)}; allowed "
+            f"here:\n{listing}\nor {kind!r} with --at {SAMPLE}=..., 0 to {len(data.coords[SAMPLE]) - 1}."
+        )
     if kind in DESCRIPTIONS:
         raise InputError(
             f"plot kind: found {kind!r}, which does not fit {_what(data)}{_advice(data, kind)}; "
@@ -175,6 +200,8 @@ def _what(data: Results | Trace) -> str:
         return "a trace"
     axes = [f"{axis} ({len(data.coords[axis])} values)" for axis in data.swept]
     what = f"a sweep over {' and '.join(axes)}" if axes else "a single point"
+    if SAMPLE in data.coords:
+        return f"{what} with {len(data.coords[SAMPLE])} samples each"
     return f"{what} with {len(data.coords['start'])} starts each" if "start" in data.coords else what
 
 
