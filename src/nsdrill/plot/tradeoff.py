@@ -32,7 +32,8 @@ def draw(results: Results, units: str = "si") -> Figure:
     best = front(np.where(known, rate, -np.inf), probability)
     figure = new_figure(5.5, 4.6)
     axes = figure.add_subplot()
-    axes.errorbar(probability[best], rate[best], xerr=[(probability - low)[best], (high - probability)[best]],
+    named = best[_named(probability[best], rate[best])] if best.size else best
+    axes.errorbar(probability[named], rate[named], xerr=[(probability - low)[named], (high - probability)[named]],
                   linestyle="none", ecolor="#808080", elinewidth=0.7, capsize=2, zorder=2, gid="interval")  # fmt: skip
     axes.plot(probability[best], rate[best], color=BLACK, linewidth=0.8, zorder=2.5, gid="front")
     colours = _mean(results, ENERGY) / energy.scale if ENERGY in results.variables else np.full(len(rate), np.nan)
@@ -45,7 +46,7 @@ def draw(results: Results, units: str = "si") -> Figure:
                              vmax=most, edgecolor=BLACK, linewidth=0.4, zorder=3, gid="points")  # fmt: skip
         figure.colorbar(drawn, ax=axes, label=energy.label, aspect=30, pad=0.01)
     halo = [patheffects.withStroke(linewidth=2.0, foreground="white")]
-    for place in best[_named(probability[best], rate[best])] if best.size else ():
+    for place in named:
         right = probability[place] > 55.0
         axes.annotate(_setting(results, int(place), units), (probability[place], rate[place]), fontsize=6,
                       xytext=(-5 if right else 5, 4), textcoords="offset points", ha="right" if right else "left",
