@@ -106,7 +106,8 @@ def test_examples_fit_their_studies(page: Path, root: Path, monkeypatch: pytest.
             continue
         given = command(words[0]).make_context(words[0], [word for word in words[1:] if word != "&"]).params
         if words[0] == "new" and given["output"]:
-            studies[given["output"]] = template_text()
+            example = (given["example"] or "").replace("-", "_")
+            studies[given["output"]] = studies[f"configs/{example}.yaml"] if example else template_text()
         if given.get("study") in studies:
             study = parse_study(studies[given["study"]], given["study"], given["overrides"])
             if words[0] == "run":

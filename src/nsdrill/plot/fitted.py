@@ -80,6 +80,8 @@ def _feature(axes: Axes, shown: Shown, measured: Measured, name: str, predicted:
     axes.errorbar(at[there], values, errors, capsize=2, elinewidth=0.7, zorder=3, **style)
     axes.set_ylabel(shown.label.replace(" [", "\n["), fontsize=7)
     axes.set_xlim(0.4, measured.points + 0.6)
+    axes.use_sticky_edges = False
+    axes.margins(y=0.1)
 
 
 def _points(axes: Axes, measured: Measured, units: str, named: bool) -> None:
