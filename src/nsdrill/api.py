@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.app.check import Report
+    from nsdrill.app.fit import Fit
     from nsdrill.app.trajectory import Trajectory
     from nsdrill.data import Results, Trace
     from nsdrill.study.study import Study
@@ -462,6 +463,52 @@ def sensitivity(results: ResultsLike, severity: int | None = None) -> dict[str, 
         return app.sensitivity(name_in(results), severity)
     outline = cast("Results", outline_in(results))
     return app.sensitivity(results_in(results, "sensitivity", ["status", *needed(outline, severity)]), severity)
+
+
+@_in_words_of_python
+def fit(
+    study: StudyLike,
+    data: PathLike,
+    *,
+    set: Settings = None,
+    rename: Mapping[str, str] | None = None,
+    ignore: Sequence[str] = (),
+    errors: Mapping[str, str] | None = None,
+    skip_gaps: bool = False,
+    shortest: Quantity = "120 s",
+    settle: Quantity = "60 s",
+    batch: int = 128,
+    rounds: int = 8,
+    samples: int = 128,
+    workers: int | None = None,
+    progress: bool | Callable[[Progress], object] = True,
+) -> Fit:
+    """Adjust the unknowns of a study, the numbers of its section ``uncertain``, to measurements.
+
+    ``data``: a CSV file with a name and a unit over every column, over operating points or over time. ``rename`` has
+    the names of nsdrill by heads of the file, ``ignore`` heads to pass over (``"*"`` for all that are not known),
+    ``errors`` standard deviations by name, as ``{"surface_torque_max": "0.2 kft*lbf"}`` or in percent; ``skip_gaps``
+    passes over rows with gaps. Of a table over time, a stretch of constant settings lasts at least ``shortest`` [s], of
+    which the first part, ``settle`` [s], is not used.
+
+    Rounds of ``batch`` samples are run, at most so many ``rounds``; ``samples`` are left in the study that comes out.
+    ``set``, ``workers`` and ``progress`` are as in :func:`run`. Gives a :class:`nsdrill.app.fit.Fit`: its ``note`` is
+    what ``nsdrill fit --json`` prints, its ``study`` the text of the adjusted study, ``picture()`` a figure. InputError
+    where the study has no unknown, or something in the file cannot be used.
+    """
+    from nsdrill.app import fit as app
+    from nsdrill.app.measured import Reading, read_measured
+
+    for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
+        if not is_whole(number) or number < least:
+            raise InputError(f"{name}: found {number!r}; allowed: a whole number, {least} or more.")
+    loaded = study_in(study, set)
+    times = seconds_in("shortest", shortest), seconds_in("settle", settle)
+    measured = read_measured(
+        name_in(data, "data"), loaded, Reading(rename or {}, tuple(ignore), errors or {}, skip_gaps, *times)
+    )
+    with reporting(progress) as watch:
+        return app.fit(loaded, measured, batch=batch, rounds=rounds, samples=samples, workers=workers, watch=watch)
 
 
 @_in_words_of_python

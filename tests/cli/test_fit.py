@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.errors import InputError
 
 from .helpers import Call
 
@@ -125,3 +126,22 @@ def test_outputs_are_claimed_before_anything_is_run(call: Call, truth: np.ndarra
     Path("there.yaml").write_text("title: mine\n", encoding="utf-8")
     assert call("fit", "study.yaml", "--data", "field.csv", "-o", "there.yaml").code == 2
     assert Path("there.yaml").read_text(encoding="utf-8") == "title: mine\n"
+
+
+def test_from_python(tmp_path, monkeypatch, truth):
+    monkeypatch.chdir(tmp_path)
+    write_data(truth)
+    errors = dict.fromkeys(NAMES, "3 percent")
+    found = nsdrill.fit("study.yaml", "field.csv", errors=errors, batch=32, rounds=3, samples=16, progress=False)
+    assert found.note["kind"] == "fit"
+    assert nsdrill.load_study(found.study).samples == 16
+    assert len(found.picture("field").axes) == 5
+    Path("field.csv").write_text("wob [kN],stick_slip_index [%]\n10,\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"skip_gaps=True passes over rows"):
+        nsdrill.fit("study.yaml", "field.csv", progress=False)
+    Path("field.csv").write_text("wob [kN],gamma [%]\n10,1\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"rename=\{'gamma': 'NAME'\} says what it is, ignore=\['gamma'\] passes"):
+        nsdrill.fit("study.yaml", "field.csv", progress=False)
+    for wrong in ({"batch": 3}, {"rounds": 0.5}, {"samples": True}):
+        with pytest.raises(InputError, match="allowed: a whole number"):
+            nsdrill.fit("study.yaml", "field.csv", **wrong)

@@ -1,4 +1,4 @@
-"""Measurements on pictures: at their settings, in the units shown, and only where the picture is of the same settings."""
+"""Measurements on pictures: at their settings, in the units shown, and only on pictures of the same settings."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.stats import chi2
@@ -36,6 +36,9 @@ from nsdrill.sweep.rows import Rows
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import OK
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 QUANTILES = (0.05, 0.5, 0.95)
 
 
@@ -51,6 +54,12 @@ class Fit:
     prior: dict[str, Array]
     samples: dict[str, Array]
     predicted: dict[str, Array]
+
+    def picture(self, units: str = "si") -> Figure:
+        """The unknowns before and after, and measured beside predicted values, in ``units`` "si" or "field"."""
+        from nsdrill.plot.fitted import draw
+
+        return draw(self.note["title"], self.measured, self.prior, self.samples, self.predicted, units)
 
 
 def fit(

@@ -98,10 +98,8 @@ def command(
         click.echo(f"{output}: written. Next: nsdrill run {output} -o out.h5", err=True)
     if picture is not None:
         from nsdrill.plot import save
-        from nsdrill.plot.fitted import draw
 
-        figure = draw(loaded.title, measured, found.prior, found.samples, found.predicted, units)
-        save(figure, picture, overwrite=overwrite)
+        save(found.picture(units), picture, overwrite=overwrite)
         click.echo(f"{picture}: drawn.", err=True)
     return 0
 
