@@ -118,6 +118,15 @@ def test_studies_that_cannot_be_adjusted(call: Call, truth: np.ndarray, change, 
     assert not Path("new.yaml").exists()
 
 
+def test_a_point_at_which_the_study_does_not_hold_is_told_with_its_line(call: Call):
+    Path("study.yaml").write_text(PRIOR, encoding="utf-8")
+    Path("field.csv").write_text("depth [m],stick_slip_index [%]\n900,1\n150,2\n", encoding="utf-8")
+    answer = call("fit", "study.yaml", "--data", "field.csv")
+    assert answer.code == 2
+    assert "field.csv, line 3: operation.depth: found" in answer.err
+    assert "200 m" in answer.err
+
+
 def test_outputs_are_claimed_before_anything_is_run(call: Call, truth: np.ndarray):
     write_data(truth)
     for option, name in (("-o", "study.yaml"), ("--picture", "field.csv"), ("--picture", "fit.gif")):

@@ -124,7 +124,7 @@ def posterior(
     z = ndtri(unit_samples(prior))
     found = simulate(z)
     if not np.isfinite(found).all(axis=1).any():
-        raise ValueError("every run of the prior failed")
+        raise ValueError("every run with values from the distributions failed")
     drawn_from: list[tuple[int, _Mixture | None]] = [(len(z), None)]
     spread = np.zeros(len(measured))
     beta, estimates, extra = 0.0, 0, 0

@@ -23,10 +23,12 @@ from nsdrill.analysis.fitting import (
 )
 from nsdrill.app.passes import Watch
 from nsdrill.app.run import check_sweep, checked_workers
-from nsdrill.errors import InputError
+from nsdrill.errors import FileError, InputError, StudyError
 from nsdrill.kernel.gang import choose_lanes
+from nsdrill.models.leaves import OPERATION
 from nsdrill.observe.thresholds import Record
 from nsdrill.sampling import quantile, rounded
+from nsdrill.study.keys import keys_of
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
 from nsdrill.study.uncertain import HOW
@@ -71,6 +73,7 @@ def fit(
     keys = unknowns_of(study)
     if clash := [key for key in measured.at if key in keys]:
         raise InputError(f"{measured.source}: found a column of {clash[0]}, which is an unknown; allowed: one of both.")
+    _check_points(study, measured)
     run = _Runs(study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2))
     values, errors, there = measured.flat
     seed = study.resolved["uncertain"]["seed"]
@@ -108,6 +111,24 @@ def unknowns_of(study: Study) -> dict[str, Any]:
     if listed := [key for key, numbers in keys.items() if "values" in numbers]:
         raise InputError(f"{source}: uncertain.{listed[0]}: found a list of values; allowed: a distribution.")
     return keys
+
+
+def _check_points(study: Study, measured: Measured) -> None:
+    """FileError where the study does not hold at a point: where a setting is least or greatest, as a depth above the
+    length of the collars."""
+    leaves = keys_of(study.model).axes
+    text = study_text(study.resolved)
+    for place in sorted({int(end(values)) for values in measured.at.values() for end in (np.argmin, np.argmax)}):
+        point = {key: leaves[key].text(float(values[place])) for key, values in measured.at.items()}
+        sets = [f"{f'operation.{key}' if key in OPERATION else key}={value}" for key, value in point.items()]
+        try:
+            parse_study(text, study.source, ["sweep={}", *sets])
+        except StudyError as error:
+            fault = error.faults[0]
+            raise FileError(
+                f"{measured.source}, {measured.where[place]}: {fault.key}: found {fault.found}; allowed: "
+                f"{fault.allowed}."
+            ) from error
 
 
 @dataclass
