@@ -30,6 +30,7 @@ from nsdrill.plot.kinds import (
     MAP_KINDS,
     POINT_KINDS,
     RAMP_KINDS,
+    SAMPLE_KINDS,
     SECTION_KINDS,
     START_KINDS,
     SWEEP_KINDS,
@@ -38,6 +39,7 @@ from nsdrill.plot.kinds import (
 from nsdrill.study.keys import MANY, MODEL_LEAF, SLICE, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
+from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.study.schema import LONGEST_TITLE, POINTS, PROCEDURE, REFINE, along
 from nsdrill.units import USUAL
 from nsdrill.variables import COORDINATES, MODEL, Variable
@@ -176,6 +178,20 @@ def sweep_keys() -> str:
     for leaf in (PROCEDURE, along(keys_of()), REFINE):
         default = "null" if leaf.default is None else leaf.default
         text += f"| `{leaf.key}` | {unit(leaf)} | {default} | {allowed(leaf)} | | {leaf.meaning} |\n"
+    return text + uncertain_keys()
+
+
+def uncertain_keys() -> str:
+    text = f"| **`uncertain`** | | | | | *{MEANINGS['uncertain']}* |\n"
+    forms = "; ".join(f"`{{{kind}: {form}}}`" for kind, form in EXAMPLES.items())
+    text += f"| `uncertain.KEY` | | none | one of {forms} | | Distribution of a number that an axis may vary, by its key |\n"
+    for leaf in (SAMPLES, SEED, DESIGN):
+        text += f"| `{leaf.key}` | | {leaf.default_text} | {allowed(leaf)} | | {leaf.meaning} |\n"
+    for name, form in (
+        ("correlations", "`[[KEY, KEY, rank correlation], ...]`"),
+        ("table", "`{KEY: [value, ...], ...}`"),
+    ):
+        text += f"| `uncertain.{name}` | | none | {form} | | {MEANINGS[f'uncertain.{name}']} |\n"
     return text
 
 
@@ -282,7 +298,7 @@ def further() -> str:
 
 def kinds() -> str:
     rows = (("a sweep over one axis", SWEEP_KINDS), ("a sweep with `record.poincare`", SECTION_KINDS),
-            ("one point of such a sweep", POINT_KINDS), ("several starts", START_KINDS),
+            ("one point of such a sweep", POINT_KINDS), ("several starts", START_KINDS), ("samples", SAMPLE_KINDS),
             ("a sweep over two or three axes", {k: v for k, v in MAP_KINDS.items() if k not in SECTION_KINDS}),
             ("a trace", TRACE_KINDS), ("a trace of a ramp", RAMP_KINDS), ("a study (.yaml)", CHART_KINDS))  # fmt: skip
     listed = [[code(name), of, words] for of, named in rows for name, words in named.items()]
