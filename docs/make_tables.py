@@ -39,8 +39,8 @@ from nsdrill.plot.kinds import (
 from nsdrill.study.keys import MANY, MODEL_LEAF, SLICE, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
-from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.study.schema import LONGEST_TITLE, POINTS, PROCEDURE, REFINE, along
+from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.units import USUAL
 from nsdrill.variables import COORDINATES, MODEL, Variable
 
@@ -184,7 +184,8 @@ def sweep_keys() -> str:
 def uncertain_keys() -> str:
     text = f"| **`uncertain`** | | | | | *{MEANINGS['uncertain']}* |\n"
     forms = "; ".join(f"`{{{kind}: {form}}}`" for kind, form in EXAMPLES.items())
-    text += f"| `uncertain.KEY` | | none | one of {forms} | | Distribution of a number that an axis may vary, by its key |\n"
+    words = "Distribution of a number that an axis may vary, by its key"
+    text += f"| `uncertain.KEY` | | none | one of {forms} | | {words} |\n"
     for leaf in (SAMPLES, SEED, DESIGN):
         text += f"| `{leaf.key}` | | {leaf.default_text} | {allowed(leaf)} | | {leaf.meaning} |\n"
     for name, form in (

@@ -49,13 +49,13 @@ def draw(results: Results, units: str = "si", severity: int | None = None) -> Fi
 def _panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
     """The bars of one answer, and beside each the first-order index."""
     scale, label = _shown(answer["name"], units)
-    rows = [row for row in answer["unknowns"] if row["low"] is not None and row["high"] is not None]
-    rows.sort(key=lambda row: -abs(row["high"] - row["low"]))
+    rows = [row for row in answer["unknowns"] if None not in (row["low"]["answer"], row["high"]["answer"])]
+    rows.sort(key=lambda row: -abs(row["high"]["answer"] - row["low"]["answer"]))
     middle = answer["mean"] / scale
     for number, row in enumerate(rows):
-        ends = sorted((("low", LOW), ("high", HIGH)), key=lambda end: -abs(row[end[0]] / scale - middle))
+        ends = sorted((("low", LOW), ("high", HIGH)), key=lambda end: -abs(row[end[0]]["answer"] / scale - middle))
         for end, colour in ends:  # the shorter one in front, where both reach to one side
-            value = row[end] / scale
+            value = row[end]["answer"] / scale
             axes.barh(number, value - middle, BAR, middle, color=colour, gid=f"{end}:{row['key']}")
         if row["first"] is not None:
             axes.annotate(
