@@ -25,6 +25,7 @@ ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept li
 SAFE, RIM, CRITICAL, UNKNOWN = 2, 1, 0, -1
 STATES = {SAFE: "safe", RIM: "rim", CRITICAL: "critical", UNKNOWN: "unknown"}
 USUAL_CONFIDENCE = 0.9
+LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)  # at which the price of a confidence is told
 
 
 @dataclass(frozen=True)
@@ -33,9 +34,10 @@ class Classes:
 
     ``bits`` are the responses that occur in any history; ``failed`` and ``distrusted`` say whether any history (or the
     check of one that was safe) failed or has not run, or is not to be trusted; ``failed_runs`` how many there are of
-    the first; ``safe_in`` how many points are safe in each procedure by itself. Where there is a ``confidence``,
-    ``safety`` has the probability of a safe run and the ends of its 95 % interval. ``y`` and ``third`` are None where
-    no such axis is swept; their length is then 1.
+    the first; ``safe_in`` how many points are safe in each procedure by itself. ``yields`` [third, y, x] is what the
+    points yield (:data:`YIELDS`), the mean of their histories and samples, NaN where none has run; of old files there
+    is none. Where there is a ``confidence``, ``safety`` has the probability of a safe run and the ends of its 95 %
+    interval. ``y`` and ``third`` are None where no such axis is swept; their length is then 1.
     """
 
     results: Results
@@ -49,12 +51,16 @@ class Classes:
     histories: int
     failed_runs: int
     safe_in: dict[str, int]
+    yields: dict[str, Array]
     confidence: float | None = None
     safety: tuple[Array, ...] = ()
 
     def values(self, axis: str | None) -> Array:
         """The values of an axis; a single zero for one that is not there."""
         return np.zeros(1) if axis is None else np.asarray(self.results.coords[axis], dtype=float)
+
+
+YIELDS = ("rate_of_penetration", "mechanical_specific_energy")  # told of a point where the file has them
 
 
 def classes(results: Results, severity: int | None = None, confidence: float | None = None) -> Classes:
@@ -96,6 +102,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         text(name): int(np.count_nonzero(one.all(axis=tuple(range(3, one.ndim)))))
         for name, one in zip(results.coords["procedure"], each, strict=True)
     }
+    yields = {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables}
     return Classes(
         results,
         swept[0],
@@ -108,6 +115,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         safe.shape[-1],
         int(np.count_nonzero(runs.failed)),
         safe_in,
+        yields,
     )
 
 
@@ -143,9 +151,18 @@ def _confident(
         int(np.count_nonzero(runs.failed)),
         {name: int(np.count_nonzero(window_state(chance, confidence, name)[0])) for name in chance.histories[:-1]}
         or {chance.histories[0]: int(np.count_nonzero(inside))},
+        {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables},
         confidence,
         tuple(placed(part) for part in chance.of("safe")),
     )
+
+
+def _mean(values: Array) -> Array:
+    """The mean over the last axis of what is finite; NaN where nothing is."""
+    there = np.isfinite(values)
+    count = there.sum(axis=-1)
+    total = np.where(there, values, 0.0).sum(axis=-1)
+    return np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
 def find_window(results: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
@@ -180,6 +197,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "confidence": confidence,
         "samples": len(results.coords.get(SAMPLE, ())) or None,
         "most_probable": _most_probable(found),
+        "price": _price(found),
         "alone": _alone(results, severity, confidence) if found.histories > 1 else [],
         "maps": [],
         "throughout": None,
@@ -220,7 +238,31 @@ def _map(found: Classes, state: Array, number: int | None) -> dict[str, Any]:
         if found.y:
             area[found.y] = [float(y[top]), float(y[bottom])]
         areas.append(area)
-    return {**_counts(state), "regions": areas, "recommended": _recommended(found, state, number)}
+    best = _recommended(found, state, number)
+    return {**_counts(state), "regions": areas, "recommended": best, "fastest": _fastest(found, state, number)}
+
+
+def _yields(found: Classes, number: int | None, cell: tuple[int, int]) -> dict[str, float]:
+    """What a point yields; over all values of the third axis, ``number`` None, the mean of them."""
+    all_ = {name: _mean(array[:, *cell]) if number is None else array[number, *cell]
+            for name, array in found.yields.items()}  # fmt: skip
+    return {name: float(value) for name, value in all_.items() if np.isfinite(value)}
+
+
+def _fastest(found: Classes, state: Array, number: int | None) -> dict[str, Any] | None:
+    """The safe point with the greatest rate of penetration, whatever room it has; None where no rate is known."""
+    name = YIELDS[0]
+    if name not in found.yields:
+        return None
+    rate = _mean(np.moveaxis(found.yields[name], 0, -1)) if number is None else found.yields[name][number]
+    rate = np.where((state == SAFE) & np.isfinite(rate), rate, -1.0)
+    row, column = (int(place) for place in np.unravel_index(np.argmax(rate), rate.shape))
+    if rate[row, column] < 0.0:
+        return None
+    point = {found.x: float(found.values(found.x)[column])}
+    if found.y:
+        point[found.y] = float(found.values(found.y)[row])
+    return {**point, **_yields(found, number, (row, column))}
 
 
 def _recommended(found: Classes, state: Array, number: int | None) -> dict[str, Any] | None:
@@ -234,7 +276,10 @@ def _recommended(found: Classes, state: Array, number: int | None) -> dict[str, 
     if found.y:
         point[found.y] = float(y[row])
         limits[found.y] = _limits(found, state, number, y, row, lambda place: (place, column))
-    return {**point, **_safety(found, number, (row, column)), "margin": margin, "margins": limits}
+    return {
+        **point, **_safety(found, number, (row, column)), **_yields(found, number, (row, column)), "margin": margin,
+        "margins": limits,
+    }  # fmt: skip
 
 
 def _safety(found: Classes, number: int | None, cell: tuple[int, int]) -> dict[str, Any]:
@@ -255,6 +300,26 @@ def _most_probable(found: Classes) -> dict[str, Any] | None:
     axes = dict(zip((found.third, found.y, found.x), place, strict=True))
     at = {axis: float(found.values(axis)[i]) for axis, i in axes.items() if axis}
     return {**at, **_safety(found, int(place[0]), (int(place[1]), int(place[2])))}
+
+
+def _price(found: Classes) -> list[dict[str, Any]]:
+    """What a confidence costs: at several of them how many points are safe, over all maps, and the fastest of these."""
+    if found.confidence is None:
+        return []
+    probability, rate, rows = found.safety[0], found.yields.get(YIELDS[0]), []
+    for level in sorted({*LEVELS, found.confidence}):
+        inside = probability >= level - 1e-9
+        row: dict[str, Any] = {"confidence": level, "safe": int(inside.sum()), "share": float(inside.mean())}
+        row["fastest"] = None
+        if rate is not None and np.any(inside & np.isfinite(rate)):
+            best = np.unravel_index(np.argmax(np.where(inside & np.isfinite(rate), rate, -np.inf)), rate.shape)
+            place = tuple(int(i) for i in best)
+            axes = dict(zip((found.third, found.y, found.x), place, strict=True))
+            at = {axis: float(found.values(axis)[i]) for axis, i in axes.items() if axis}
+            cell = (place[1], place[2])
+            row["fastest"] = {**at, **_safety(found, place[0], cell), **_yields(found, place[0], cell)}
+        rows.append(row)
+    return rows
 
 
 def _alone(results: Results, severity: int | None, confidence: float | None) -> list[dict[str, Any]]:

@@ -69,9 +69,9 @@ def command(
         for line in lines(note, units):
             click.echo(line)
     if output is not None:
-        from nsdrill.plot import draw_tornado, save
+        from nsdrill.plot import draw, save
 
-        save(draw_tornado(data, severity, units=units), output, overwrite=overwrite)
+        save(draw(data, "tornado", units=units, severity=severity), output, overwrite=overwrite)
         click.echo(f"{output}: drawn.", err=True)
     return 0
 

@@ -83,6 +83,26 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
     if one["safe"]:
         yield ""
         yield from _map(note, one, w)
+    yield from _price(note, w)
+
+
+def _price(note: dict[str, Any], w: Writer) -> Iterator[str]:
+    """What more confidence costs: points, and speed of drilling."""
+    if not note["price"]:
+        return
+    yield ""
+    yield "What the confidence costs:"
+    for row in note["price"]:
+        text = f"  {100 * row['confidence']:4g} %  {row['safe']:5d} safe ({100 * row['share']:.1f} %)"
+        if best := row["fastest"]:
+            axes = sorted((axis for axis in (*note["axes"], note["third"]) if axis), key=_order)
+            where = ", ".join(w.value(axis, best[axis]) for axis in axes)
+            text += f"; fastest {where}, {_rate(best, w)}"
+        yield text
+
+
+def _rate(best: dict[str, Any], w: Writer) -> str:
+    return w.value("rate_of_penetration", best["rate_of_penetration"])
 
 
 def _alone(note: dict[str, Any], w: Writer) -> Iterator[str]:
@@ -236,7 +256,7 @@ def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
             f"{spans}{others}."
         )
     best = one["recommended"]
-    yield f"Recommended: {', '.join(w.value(axis, best[axis]) for axis in axes)}."
+    yield f"Recommended: {', '.join(w.value(axis, best[axis]) for axis in axes)}.{_yields(best, w)}"
     if "probability" in best:
         yield f"  safe with a probability of {_percent(best)}; in brackets the 95 % interval from the number of samples"
     for axis in axes:
@@ -247,7 +267,18 @@ def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
     sides = [side for axis in axes for side in best["margins"][axis].values()]
     if any(side["margin"] == 0.0 for side in sides):
         yield "It has no room to one side or more: a hint, not a setting. A finer map around it would tell."
+    fastest = one["fastest"]
+    if fastest is not None and any(fastest[axis] != best[axis] for axis in axes):
+        where = ", ".join(w.value(axis, fastest[axis]) for axis in axes)
+        yield f"Fastest safe point, whatever room it has: {where}.{_yields(fastest, w)}"
     yield "Limits lie between the last safe point and the next one; finer axes bring them closer together."
+
+
+def _yields(point: dict[str, Any], w: Writer) -> str:
+    """What drilling there yields, in a sentence of its own; "" where the file does not say."""
+    words = {"rate_of_penetration": "rate of penetration", "mechanical_specific_energy": "specific energy"}
+    told = [f"{word} {w.value(name, point[name])}" for name, word in words.items() if name in point]
+    return f" {told[0][0].upper()}{', '.join(told)[1:]}." if told else ""
 
 
 def _limit(axis: str, limit: dict[str, Any], w: Writer) -> str:

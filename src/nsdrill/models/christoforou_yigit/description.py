@@ -11,6 +11,7 @@ from nsdrill.models.christoforou_yigit.options import is_used
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.relations import ORDERS, relations
 from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.drilling import DRILLED
 from nsdrill.models.leaves import values_at
 from nsdrill.variables import MODEL
 
@@ -64,6 +65,7 @@ DESCRIPTION = Description(
     several_states=(variables.STATE_NAMES, variables.DRIVEN_STATE_NAMES, variables.MOTOR_STATE_NAMES),
     labels=variables.LABELS,
     features=variables.FEATURES,
+    derived=DRILLED,
     peaks=variables.PEAKS,
     section=variables.SECTION,
     own_trace=variables.TRACE,

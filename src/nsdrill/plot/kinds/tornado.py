@@ -15,8 +15,9 @@ from matplotlib.patches import Patch
 
 from nsdrill.analysis.sensitivity import PART, SAFE, sensitivity
 from nsdrill.data import Results
-from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import heading, operating_point, quantity
+from nsdrill.plot.legend import legend_below
+from nsdrill.plot.registry import SAMPLES, Kind, has_samples, needs_samples
 from nsdrill.plot.style import BLACK, BLUE, FULL_WIDTH, ORANGE, REFERENCE, new_figure, put_title
 from nsdrill.quantity import quantity as described
 
@@ -80,3 +81,17 @@ def _shown(name: str, units: str) -> tuple[float, str]:
         return 0.01, "Probability of a safe run [%]"
     one = quantity(name, units)
     return one.scale, f"{one.label}, mean"
+
+
+KINDS = (
+    Kind(
+        "tornado",
+        "which uncertain number moves the safe run, stick-slip, lift-off and contact how far",
+        of=SAMPLES,
+        place=lambda data: 55 if has_samples(data) else None,
+        draw=draw,
+        uses=lambda model: model.check_features,
+        takes=("severity",),
+        advice=needs_samples,
+    ),
+)
