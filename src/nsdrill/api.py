@@ -315,6 +315,7 @@ def plot(
     states: Sequence[str] | None = None,
     over: ResultsLike | None = None,
     severity: int | None = None,
+    confidence: float | None = None,
 ) -> Figure:
     """Draw results, an unfinished run or a trace, or a :func:`chart` of a study, and give the matplotlib Figure.
 
@@ -326,28 +327,31 @@ def plot(
     ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm). ``depth``, ``wob``, ``rotary_speed`` and ``at``
     cut a sweep at the nearest values of these axes; ``start`` draws one start of several; ``states`` are the two of a
     basin drawn from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace; ``severity`` (0 to 4) is that of a
-    ``window``. InputError where the kind, or an argument, does not fit.
+    ``window``, ``confidence`` (0 to 1) that of a ``window`` and of ``probability`` where numbers are
+    uncertain. InputError where the kind, or an argument, does not fit.
     """
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
-    from nsdrill.plot import cut, draw, draw_window, needed
-    from nsdrill.plot.kinds import is_study
+    from nsdrill.plot import draw, needed
+    from nsdrill.plot.registry import is_study
     from nsdrill.study.study import Study
 
     if is_study(data) or isinstance(data, Study):
         given = {"at": at, "depth": depth, "wob": wob, "rotary_speed": rotary_speed, "start": start, "states": states,
-                 "over": over, "severity": severity}  # fmt: skip
+                 "over": over, "severity": severity, "confidence": confidence}  # fmt: skip
         for name, value in given.items():
             if value is not None:
                 raise InputError(
                     f"{name}: found with a study; allowed: with results. nsdrill.chart takes set and along."
                 )
         return chart(data, kind, ax=ax, units=units)
+    _check_confidence(confidence)
     chosen = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     start = number_in("start", start)
     outline = outline_in(data)
     if isinstance(outline, Trace):
-        for name, value in (*chosen.items(), ("start", start), ("states", states), ("severity", severity)):
+        more = {"start": start, "states": states, "severity": severity, "confidence": confidence}
+        for name, value in (*chosen.items(), *more.items()):
             if value is not None:
                 raise InputError(f"{name}: found with a trace, which is of one point; allowed: with results.")
         drawn: Results | Trace = outline
@@ -362,10 +366,8 @@ def plot(
     behind = None if over is None else results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
 
     def picture() -> Figure:
-        if severity is not None:
-            assert not isinstance(drawn, Trace)
-            return draw_window(cut(drawn, chosen or None, start), severity, units=units)
-        return draw(drawn, kind, units=units, at=chosen or None, over=behind, start=start, states=states)
+        options = {"over": behind, "states": states, "severity": severity, "confidence": confidence}
+        return draw(drawn, kind, units=units, at=chosen or None, start=start, **options)
 
     with of_whole("plot"):
         if ax is None:
@@ -421,8 +423,7 @@ def window(results: ResultsLike, severity: int | None = None, confidence: float 
     from nsdrill.app import window as app
 
     _check_severity(severity)
-    if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
-        raise InputError(f"confidence: found {confidence!r}; allowed: a number between 0 and 1, as 0.9, or None.")
+    _check_confidence(confidence)
     if not is_dataset(results):
         return app.window(name_in(results), severity, confidence)
     return app.window(results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity, confidence)
@@ -631,6 +632,11 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
 def _check_severity(severity: Any) -> None:
     if severity is not None and (not is_whole(severity) or severity not in range(5)):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
+
+
+def _check_confidence(confidence: Any) -> None:
+    if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
+        raise InputError(f"confidence: found {confidence!r}; allowed: a number between 0 and 1, as 0.9, or None.")
 
 
 _OPERATION = ("depth", "wob", "rotary_speed")

@@ -8,7 +8,7 @@ from made_up import make_results
 
 from nsdrill import plot
 from nsdrill.data import Results
-from nsdrill.plot.tradeoff import front
+from nsdrill.plot.kinds.trade_off import front
 from nsdrill.variables import SAMPLE
 
 SPEEDS, WEIGHTS = np.array([2.0, 4.0, 6.0]), np.array([10e3, 20e3])

@@ -23,7 +23,7 @@ from nsdrill.data import Array, Results, overrides, resolved_study
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
-from nsdrill.variables import OK, SAMPLE
+from nsdrill.variables import OK, SAMPLE, Unknown
 
 SAFE = "safe"
 HARMONICS = 6
@@ -147,9 +147,9 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
 
     ``answers``: of the safe run and of each feature the ``mean``, the standard ``deviation``, and for each unknown
     ``first`` and ``total`` with their standard errors (``total`` None where the samples do not tell it; it then lies
-    between ``total_least`` and ``total_most``), and the means ``low`` and ``high`` of the answer over the fifth of the
-    samples in which the unknown is least and greatest. ``measure_first``: the key of the unknown whose measurement
-    leaves least doubt about a safe run."""
+    between ``total_least`` and ``total_most``), and for the fifth of the samples in which the unknown is ``low``, and
+    ``high``, the mean ``answer`` and the median ``value`` of the unknown. ``measure_first``: the key of the unknown
+    whose measurement leaves least doubt about a safe run."""
     check_samples(results, "sensitivity")
     uncertain = resolved_study(results.attrs).get("uncertain", {})
     design = str(uncertain.get("design", "sobol"))
@@ -169,8 +169,8 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
         drawn, seen = values[inside], answers[inside]
         found = indices(values, answers, design)
         told = [
-            _told(key, number, placed[number], found, drawn[:, number], seen, dependent)
-            for number, key in enumerate(keys)
+            _told(unknown, placed[number], found, drawn[:, number], seen, dependent)
+            for number, unknown in enumerate(results.drawn)
         ]
         variable = BY_NAME.get(name)
         rows.append(
@@ -202,15 +202,16 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
 
 
 def _told(
-    key: str, number: int, place: int, found: Indices | None, drawn: Array, seen: Array, dependent: bool
+    unknown: Unknown, place: int, found: Indices | None, drawn: Array, seen: Array, dependent: bool
 ) -> dict[str, Any]:
     lowest, highest = np.quantile(drawn, [PART, 1.0 - PART])
+    ends = {"low": drawn <= lowest, "high": drawn >= highest}
     row: dict[str, Any] = {
-        "key": key,
-        "low": _mean(seen[drawn <= lowest]),
-        "high": _mean(seen[drawn >= highest]),
-        "low_value": float(np.median(drawn[drawn <= lowest])),
-        "high_value": float(np.median(drawn[drawn >= highest])),
+        "key": unknown.key,
+        **{
+            end: {"answer": _mean(seen[some]), "value": float(np.median(drawn[some])), "units": unknown.units}
+            for end, some in ends.items()
+        },
         "first": None,
         "first_error": None,
         "total": None,

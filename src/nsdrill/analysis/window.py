@@ -25,6 +25,7 @@ ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept li
 SAFE, RIM, CRITICAL, UNKNOWN = 2, 1, 0, -1
 STATES = {SAFE: "safe", RIM: "rim", CRITICAL: "critical", UNKNOWN: "unknown"}
 USUAL_CONFIDENCE = 0.9
+LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)  # at which the price of a confidence is told
 
 
 @dataclass(frozen=True)
@@ -87,9 +88,8 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, swept[0])]
         return moved.reshape(*lengths, -1)
 
-    yields = {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables}
     if confidence is not None:
-        return _confident(results, severity, confidence, (swept[0], y, third), planes, yields)
+        return _confident(results, severity, confidence, (swept[0], y, third), planes)
     each = runs.safe
     safe, some, none = planes(each), planes(each).any(axis=-1), planes(runs.bad).any(axis=-1)
     state = np.where(
@@ -102,6 +102,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
         text(name): int(np.count_nonzero(one.all(axis=tuple(range(3, one.ndim)))))
         for name, one in zip(results.coords["procedure"], each, strict=True)
     }
+    yields = {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables}
     return Classes(
         results,
         swept[0],
@@ -118,21 +119,12 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
     )
 
 
-def _mean(values: Array) -> Array:
-    """The mean over the last axis of what is finite; NaN where nothing is."""
-    there = np.isfinite(values)
-    count = there.sum(axis=-1)
-    total = np.where(there, values, 0.0).sum(axis=-1)
-    return np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
-
-
 def _confident(
     results: Results,
     severity: int | None,
     confidence: float,
     swept: tuple[str, str | None, str | None],
     planes: Callable[[Array], Array],
-    yields: dict[str, Array],
 ) -> Classes:
     """The classes where a point is safe if the probability of a safe run reaches ``confidence``. ``bits`` are the
     responses without which it might be: those that occur in a third or more of the samples that are too many."""
@@ -159,10 +151,18 @@ def _confident(
         int(np.count_nonzero(runs.failed)),
         {name: int(np.count_nonzero(window_state(chance, confidence, name)[0])) for name in chance.histories[:-1]}
         or {chance.histories[0]: int(np.count_nonzero(inside))},
-        yields,
+        {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables},
         confidence,
         tuple(placed(part) for part in chance.of("safe")),
     )
+
+
+def _mean(values: Array) -> Array:
+    """The mean over the last axis of what is finite; NaN where nothing is."""
+    there = np.isfinite(values)
+    count = there.sum(axis=-1)
+    total = np.where(there, values, 0.0).sum(axis=-1)
+    return np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
 def find_window(results: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
@@ -197,6 +197,7 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "confidence": confidence,
         "samples": len(results.coords.get(SAMPLE, ())) or None,
         "most_probable": _most_probable(found),
+        "price": _price(found),
         "alone": _alone(results, severity, confidence) if found.histories > 1 else [],
         "maps": [],
         "throughout": None,
@@ -261,7 +262,7 @@ def _fastest(found: Classes, state: Array, number: int | None) -> dict[str, Any]
     point = {found.x: float(found.values(found.x)[column])}
     if found.y:
         point[found.y] = float(found.values(found.y)[row])
-    return {**point, **_yields(found, number, (row, column)), **_safety(found, number, (row, column))}
+    return {**point, **_yields(found, number, (row, column))}
 
 
 def _recommended(found: Classes, state: Array, number: int | None) -> dict[str, Any] | None:
@@ -276,12 +277,9 @@ def _recommended(found: Classes, state: Array, number: int | None) -> dict[str, 
         point[found.y] = float(y[row])
         limits[found.y] = _limits(found, state, number, y, row, lambda place: (place, column))
     return {
-        **point,
-        **_yields(found, number, (row, column)),
-        **_safety(found, number, (row, column)),
-        "margin": margin,
+        **point, **_safety(found, number, (row, column)), **_yields(found, number, (row, column)), "margin": margin,
         "margins": limits,
-    }
+    }  # fmt: skip
 
 
 def _safety(found: Classes, number: int | None, cell: tuple[int, int]) -> dict[str, Any]:
@@ -302,6 +300,26 @@ def _most_probable(found: Classes) -> dict[str, Any] | None:
     axes = dict(zip((found.third, found.y, found.x), place, strict=True))
     at = {axis: float(found.values(axis)[i]) for axis, i in axes.items() if axis}
     return {**at, **_safety(found, int(place[0]), (int(place[1]), int(place[2])))}
+
+
+def _price(found: Classes) -> list[dict[str, Any]]:
+    """What a confidence costs: at several of them how many points are safe, over all maps, and the fastest of these."""
+    if found.confidence is None:
+        return []
+    probability, rate, rows = found.safety[0], found.yields.get(YIELDS[0]), []
+    for level in sorted({*LEVELS, found.confidence}):
+        inside = probability >= level - 1e-9
+        row: dict[str, Any] = {"confidence": level, "safe": int(inside.sum()), "share": float(inside.mean())}
+        row["fastest"] = None
+        if rate is not None and np.any(inside & np.isfinite(rate)):
+            best = np.unravel_index(np.argmax(np.where(inside & np.isfinite(rate), rate, -np.inf)), rate.shape)
+            place = tuple(int(i) for i in best)
+            axes = dict(zip((found.third, found.y, found.x), place, strict=True))
+            at = {axis: float(found.values(axis)[i]) for axis, i in axes.items() if axis}
+            cell = (place[1], place[2])
+            row["fastest"] = {**at, **_safety(found, place[0], cell), **_yields(found, place[0], cell)}
+        rows.append(row)
+    return rows
 
 
 def _alone(results: Results, severity: int | None, confidence: float | None) -> list[dict[str, Any]]:

@@ -15,6 +15,7 @@ import numpy as np
 
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
+from nsdrill.analysis.probability import independent
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
@@ -117,17 +118,24 @@ def _summarize_results(results: Results) -> dict[str, Any]:
 
 
 def _uncertain(results: Results) -> dict[str, Any]:
-    """What is told of samples: how many, of which unknowns, and how probable each answer is."""
+    """What is told of samples: how many, of which unknowns (of each the median ``value``, and ``from`` where ``to``
+    where nine in ten samples lie), and how probable each answer is."""
     from nsdrill.app.probability import rows
 
-    unknowns = {}
+    unknowns: dict[str, Any] = {}
+    counted = len(results.coords[SAMPLE][independent(results)])
     for unknown, values in results.drawn.items():
         least, low, middle, high, most = np.quantile(values, [0.0, 0.05, 0.5, 0.95, 1.0])
         unknowns[unknown.key] = {
-            "min": float(least), "low": float(low), "median": float(middle), "high": float(high), "max": float(most),
+            "min": float(least), "from": float(low), "value": float(middle), "to": float(high), "max": float(most),
             "units": unknown.units,
         }  # fmt: skip
-    return {"samples": len(results.coords[SAMPLE]), "unknowns": unknowns, "probabilities": rows(results)}
+    return {
+        "samples": len(results.coords[SAMPLE]),
+        "counted": counted,
+        "unknowns": unknowns,
+        "probabilities": rows(results),
+    }
 
 
 def refinement_of(results: Results) -> dict[str, Any]:

@@ -165,6 +165,12 @@ start = click.option(
 )
 
 
+confidence = click.option(
+    "--confidence", type=click.FloatRange(1.0, 99.99), default=None, metavar="PERCENT",
+    help="Where numbers are uncertain: call a point safe where a run is so with this probability. Default: 90.",
+)  # fmt: skip
+
+
 def file_argument(name: str) -> Decorator:
     """A file to read."""
     return click.argument(name, type=FileName())

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 @options.at
 @options.start
 @click.option("--states", metavar="A,B", help="The two states of a basin drawn from an ensemble: z,vz say.")
+@options.confidence
 @click.option(
     "--over", type=options.FileName(), metavar="OUT.h5",
     help="With the trace of a ramp and --kind ramp: draw it over the peaks of this sweep.",
@@ -59,19 +60,21 @@ if TYPE_CHECKING:
 @options.overwrite
 def command(
     file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
-    rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None, over: str | None,
-    field: str | None, along: str | None, overrides: tuple[str, ...], overwrite: bool,
+    rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None,
+    confidence: float | None, over: str | None, field: str | None,
+    along: str | None, overrides: tuple[str, ...], overwrite: bool,
 ) -> int:  # fmt: skip
     """Draw FILE: a results file, the .part file of a run that goes on, or a trace; or a chart of a study (.yaml), which
     is not run."""
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
-    from nsdrill.plot import DESCRIPTIONS, check_suffix, cut, draw, kinds_for, needed, save
-    from nsdrill.plot.kinds import is_study
+    from nsdrill.plot import all_kinds, check_suffix, cut, draw, kinds_for, needed, save
+    from nsdrill.plot.registry import is_study
 
     if is_study(file):
         unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
-                  "--states": states, "--over": over, "--data": field}  # fmt: skip
+                  "--states": states, "--over": over, "--confidence": confidence,
+                  "--data": field}  # fmt: skip
         return _chart(file, output, kind, units, along, overrides, unused, overwrite)
     for option, found in (("--along", along), ("--set", overrides)):
         if found:
@@ -80,7 +83,7 @@ def command(
     if kind == "list":
         data = outline(file)
         for name in kinds_for(data if isinstance(data, Trace) else cut(data, chosen, start)):
-            click.echo(f"{name:<24} {DESCRIPTIONS.get(name, 'values of this variable')}")
+            click.echo(f"{name:<24} {all_kinds()[name].words}")
         return 0
     if output is None:
         raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
@@ -94,16 +97,19 @@ def command(
         option = "--at" if at else "--" + next(iter(chosen)).replace("_", "-")
         raise InputError(f"{option}: found with a trace, which is of one point; allowed: with a results file.")
     if isinstance(data, Trace):
-        for option, value in (("--start", start), ("--states", states)):
+        for option, value in (("--start", start), ("--states", states), ("--confidence", confidence)):
             if value is not None:
-                raise InputError(f"{option}: found with a trace; allowed: with the results of several starts.")
+                of = "samples" if option == "--confidence" else "several starts"
+                raise InputError(f"{option}: found with a trace; allowed: with the results of {of}.")
     else:
         data = read(file, needed(data, kind, chosen, start))
     behind = None if over is None else _sweep(over, output, data)
     pair = None if states is None else [name.strip() for name in states.split(",")]
     if chosen and not isinstance(data, Trace):
         _say_nearest(data, chosen)
-    figure = draw(data, kind, units=units, at=chosen or None, over=behind, start=start, states=pair)
+    part = None if confidence is None else confidence / 100.0
+    more = {"over": behind, "states": pair, "confidence": part}
+    figure = draw(data, kind, units=units, at=chosen or None, start=start, **more)
     if field is not None:
         _overlay(figure, field, data, chosen, start, units)
     save(figure, output, overwrite=overwrite)
@@ -139,11 +145,11 @@ def _chart(
     """A chart of the study in ``file``."""
     from nsdrill.cli.reading import load
     from nsdrill.plot import check_suffix, save
-    from nsdrill.plot.kinds import CHART_KINDS
+    from nsdrill.plot.registry import STUDY, kinds_of
 
     if kind == "list":
-        for name, words in CHART_KINDS.items():
-            click.echo(f"{name:<24} {words}")
+        for name, one in kinds_of(STUDY).items():
+            click.echo(f"{name:<24} {one.words}")
         return 0
     if output is None:
         raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")

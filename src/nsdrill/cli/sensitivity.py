@@ -69,9 +69,9 @@ def command(
         for line in lines(note, units):
             click.echo(line)
     if output is not None:
-        from nsdrill.plot import draw_tornado, save
+        from nsdrill.plot import draw, save
 
-        save(draw_tornado(data, severity, units=units), output, overwrite=overwrite)
+        save(draw(data, "tornado", units=units, severity=severity), output, overwrite=overwrite)
         click.echo(f"{output}: drawn.", err=True)
     return 0
 
@@ -108,15 +108,20 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
         yield f"  {'unknown':26s}{'first':>16s}{'total':>16s}   where it is low, and high"
         for row in sorted(answer["unknowns"], key=lambda row: -row["first"]):
             one = quantity(row["key"])
-            low, high = (one.text(row[f"{end}_value"], units, 3) for end in ("low", "high"))
+            low, high = (one.text(row[end]["value"], units, 3) for end in ("low", "high"))
             yield (
                 f"  {label_of(row['key']):26s}{_index(row['first'], row['first_error']):>16s}{_total(row):>16s}   "
-                f"{told(row['low'])} at {low}, {told(row['high'])} at {high}"
+                f"{told(row['low']['answer'])} at {low}, {told(row['high']['answer'])} at {high}"
             )
     yield ""
     first = note["measure_first"]
     if first is None:
-        yield "No unknown by itself tells whether a run is safe: more samples, or nothing to measure."
+        constant = note["answers"][0]["deviation"] is None
+        yield (
+            "No sample differs in whether it is safe: no measurement tells more about that."
+            if constant
+            else "No unknown by itself tells whether a run is safe: more samples may, or none does."
+        )
     else:
         alike = ", ".join(label_of(key) for key in first["alike"])
         also = f" (from {alike} it cannot be told apart by so few samples)" if alike else ""

@@ -137,7 +137,7 @@ def _show_unknowns(s: dict[str, Any], units: str) -> Iterator[str]:
         return
     yield f"  samples        {s['samples']} of every operating point; of the uncertain numbers nine in ten lie in"
     for key, values in s["unknowns"].items():
-        low, high = (value_text(key, values[end], units) for end in ("low", "high"))
+        low, high = (value_text(key, values[end], units) for end in ("from", "to"))
         yield f"    {label_of(key):26s} {low} to {high}"
 
 
@@ -153,7 +153,7 @@ def _show_probabilities(s: dict[str, Any], units: str) -> Iterator[str]:
         here = [row for row in rows if row["history"] == history]
         what = f", {history}" if history != "every" else ", whatever the history"
         what = what if len(histories) > 1 else ""
-        yield f"\nProbability{what}, in brackets its 95 % interval from {s['samples']} samples:"
+        yield f"\nProbability{what}, in brackets its 95 % interval from {s['counted']} samples:"
         yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
         for row in _evenly(here):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"

@@ -25,10 +25,7 @@ from nsdrill.cli import options
     "--severity", type=click.IntRange(0, 4), default=None,
     help="Call a run safe where none of the three severities exceeds this. Default: where no response is critical.",
 )  # fmt: skip
-@click.option(
-    "--confidence", type=click.FloatRange(1.0, 99.99), default=None, metavar="PERCENT",
-    help="Where numbers are uncertain: call a point safe where a run is so with this probability. Default: 90.",
-)  # fmt: skip
+@options.confidence
 @options.overwrite
 def command(
     results: str, units: str, as_json: bool, output: str | None, severity: int | None, confidence: float | None,
@@ -66,8 +63,8 @@ def command(
         for line in lines(note, units):
             click.echo(line)
     if output is not None:
-        from nsdrill.plot import draw_window, save
+        from nsdrill.plot import draw, save
 
-        save(draw_window(data, severity, part, units=units), output, overwrite=overwrite)
+        save(draw(data, "window", units=units, severity=severity, confidence=part), output, overwrite=overwrite)
         click.echo(f"{output}: drawn.", err=True)
     return 0

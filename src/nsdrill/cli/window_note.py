@@ -83,6 +83,26 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
     if one["safe"]:
         yield ""
         yield from _map(note, one, w)
+    yield from _price(note, w)
+
+
+def _price(note: dict[str, Any], w: Writer) -> Iterator[str]:
+    """What more confidence costs: points, and speed of drilling."""
+    if not note["price"]:
+        return
+    yield ""
+    yield "What the confidence costs:"
+    for row in note["price"]:
+        text = f"  {100 * row['confidence']:4g} %  {row['safe']:5d} safe ({100 * row['share']:.1f} %)"
+        if best := row["fastest"]:
+            axes = sorted((axis for axis in (*note["axes"], note["third"]) if axis), key=_order)
+            where = ", ".join(w.value(axis, best[axis]) for axis in axes)
+            text += f"; fastest {where}, {_rate(best, w)}"
+        yield text
+
+
+def _rate(best: dict[str, Any], w: Writer) -> str:
+    return w.value("rate_of_penetration", best["rate_of_penetration"])
 
 
 def _alone(note: dict[str, Any], w: Writer) -> Iterator[str]:

@@ -12,11 +12,17 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from nsdrill.data import Array
-from nsdrill.plot.kinds import RATE
+from nsdrill.models.description import Description
 from nsdrill.plot.labels import quantity
 
+RATE = "rate_of_penetration"
 MOST_LINES = 6
 LEAST_SPREAD = 0.02  # of the greatest value: below it there is nothing to tell apart
+
+
+def drawn_of(model: Description) -> tuple[str, ...]:
+    """The variables of a sweep of a model that the lines are drawn from."""
+    return tuple(one.name for one in model.derived if one.name == RATE)
 
 
 def draw_lines(axes: Axes, x: Array, y: Array, values: Array, units: str) -> bool:

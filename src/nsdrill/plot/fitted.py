@@ -13,8 +13,8 @@ from matplotlib.patches import Patch
 
 from nsdrill.analysis.fitting import Measured
 from nsdrill.data import Array
-from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import Shown, check_units, operating_point, quantity
+from nsdrill.plot.legend import legend_below
 from nsdrill.plot.style import BLACK, BLUE, FULL_WIDTH, GREY, SKY, house_style, new_figure, put_title, settle
 
 COLUMNS = 3

@@ -278,9 +278,8 @@ def kept_of(
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     states = tuple(coords["state"].tolist())
     told = described(model)
-    options = dict.fromkeys(
-        v.only for v in (*told.features, *told.derived) if v.only and v.only not in states and v.name in names
-    )
+    optional = (v for v in (*told.features, *told.derived) if v.only and v.only not in states)
+    options = dict.fromkeys(v.only for v in optional if v.only and v.name in names)
     return Kept(
         peaks,
         returns,

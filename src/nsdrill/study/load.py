@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import reduce
 from itertools import pairwise
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
@@ -151,12 +154,16 @@ def _path(loc: tuple[str | int, ...]) -> KeyPath:
 
 
 def _whole(path: KeyPath) -> KeyPath:
-    """The path of the range or ramp that ``path`` lies in, as one without one of its values is none; else itself."""
+    """The path of the range, ramp or list that ``path`` lies in, as one without one of its values is none or another;
+    else itself."""
     if path[0] in ("sweep", "operation"):
         return path[:2]
     if path[0] == "uncertain":
         return path[: 3 if path[1:2] == ("table",) else 2]
-    return path[:3] if path[:2] == ("initial", "slice") else path
+    if path[:2] == ("initial", "slice"):
+        return path[:3]
+    numbers = [place for place, part in enumerate(path) if isinstance(part, int)]
+    return path[: numbers[0]] if numbers else path
 
 
 def _without(data: Any, paths: list[KeyPath]) -> Any:
@@ -212,6 +219,7 @@ def _children(prefix: str, keys: Keys) -> list[str]:
         return [*NAMED[kind], *CUT] if (kind := prefix.rpartition(".")[2]) in NAMED else list(KINDS)
     if prefix == SLICE:
         return list(keys.slices)
+    prefix = re.sub(r"\[\d+\]", "", prefix)  # of a record of a list
     start = f"{prefix}." if prefix else ""
     return [key[len(start) :] for key in keys.meanings if key.startswith(start) and "." not in key[len(start) :]]
 
@@ -268,7 +276,13 @@ def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dic
     ramps, faults = take_ramps(document, given.get("operation", {}))
     resolved: dict[str, Any] = {"title": given.get("title", ""), "model": keys.model.name}
     for section, cls in keys.sections.items():
-        resolved[section] = _merged(asdict(cls()), given.get(section, {}))
+        resolved[section] = _merged(_plain(asdict(cls())), given.get(section, {}))
+    for leaf in keys.leaves.values():
+        if leaf.kind == "table":  # a record that is given has the defaults of a record
+            *sections, name = leaf.key.split(".")
+            holder = reduce(getitem, sections, resolved)
+            empty = {part.key.rpartition(".")[2]: part.default for part in leaf.parts}
+            holder[name] = [{**empty, **record} for record in holder[name]]
     if ramps:
         resolved["ramps"] = ramps
     sweep = given.get("sweep", {})
@@ -314,6 +328,13 @@ def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dic
         along = next(iter(made))
     resolved["sweep"] = {**made, "procedure": procedure, "along": along, "refine": sweep.get("refine", 0)}
     return resolved, faults
+
+
+def _plain(value: Any) -> Any:
+    """Nested data with lists in place of tuples, as a file gives it back."""
+    if isinstance(value, dict):
+        return {name: _plain(one) for name, one in value.items()}
+    return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
 
 
 def _merged(defaults: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:

@@ -155,7 +155,13 @@ def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
         if item.name in data:
             made = item.default_factory() if callable(item.default_factory) else None
             value = data[item.name]
-            values[item.name] = build(type(made), value, lenient) if is_dataclass(made) else value
+            if is_dataclass(made):
+                value = build(type(made), value, lenient)
+            elif record := item.metadata.get("record"):
+                value = tuple(build(record, one) for one in value)
+            elif "most" in item.metadata and value is not None:
+                value = tuple(value)
+            values[item.name] = value
     made = cls(**values)
     check_fields(made)  # not every class does so itself
     return made

@@ -91,6 +91,11 @@ def json_of(found: Leaf) -> dict[str, Any]:
         return {"enum": list(found.choices)}
     if found.kind == "switch":
         return {"type": "boolean"}
+    if found.kind == "list":
+        many: dict[str, Any] = {"type": "array", "items": json_of(found.each), "minItems": 1, "maxItems": found.most}
+        return {"anyOf": [many, {"type": "null"}]} if found.nullable else many
+    if found.words:
+        return {"anyOf": [{"enum": list(found.words)}, json_of(replace(found, words=(), default=None))]}
     if found.kind == "quantity":
         usual = USUAL.get(found.units, USUAL["N/m"])
         example = found.text(found.default if found.default is not None else 1.0)
@@ -108,7 +113,7 @@ def json_of(found: Leaf) -> dict[str, Any]:
 def description(found: Leaf) -> str:
     """Meaning, unit, default and source in one paragraph."""
     parts = [found.meaning]
-    if found.units:
+    if found.units and found.kind != "table":
         parts.append(f"In {found.units}")
     if found.kind in ("quantity", "number", "whole"):
         parts.append(f"Range: {found.range()}" + (f" (in the field: {found.usual})" if found.usual else ""))
@@ -118,8 +123,8 @@ def description(found: Leaf) -> str:
     return ". ".join(parts) + "."
 
 
-def _section(prefix: str, cls: type, keys: Keys) -> tuple[Any, Any]:
-    """The field of a section: an empty one (null) is one with all its defaults."""
+def _section(prefix: str, cls: type, keys: Keys, off: Mapping[str, Any] | None = None) -> tuple[Any, Any]:
+    """The field of a section: an empty one (null) is one with all its defaults, or with the values ``off``."""
     hints = typing.get_type_hints(cls)
     members: dict[str, Any] = {}
     for item in fields(cls):
@@ -127,7 +132,9 @@ def _section(prefix: str, cls: type, keys: Keys) -> tuple[Any, Any]:
         if key == SLICE:
             members[item.name] = _slice_model(keys)
         elif is_dataclass(hint) and isinstance(hint, type):
-            members[item.name] = _section(key, hint, keys)
+            members[item.name] = _section(key, hint, keys, item.metadata.get("off"))
+        elif "record" in item.metadata:
+            members[item.name] = _table(keys.leaves[key], keys)
         elif prefix == "operation":
             members[item.name] = _operating(keys.leaves[key])
         else:
@@ -137,17 +144,32 @@ def _section(prefix: str, cls: type, keys: Keys) -> tuple[Any, Any]:
         if section == prefix:
             members = {name: members.pop(name), **members}
     model = create_model(cls.__name__, __config__=_STRICT, **members)
-    annotated = Annotated[model, BeforeValidator(_empty)]  # type: ignore[valid-type]
+    annotated = Annotated[model, BeforeValidator(lambda raw: (off or {}) if raw is None else raw)]  # type: ignore[valid-type]
     return annotated, Field(default=None, description=keys.meanings[prefix])
+
+
+def _table(found: Leaf, keys: Keys) -> tuple[Any, Any]:
+    """A list of records, each with its defaults."""
+    members: dict[str, Any] = {}
+    for part in found.parts:
+        members[part.key.rpartition(".")[2]] = _leaf(part, keys)
+    record = create_model("".join(word.title() for word in found.key.split(".")), __config__=_STRICT, **members)
+    many = Annotated[list[record], BeforeValidator(found.read)]  # type: ignore[valid-type]
+    extra: dict[str, Any] = {"default": found.default_text}
+    return many, Field(default=None, description=description(found), json_schema_extra=extra)
 
 
 def _leaf(found: Leaf, keys: Keys | None = None) -> tuple[Any, Any]:
     validator: Callable[..., Any] = found.read
     if keys is not None and found.key in keys.model.units_by:
         choice, units = keys.model.units_by[found.key]
+        beside = found.key.rpartition(".")[0] == choice.rpartition(".")[0]
 
-        def validator(raw: Any, info: ValidationInfo) -> float:
-            return _in_units_of(found, raw, info.data.get(choice.rpartition(".")[2]), choice, units)
+        def validator(raw: Any, info: ValidationInfo) -> float | None:
+            if raw is None and found.nullable:
+                return None
+            word = info.data.get(choice.rpartition(".")[2]) if beside else (info.context or {}).get(choice)
+            return _in_units_of(found, raw, word, choice, units)
 
     extra = {"default": _json_default(found)}
     annotated = Annotated[Any, PlainValidator(validator), WithJsonSchema(json_of(found))]
@@ -175,6 +197,8 @@ def _operating(found: Leaf) -> tuple[Any, Any]:
 
 def _json_default(found: Leaf) -> Any:
     """As it would stand in the file: quantities as text."""
+    if found.kind in ("list", "table"):
+        return None if found.default is None else found.default_text
     return found.default_text if found.kind == "quantity" and found.default is not None else found.default
 
 

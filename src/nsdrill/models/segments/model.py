@@ -92,6 +92,13 @@ class Segments(ScalarModel):
         steady = steady_of(points.parameters, string_of(points.parameters, depth), wob, speed)
         return {"z": steady.z, "twist": steady.angles[-1], "bit_speed": speed}
 
+    def given(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
+        """A string at rest has neither twist nor bit speed."""
+        found = super().given(points, names)
+        if points.initial.start == "rest":  # type: ignore[attr-defined]
+            found |= {name: 0.0 for name in ("twist", "bit_speed") if getattr(points.initial, name) is None}
+        return found
+
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
         """Twists from none to one and a half times that of steady drilling, bit speeds from 0 to twice the set speed,
         bit positions about the static one by the amplitude of the lobes; closer to steady drilling with a smaller

@@ -15,8 +15,9 @@ from matplotlib.patches import Patch
 
 from nsdrill.analysis.sensitivity import PART, SAFE, sensitivity
 from nsdrill.data import Results
-from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import heading, operating_point, quantity
+from nsdrill.plot.legend import legend_below
+from nsdrill.plot.registry import SAMPLES, Kind, has_samples, needs_samples
 from nsdrill.plot.style import BLACK, BLUE, FULL_WIDTH, ORANGE, REFERENCE, new_figure, put_title
 from nsdrill.quantity import quantity as described
 
@@ -49,13 +50,13 @@ def draw(results: Results, units: str = "si", severity: int | None = None) -> Fi
 def _panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
     """The bars of one answer, and beside each the first-order index."""
     scale, label = _shown(answer["name"], units)
-    rows = [row for row in answer["unknowns"] if row["low"] is not None and row["high"] is not None]
-    rows.sort(key=lambda row: -abs(row["high"] - row["low"]))
+    rows = [row for row in answer["unknowns"] if None not in (row["low"]["answer"], row["high"]["answer"])]
+    rows.sort(key=lambda row: -abs(row["high"]["answer"] - row["low"]["answer"]))
     middle = answer["mean"] / scale
     for number, row in enumerate(rows):
-        ends = sorted((("low", LOW), ("high", HIGH)), key=lambda end: -abs(row[end[0]] / scale - middle))
+        ends = sorted((("low", LOW), ("high", HIGH)), key=lambda end: -abs(row[end[0]]["answer"] / scale - middle))
         for end, colour in ends:  # the shorter one in front, where both reach to one side
-            value = row[end] / scale
+            value = row[end]["answer"] / scale
             axes.barh(number, value - middle, BAR, middle, color=colour, gid=f"{end}:{row['key']}")
         if row["first"] is not None:
             axes.annotate(
@@ -80,3 +81,17 @@ def _shown(name: str, units: str) -> tuple[float, str]:
         return 0.01, "Probability of a safe run [%]"
     one = quantity(name, units)
     return one.scale, f"{one.label}, mean"
+
+
+KINDS = (
+    Kind(
+        "tornado",
+        "which uncertain number moves the safe run, stick-slip, lift-off and contact how far",
+        of=SAMPLES,
+        place=lambda data: 55 if has_samples(data) else None,
+        draw=draw,
+        uses=lambda model: model.check_features,
+        takes=("severity",),
+        advice=needs_samples,
+    ),
+)

@@ -19,10 +19,11 @@ from matplotlib.patches import Patch
 from nsdrill.analysis.window import CRITICAL, RIM, SAFE, UNKNOWN, Classes, classes, find_window, unknown_words
 from nsdrill.data import Array, Results
 from nsdrill.plot import equal
-from nsdrill.plot.columns import legend_below
-from nsdrill.plot.kinds import MAX_PANELS, RATE
+from nsdrill.plot.equal import RATE, drawn_of
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.maps import WRAP, hatch
+from nsdrill.plot.legend import legend_below
+from nsdrill.plot.maps import WRAP, hatch, lies_across
+from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
 from nsdrill.plot.slices import edges, spaced
 from nsdrill.plot.style import BLACK, FULL_WIDTH, SEAMLESS, new_figure, put_title
 
@@ -173,3 +174,21 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
     if len(found.state) > MAX_PANELS:
         handles.append(Line2D([], [], linestyle="none", label=f"{MAX_PANELS} of {len(found.state)} panels shown"))
     return handles
+
+
+def _place(data: Any) -> float | None:
+    return 50 if isinstance(data, Results) and 1 <= len(data.swept) <= 3 else None
+
+
+KINDS = (
+    Kind(
+        "window",
+        "where all procedures are safe, where only some, and the recommended operating point",
+        of=PLANE,
+        place=_place,
+        draw=draw,
+        uses=drawn_of,
+        takes=("severity", "confidence"),
+        across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
+    ),
+)

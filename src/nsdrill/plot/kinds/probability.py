@@ -20,9 +20,10 @@ from nsdrill.analysis.probability import EVERY, SAFE, Chances, chances, window_s
 from nsdrill.analysis.window import ACROSS, USUAL_CONFIDENCE
 from nsdrill.data import Array, Results
 from nsdrill.models.registry import model_in
-from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.maps import WRAP
+from nsdrill.plot.legend import legend_below
+from nsdrill.plot.maps import WRAP, lies_across
+from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
 from nsdrill.plot.slices import edges, spaced
 from nsdrill.plot.style import BLACK, FULL_WIDTH, REFERENCE, RESPONSES, SEAMLESS, new_figure, put_title
 from nsdrill.variables import RESPONSES as NAMES
@@ -170,3 +171,17 @@ def _points(results: Results, found: Chances, units: str) -> Figure:
     axes.set_xlabel("Probability [%], with its 95 % interval")
     put_title(figure, _title(results, found, units))
     return figure
+
+
+KINDS = (
+    Kind(
+        "probability",
+        "how probable a safe run and each response are: maps over two axes, with bands along one",
+        of=SAMPLES,
+        place=lambda data: 10 if has_samples(data) and len(data.swept) < 3 else None,
+        draw=draw,
+        takes=("confidence",),
+        across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
+        advice=needs_samples,
+    ),
+)

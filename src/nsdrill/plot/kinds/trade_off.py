@@ -12,9 +12,10 @@ from matplotlib.lines import Line2D
 
 from nsdrill.analysis.probability import EVERY, SAFE, chances
 from nsdrill.data import Array, Results
-from nsdrill.plot.columns import legend_below
-from nsdrill.plot.kinds import RATE
+from nsdrill.plot.equal import RATE
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
+from nsdrill.plot.legend import legend_below
+from nsdrill.plot.registry import SAMPLES, Kind, has_samples, needs_samples
 from nsdrill.plot.slices import robust_limits
 from nsdrill.plot.style import BLACK, new_figure, put_title
 from nsdrill.variables import SAMPLE
@@ -102,3 +103,16 @@ def _setting(results: Results, place: int, units: str) -> str:
     at = dict(zip(results.axes, np.unravel_index(place, lengths), strict=True))
     return operating_point({axis: float(results.coords[axis][i]) for axis, i in at.items() if axis in results.swept},
                            units)  # fmt: skip
+
+
+KINDS = (
+    Kind(
+        "trade-off",
+        "rate of penetration against the probability of a safe run, point by point",
+        of=SAMPLES,
+        place=lambda data: 52 if has_samples(data) and data.swept and RATE in data.variables else None,
+        draw=draw,
+        uses=lambda model: tuple(one.name for one in model.derived if one.name in (RATE, ENERGY)),
+        advice=needs_samples,
+    ),
+)
