@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         sensitivity,
         show,
         simulate,
+        view,
         window,
     )
     from nsdrill.errors import FileError, InputError, NsdrillError, RunWarning, StudyError
@@ -65,6 +66,7 @@ __all__ = [
     "sensitivity",
     "show",
     "simulate",
+    "view",
     "window",
 ]
 
