@@ -3,8 +3,8 @@
     python -m benchmarks.uncertain [--part 16] [--rounds 3] [--quick] [--out uncertain]
 
 A proportional part of its 460 800 runs: so many of the samples, in one thread, with and without carried states in
-interleaved rounds; processor time, also in proportion for all and two cores. Then, in processes of their own, the largest
-resident memory of all 460 800 runs (of a tenth of a second), of the window and of the indices from that file.
+interleaved rounds; processor time, also in proportion for all and two cores. Then, in processes of their own, the
+largest resident memory of all 460 800 runs (of a tenth of a second), of the window and of the indices from that file.
 """
 
 from __future__ import annotations

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         sensitivity,
         show,
         simulate,
+        view,
         window,
     )
     from nsdrill.errors import FileError, InputError, NsdrillError, RunWarning, StudyError
@@ -63,6 +64,7 @@ __all__ = [
     "sensitivity",
     "show",
     "simulate",
+    "view",
     "window",
 ]
 

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from nsdrill.app.trajectory import Trajectory
     from nsdrill.data import Results, Trace
     from nsdrill.study.study import Study
+    from nsdrill.web.notebook import View
 
     PathLike: TypeAlias = str | os.PathLike[str]
     StudyLike: TypeAlias = Study | PathLike | Mapping[str, Any]
@@ -409,6 +410,25 @@ def chart(
 
 
 @_in_words_of_python
+def view(path: PathLike, *, set: Settings = None, units: str = "si", height: int = 900) -> View:
+    """Explore results, an unfinished run or a study in the browser, as the command ``nsdrill view`` does.
+
+    A notebook shows the explorer in a frame of ``height`` pixels where it is the value of a cell; its ``url`` opens in
+    any browser on this machine. It goes on until its ``close()`` or the end of this process. ``set`` changes keys of a
+    study, as in :func:`load_study`; ``units`` are si or field. FileError where the file is no results and no study.
+    """
+    from nsdrill.plot.labels import check_units
+    from nsdrill.web.notebook import View
+    from nsdrill.web.server import Explorer
+    from nsdrill.web.session import Session
+
+    check_units(units)
+    if not is_whole(height) or not 100 <= height <= 10_000:
+        raise InputError(f"height: found {height!r}; allowed: 100 to 10000 pixels.")
+    return View(Explorer(Session(name_in(path, "path"), units, texts_in(set, "set"))), height)
+
+
+@_in_words_of_python
 def window(results: ResultsLike, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
     """The safe window of results: where one may run whatever the history, as plain data in SI units.
 
@@ -620,7 +640,7 @@ def _warn_failed(failed: int, points: int) -> None:
 
 def _trace(result: Trajectory) -> Dataset:
     """The trace of a run, with a warning where it ended early."""
-    from nsdrill.cli.simulate import ENDINGS
+    from nsdrill.app.wording import ENDINGS
     from nsdrill.store.dataset import to_dataset
     from nsdrill.variables import OK
 

@@ -160,7 +160,7 @@ def test_overrides_reach_the_section() -> None:
         ("{bit.friction.static: {lognormal: {median: 0.3}}}", r"found nothing; allowed: all of median and factor"),
         ("{samples: 4}", r"found no unknown"),
         ("{bit.friction.static: {uniform: [0.3, 0.6]}, samples: 1}", r"samples: found the number 1"),
-        ("{drive.a: {uniform: [0.3, 0.6]}}", r"found an uncertain key that the drive ideal does not read"),
+        ("{drive.a: {uniform: [0.3, 0.6]}}", r"found the uncertain drive\.a, which the drive ideal does not read"),
         ("{table: {bit.friction.static: [0.3, 0.4], bit.rock_stiffness: [1 MN/m]}}", r"as many values as of"),
         ("{table: {bit.friction.static: [0.3, 0.4]}, samples: 8}", r"found 8 beside a table of 2 rows"),
         ("{bit.friction.static: {uniform: [0.3, 0.6]}, correlations: [[bit.friction.static, wob, 0.5]]}",

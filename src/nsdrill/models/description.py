@@ -118,7 +118,8 @@ class Description:
     choice: (key of the choice, its words with their units). ``compiled`` are keys of whole numbers that are fixed when
     the model is compiled, and may be an axis all the same. The template of a study shows ``example_axis``, a key with a
     least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from parameters,
-    initial state and axes.
+    initial state and axes. ``hole`` gives the radii [m] of the hole and of the collar in it, where the path of the
+    collar centre is that in a round hole.
     """
 
     name: str
@@ -151,6 +152,7 @@ class Description:
     example_axis: tuple[str, str, str] = ("", "", "")
     example_slice: str = ""
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
+    hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
     checks: str = ""
     charts: str = ""

@@ -263,6 +263,14 @@ class Checker:
             found = f"{found} ({place.override})"
         return Fault(key, found, allowed, place.line, place.column)
 
+    def unread(self, key: str, why: str, allowed: str) -> Iterator[Fault]:
+        """A fault where ``key``, which nothing reads, is an axis or has another value than its default; ``why`` says
+        what it is that does not read it."""
+        if self.axis(key):
+            yield self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key))
+        elif self.value(key) != self.leaves[key].default:
+            yield self.fault(key, f"{self.text(key)}, {why}", allowed)
+
     def sound(self, *keys: str) -> bool:
         return not any(key == bad or key.startswith((f"{bad}.", f"{bad}[")) for key in keys for bad in self.faulty)
 

@@ -70,5 +70,6 @@ DESCRIPTION = Description(
     example_axis=LUMPED.example_axis,
     example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}",
     attributes=attributes,
+    hole=LUMPED.hole,
     drawn=replace(LUMPED.drawn, summary=(*LUMPED.drawn.summary, "impact_rate")),
 )

@@ -71,12 +71,7 @@ def _drive(check: Any) -> Iterator[Fault]:
         return
     kind = check.value("drive.kind")
     allowed = f"what a drive of the kind {kind} reads: {', '.join(READ_BY[kind])}"
-    for key, leaf in check.leaves.items():
+    for key in check.leaves:
         name = key.removeprefix("drive.")
-        if name in (key, "kind") or name in READ_BY[kind]:
-            continue
-        if check.axis(key):
-            found = f"an axis over a key that the drive {kind} does not read"
-            yield check.fault(f"sweep.{key}", found, allowed, ("sweep", key))
-        elif check.value(key) != leaf.default:
-            yield check.fault(key, f"{check.text(key)}, which the drive {kind} does not read", allowed)
+        if name not in (key, "kind", *READ_BY[kind]):
+            yield from check.unread(key, f"which the drive {kind} does not read", allowed)
