@@ -26,6 +26,7 @@ from nsdrill.app.run import check_sweep, checked_workers
 from nsdrill.errors import FileError, InputError, StudyError
 from nsdrill.kernel.gang import choose_lanes
 from nsdrill.models.leaves import OPERATION
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Record
 from nsdrill.sampling import quantile, rounded
 from nsdrill.study.keys import keys_of
@@ -36,6 +37,7 @@ from nsdrill.study.written import study_text
 from nsdrill.sweep.engine import Engine, Progress
 from nsdrill.sweep.rows import Rows
 from nsdrill.sweep.work import Work, compiled_parts
+from nsdrill.units import plain_units
 from nsdrill.variables import OK
 
 if TYPE_CHECKING:
@@ -250,6 +252,7 @@ def _of_feature(name: str, measured: Measured, predicted: Array, found: Posterio
     away = np.median(predicted[:, there], axis=0) - measured.values[name][there]
     return {
         "name": name,
+        "units": plain_units(BY_NAME[name].units),
         "points": int(there.sum()),
         "error": float(np.sqrt(np.mean(error**2))),
         "spread": float(np.sqrt(np.mean(spread**2))),

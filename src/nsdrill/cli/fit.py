@@ -76,7 +76,6 @@ def command(
 
     from nsdrill.app.fit import fit
     from nsdrill.app.measured import Reading, read_measured
-    from nsdrill.cli.words import in_units
     from nsdrill.data import json_text
     from nsdrill.progress import reporting
 
@@ -87,7 +86,7 @@ def command(
     with reporting(not quiet) as watch:
         found = fit(loaded, measured, batch=batch, rounds=rounds, samples=samples, workers=workers, watch=watch)
     if as_json:
-        click.echo(json_text(in_units(found.note, units), indent=2))
+        click.echo(json_text(note_in(found.note, units), indent=2))
     else:
         for line in lines(found.note, units):
             click.echo(line)
@@ -116,6 +115,23 @@ def _claim(study: str, data: str, output: str | None, picture: str | None, overw
             options.keep_apart(study, file)
             options.keep_apart(data, file)
             claim_file(file, overwrite)
+
+
+def note_in(note: dict[str, Any], units: str) -> dict[str, Any]:
+    """The note for programs: in SI as it is, or with the values of unknowns and features in field units."""
+    if units == "si":
+        return note
+    converted = dict(note)
+    for room, name, fields in (("unknowns", "key", ("prior", "posterior")), ("features", "name", ("error", "spread"))):
+        converted[room] = []
+        for one in note[room]:
+            made = dict(one)
+            for field in fields:
+                values = one[field] if isinstance(one[field], list) else [one[field]]
+                shown, made["units"] = _shown(one[name], values, one["units"], units, signs=False)
+                made[field] = shown if isinstance(one[field], list) else shown[0]
+            converted[room].append(made)
+    return converted
 
 
 def _pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
@@ -173,14 +189,14 @@ def _features(note: dict[str, Any], units: str) -> Iterator[str]:
         )
 
 
-def _shown(name: str, values: list[float], si: str, units: str) -> tuple[list[float], str]:
-    """Values in the unit in which people see this quantity."""
+def _shown(name: str, values: list[float], si: str, units: str, signs: bool = True) -> tuple[list[float], str]:
+    """Values in the unit in which people see this quantity, and that as people write it, or as a study does."""
     from nsdrill.quantity import find, shown_scale, sign
 
     found = find(name)
     unit, base = (found.unit(units), found.units) if found is not None else (si, si)
     scale = shown_scale(unit, base) if unit not in ("", "percent") else 1.0
-    return [value / scale for value in values], sign(unit)
+    return [value / scale for value in values], sign(unit) if signs else unit
 
 
 def verdicts(note: dict[str, Any]) -> Iterator[str]:
