@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import nsdrill
+from nsdrill.analysis.fitting import Measured
+from nsdrill.app.fit import _Runs, _values, unknowns_of
 from nsdrill.errors import InputError
 
 from .helpers import Call
@@ -167,3 +169,22 @@ def test_from_python(tmp_path, monkeypatch, truth):
     for wrong in ({"batch": 3}, {"rounds": 0.5}, {"samples": True}):
         with pytest.raises(InputError, match="allowed: a whole number"):
             nsdrill.fit("study.yaml", "field.csv", **wrong)
+
+
+def test_its_runs_have_the_bits_of_studies_of_their_own(tmp_path):
+    """Rows of a table, in the order of the measurements, whatever the order in which they are run."""
+    study = nsdrill.load_study(PRIOR)
+    at = {"rotary_speed": np.array([6.0, 2.0, 4.0]), "wob": np.array([60e3, 30e3, 50e3])}
+    values = {"stick_slip_index": np.ones(3), "surface_torque_max": np.ones(3)}
+    measured = Measured("made up", at, values, values, ("a", "b", "c"))
+    z = np.array([[0.3, -0.2], [-1.0, 0.7]])
+    keys = unknowns_of(study)
+    found = _Runs(study, measured, keys, 2, lambda progress: None, 10)(z)
+    drawn = _values(keys, z)
+    for sample in range(2):
+        for point in range(3):
+            sets = {"sweep": {}, "uncertain": {}, **{key: float(one[sample]) for key, one in drawn.items()}}
+            sets |= {"operation.wob": f"{float(at['wob'][point])} N"}
+            sets |= {"operation.rotary_speed": f"{float(at['rotary_speed'][point])} rad/s"}
+            own = nsdrill.run(study, set=sets, progress=False)
+            assert [own[name].item() for name in values] == found[sample, [point, 3 + point]].tolist()
