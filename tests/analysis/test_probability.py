@@ -127,11 +127,13 @@ def test_history_makes_the_window_smaller() -> None:
 
 
 def test_of_the_saltelli_design_two_matrices_count() -> None:
-    response = np.full((1, 1, 1, 40), WHIRL)
+    response = np.full((1, 1, 1, 30), WHIRL)  # of one unknown: 10 x (1 + 2)
     response[..., :20] = 0
     attrs = {"study_resolved": '{"uncertain": {"design": "saltelli", "samples": 10}}'}
     assert chances(made_up(response, attrs=attrs)).of("safe")[0].ravel()[0] == 1.0
-    assert chances(made_up(response)).of("safe")[0].ravel()[0] == 0.5
+    assert chances(made_up(response)).of("safe")[0].ravel()[0] == 20 / 30
+    with pytest.raises(InputError, match="found 20 samples of the design saltelli; allowed: all 30"):
+        chances(made_up(response[..., :20], attrs=attrs))
 
 
 def test_by_severity() -> None:

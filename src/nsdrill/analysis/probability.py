@@ -82,7 +82,13 @@ def independent(results: Results) -> slice:
     others are made of their columns."""
     uncertain = resolved_study(results.attrs).get("uncertain", {})
     if uncertain.get("design") == "saltelli":
-        return slice(0, 2 * int(uncertain["samples"]))
+        count, there = int(uncertain["samples"]), len(results.coords[SAMPLE])
+        if results.drawn and there != count * (len(results.drawn) + 2):
+            raise InputError(
+                f"found {there} samples of the design saltelli; allowed: all {count * (len(results.drawn) + 2)} of the "
+                "study, of which only some are independent."
+            )
+        return slice(0, 2 * count)
     return slice(None)
 
 

@@ -131,13 +131,14 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
 
 
 def _show_unknowns(s: dict[str, Any], units: str) -> Iterator[str]:
-    from nsdrill.cli.words import label_of, value_text
+    from nsdrill.cli.words import label_of
+    from nsdrill.quantity import quantity
 
     if "unknowns" not in s:
         return
     yield f"  samples        {s['samples']} of every operating point; of the uncertain numbers nine in ten lie in"
     for key, values in s["unknowns"].items():
-        low, high = (value_text(key, values[end], units) for end in ("from", "to"))
+        low, high = (quantity(key).text(values[end], units, 4) for end in ("from", "to"))
         yield f"    {label_of(key):26s} {low} to {high}"
 
 
