@@ -412,7 +412,7 @@ def chart(
 
 @_in_words_of_python
 def view(path: PathLike, *, set: Settings = None, units: str = "si", height: int = 900) -> View:
-    """Explore results, an unfinished run or a study in the browser, as the command ``nsdrill view`` does.
+    """Explore ``path``, results, an unfinished run or a study, in the browser, as the command ``nsdrill view`` does.
 
     A notebook shows the explorer in a frame of ``height`` pixels where it is the value of a cell; its ``url`` opens in
     any browser on this machine. It goes on until its ``close()`` or the end of this process. ``set`` changes keys of a
