@@ -590,8 +590,8 @@ def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
 @_in_words_of_python
 def combine(results: Sequence[ResultsLike], path: PathLike | None = None, overwrite: bool = False) -> Dataset:
     """One set of results made of several whose studies differ in one number, which becomes an axis: the one that a
-    sweep of that axis would have given, to the bit. With a ``path`` it is written there, as :func:`save` does it, and
-    with ``overwrite`` in place of a file that is there. InputError where they differ in anything else."""
+    sweep of that axis would have given, to the bit. With a ``path`` it is written there; an existing file is an error
+    without ``overwrite=True``. InputError where they differ in anything else."""
     from nsdrill.app import combine as app
     from nsdrill.app import saving
     from nsdrill.store.dataset import to_dataset
