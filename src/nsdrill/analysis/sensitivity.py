@@ -157,7 +157,8 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
     values = np.column_stack([*results.drawn.values()])
     if len(values) < FEWEST:
         raise InputError(
-            f"sensitivity: found {len(values)} samples; allowed: at least {FEWEST}. Run with more, uncertain.samples=64 say."
+            f"sensitivity: found {len(values)} samples; allowed: at least {FEWEST}. Run with more, "
+            "uncertain.samples=64 say."
         )
     dependent = bool(uncertain.get("correlations") or len(uncertain.get("table") or ()) > 1)
     if design == "saltelli":  # its columns stand in the order of the distributions
