@@ -147,14 +147,6 @@ class Half:
     ended: str
 
 
-@dataclass(frozen=True)
-class Ends_:
-    """Where a branch ends: the number continued leaves ``low`` to ``high``, in natural sizes."""
-
-    low: float
-    high: float
-
-
 def follow(
     problem: Problem,
     start: Point,
@@ -162,11 +154,13 @@ def follow(
     bounds: tuple[float, float],
     points: int,
     tests: Tests,
+    stop: Callable[[Point, Point], str] = lambda here, there: "",
     *,
     most: float = MOST,
 ) -> Steps[Half]:
     """Follow the branch through ``start`` to the side ``sense`` (1 or -1 of its tangent) until the number continued
-    leaves ``bounds``, the branch closes, Newton's method fails, or there are so many ``points``."""
+    leaves ``bounds``, ``stop`` of two neighbouring points has a word for the end, the branch closes, Newton's method
+    fails, or there are so many ``points``."""
     here = replace(start, tangent=sense * start.tangent, s=0.0)
     origin, made = here, list[Marked]()
     length, away = FIRST, False
@@ -189,6 +183,8 @@ def follow(
                     return Half(made, "no convergence: the end of the range is not reached")
                 continue
             there = last
+        if word := stop(here, there):
+            return Half(made, word)
         made += yield from special(problem, here, there, tests)
         made.append(Marked(there))
         if outside:
@@ -284,9 +280,9 @@ def _located(problem: Problem, here: Point, there: Point, test: Test) -> Steps[P
         if not np.isfinite(f):
             return None
         if (f > 0.0) == (fa > 0.0):
-            c, sc, fc = a, sa, fa
+            sc, fc = sa, fa
         else:
-            c, sc, fc = b, sb, fb
+            sc, fc = sb, fb
             b, sb, fb = a, sa, fa
         a, sa, fa = point, s, f
         last = a if abs(fa) < abs(fb) else b

@@ -197,11 +197,7 @@ class Flow:
 
 
 def equations_of(
-    model: Model,
-    fixed: Variant,
-    symmetry: Symmetry,
-    pack: Callable[[Array], Array],
-    scales: tuple[float, ...],
+    model: Model, fixed: Variant, symmetry: Symmetry, pack: Callable[[Array], Array], scales: tuple[float, ...]
 ) -> Equations:
     """The equations of a model: ``pack(values)`` gives the lane parameters at ``values`` [n, numbers]. InputError where
     the model cannot follow a deviation."""

@@ -25,7 +25,9 @@ ANGLES = 8  # folds of a revolution over which an equilibrium is mapped, where e
 class Orbit:
     """What is known of a periodic motion: the ``state`` at its start, at the drive angle 0; the ``values`` of what is
     continued; the ``period`` [s]; its ``multipliers``, complex, of all free states over one period, ``trivial`` of them
-    the number of those that are 1 for every such motion; ``touches`` [contacts, 3] (:class:`.flow.Ends`)."""
+    the number of those that are 1 for every such motion; ``touches`` [contacts, 3] (:class:`.flow.Ends`);
+    ``monodromy`` of the ``free`` states in natural sizes; the ``rotation`` number [rad] of a circle over one period;
+    ``pieces`` [pieces, states]: the states at the starts of the segments, or at the points of a circle."""
 
     state: Array
     values: Array
@@ -35,7 +37,13 @@ class Orbit:
     trivial: int = 0
     monodromy: Array | None = None
     rotation: float = math.nan
-    circle: Array | None = None
+    pieces: Array | None = None
+    free: tuple[int, ...] = ()
+
+    @property
+    def start(self) -> Array:
+        """The free states at the start."""
+        return self.state[list(self.free)]
 
     @property
     def own(self) -> Array:
@@ -52,9 +60,7 @@ class Orbit:
 
 def over_segments(touches: Array) -> Array:
     """Touches of a whole motion from those of its segments, [segments, contacts, 3]."""
-    return np.stack(
-        [touches[..., 0].min(axis=0), touches[..., 1].max(axis=0), touches[..., 2].sum(axis=0)], axis=-1
-    )
+    return np.stack([touches[..., 0].min(axis=0), touches[..., 1].max(axis=0), touches[..., 2].sum(axis=0)], axis=-1)
 
 
 @dataclass(frozen=True)
@@ -148,12 +154,23 @@ class Periodic:
         values = self.numbers(x)
         period = float(self.angle / flow.phase_rate(values)[0])
         orbit = Orbit(
-            states[0], values, period, np.linalg.eigvals(whole), over_segments(ends.touches[:J]), 0, whole, 0.0
-        )
+            states[0], values, period, np.linalg.eigvals(whole), over_segments(ends.touches[:J]), 0, whole, 0.0, states,
+            tuple(free),
+        )  # fmt: skip
         return Reading(residual.ravel(), jacobian, orbit)
 
     def moved(self, x: Array) -> Problem:
         return self
+
+
+def starts_of(orbit: Orbit, flow: Flow, lobes: int) -> list[Array]:
+    """The states, turned back to the drive angle 0, at which an orbit of so many ``lobes`` may begin, each of its free
+    states."""
+    assert orbit.pieces is not None
+    step = len(orbit.pieces) // lobes
+    fold = 2.0 * math.pi / (flow.symmetry.folds or ANGLES)
+    pieces = orbit.pieces[:: max(step, 1)][:lobes]
+    return [turned(flow.symmetry, piece, -k * fold)[list(orbit.free)] for k, piece in enumerate(pieces)]
 
 
 def between_segments(problem: Periodic, state: Array, values: Array) -> Steps[Array | None]:
