@@ -16,11 +16,12 @@ from nsdrill.errors import NsdrillError
 # name -> one line for the help. Kept here so that the help imports nothing else.
 COMMANDS = {
     "run": "Run a study: sweep, classify, and write the results file.",
+    "continue": "Follow motions along a number of the study, stable or not: branches and bifurcations.",
     "simulate": "Simulate one operating point and write its trajectory.",
     "replay": "Run one point of a results file again, with its trajectory.",
-    "plot": "Draw a results or trace file.",
+    "plot": "Draw a file of results, a trace or branches.",
     "window": "Say where one may run whatever the history.",
-    "show": "Say what is in a results or trace file, in words and numbers.",
+    "show": "Say what is in a file of results, a trace or branches, in words and numbers.",
     "diff": "Say what differs between two results or trace files.",
     "check": "Validate a study and print its derived coefficients.",
     "new": "Write a commented study to start from.",
@@ -29,13 +30,15 @@ COMMANDS = {
     "classify": "Give a results file new labels with other thresholds; nothing is run again.",
 }
 
+MODULES = {"continue": "continuing"}  # a word of Python is no name of a module
+
 EXIT_CODES = """\b
 Exit codes:
   0    done
   1    the run failed, and not through its input: a full disk, too little memory
   2    the command line, the study or an input file is wrong; nothing was written
   3    finished, but some points failed; they are marked in the file
-  130  interrupted; nsdrill run goes on with --resume"""
+  130  interrupted; nsdrill run and continue go on with --resume"""
 
 
 class LazyGroup(click.Group):
@@ -47,7 +50,7 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"nsdrill.cli.{cmd_name}").command
+        command: click.Command = import_module(f"nsdrill.cli.{MODULES.get(cmd_name, cmd_name)}").command
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:

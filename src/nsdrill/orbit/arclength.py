@@ -22,7 +22,7 @@ Steps = Generator[Legs, Ends, T]
 
 FIRST, GROW, MOST, LEAST = 0.02, 1.3, 0.3, 1e-6  # lengths of steps, in natural sizes
 FEW_ITERATIONS, MOST_ITERATIONS = 4, 9
-CLOSE, SMALL = 1e-8, 1e-5  # of a step of Newton's method
+CLOSE, SMALL, FARTHEST = 1e-8, 1e-5, 20.0  # of a step of Newton's method, in natural sizes
 LEAST_COSINE = 0.5  # between the tangents of neighbouring points
 LOCATED = 1e-8  # of the arclength at which a special point is known
 
@@ -94,7 +94,7 @@ def correct(problem: Problem, guess: Array, normal: Array) -> Steps[tuple[Array,
         except np.linalg.LinAlgError:
             return None
         size = float(np.max(np.abs(step)))
-        if not np.isfinite(size) or size > 1e3:
+        if not np.isfinite(size) or size > FARTHEST:
             return None
         if size < CLOSE or (size < SMALL and size >= 0.5 * before):
             return x, reading, iteration, residual

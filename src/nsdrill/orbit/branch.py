@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 
 from nsdrill.orbit.arclength import Half, Marked, Point
-from nsdrill.orbit.labels import END, FAILED, HOPF
+from nsdrill.orbit.meanings import END, FAILED, HOPF
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
-EQUILIBRIUM, PERIODIC, CYCLE, CIRCLE = "equilibrium", "periodic", "limit_cycle", "invariant_circle"
-MOTIONS = (EQUILIBRIUM, PERIODIC, CYCLE, CIRCLE)
 ENDINGS = {
     "from": "the end of the range",
     "to": "the end of the range",

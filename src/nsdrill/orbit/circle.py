@@ -17,7 +17,8 @@ import numpy as np
 from nsdrill.orbit.arclength import Point, Reading, Steps, Test
 from nsdrill.orbit.flow import DEFAULT_DIFFERENCE, Flow, Legs
 from nsdrill.orbit.frame import turned, turning
-from nsdrill.orbit.labels import FOLD, Graze
+from nsdrill.orbit.labels import Graze
+from nsdrill.orbit.meanings import FOLD
 from nsdrill.orbit.periodic import Orbit
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -52,7 +53,7 @@ class Circle:
         return 2.0 * math.pi / self.flow.symmetry.folds
 
     @property
-    def angles(self) -> Array:
+    def angles(self) -> Any:
         return 2.0 * math.pi * np.arange(self.points) / self.points
 
     def unknowns(self, w: Array, rotation: float, number: float) -> Array:
@@ -79,6 +80,8 @@ class Circle:
         three = np.repeat(np.stack([values, values + change, values - change]), N, axis=0)
         states = turned(symmetry, w, self.angles)
         durations = self.fold / flow.phase_rate(three)
+        if not np.all(durations > 0.0):
+            return None
         ends = yield Legs(np.tile(states, (3, 1)), np.zeros(3 * N), durations, three, np.arange(3 * N) < N)
         if not ends.ok.all():
             return None
@@ -96,7 +99,7 @@ class Circle:
         jacobian = np.zeros((N * n + 1, N * n + 2))
         jacobian[:-1, :-2] = -np.kron(moved, np.eye(n))
         # R(-theta - rho) M R(theta), of each point
-        columns = turned(symmetry, np.swapaxes(ends.monodromy[:N], 1, 2), back[:N, None])
+        columns = turned(symmetry, np.swapaxes(ends.monodromy[:N], 1, 2), np.asarray(back[:N, None]))
         blocks = np.swapaxes(columns, 1, 2)
         along = turned(symmetry, np.tile(np.eye(flow.states), (N, 1, 1)), self.angles[:, None])
         blocks = np.einsum("kij,klj->kil", blocks, along)[:, free][:, :, free] * (scale / scale[:, None])
@@ -201,6 +204,11 @@ def fitted_circle(flow: Flow, state: Array, values: Array) -> Steps[tuple[Circle
     return None
 
 
+def _touch(contact: int, which: int) -> Callable[[Point], float]:
+    """The least (0) or greatest (1) value of a contact's function."""
+    return lambda point: float(point.found.touches[contact, which])
+
+
 def tests_of_circle(grazes: Mapping[int, Graze]) -> Callable[[Point, Point], list[Test]]:
     """The tests for special points of circles: folds, and the first and last touches."""
 
@@ -211,9 +219,9 @@ def tests_of_circle(grazes: Mapping[int, Graze]) -> Callable[[Point, Point], lis
         for contact, graze in grazes.items():
             (low1, high1, _), (low2, high2, _) = here.found.touches[contact], there.found.touches[contact]
             if (high1 <= 0.0) != (high2 <= 0.0) and graze.reached is not None:
-                found.append(Test(graze.reached, lambda point, c=contact: float(point.found.touches[c, 1])))
+                found.append(Test(graze.reached, _touch(contact, 1)))
             elif (low1 > 0.0) != (low2 > 0.0) and graze.lost is not None:
-                found.append(Test(graze.lost, lambda point, c=contact: float(point.found.touches[c, 0])))
+                found.append(Test(graze.lost, _touch(contact, 0)))
         return found
 
     return tests

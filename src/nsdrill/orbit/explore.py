@@ -16,11 +16,12 @@ import numpy as np
 
 from nsdrill.orbit import circle
 from nsdrill.orbit.arclength import Half, Marked, Point, Problem, Steps, Tests, follow, settled
-from nsdrill.orbit.branch import CIRCLE, CYCLE, EQUILIBRIUM, PERIODIC, Branch, assembled, lies_on, passes
+from nsdrill.orbit.branch import Branch, assembled, lies_on, passes
 from nsdrill.orbit.cycle import Cycle, rates, sampled_cycle
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import turned
-from nsdrill.orbit.labels import BRANCH, DOUBLING, HOPF, Graze, tests_of
+from nsdrill.orbit.labels import Graze, tests_of
+from nsdrill.orbit.meanings import BRANCH, CIRCLE, CYCLE, DOUBLING, EQUILIBRIUM, HOPF, PERIODIC
 from nsdrill.orbit.periodic import Periodic, between_segments, starts_of
 from nsdrill.orbit.rounds import advance
 from nsdrill.orbit.switch import at_hopf, branched, doubled, doubled_cycle, started
@@ -28,7 +29,7 @@ from nsdrill.orbit.switch import at_hopf, branched, doubled, doubled_cycle, star
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Key = tuple[int, ...]
 NEAR = 0.05  # in natural sizes: how far a settled motion may miss its start after a period
-MOST_LOBES = 8  # of orbits that doublings are followed to, at least
+MISS, AFAR = 2.0, 60.0  # the same where it may not have settled, and how far Newton's method may then go
 MOST_WAVES = 40
 WILD = 1e3  # a multiplier over one fold: such a motion is too unstable to be followed
 GROUP = 1.5  # in natural sizes: neighbouring seeds that are likely to lie on one branch
@@ -39,17 +40,20 @@ REVOLUTIONS, PER_REVOLUTION = 24, 96  # that a cycle is looked for
 @dataclass(frozen=True)
 class Seed:
     """A settled motion: its ``state`` [states] at the drive angle ``phase`` [rad], and the ``values`` of what is
-    continued; ``origin`` says where it comes from."""
+    continued. ``near``: it may not have settled, and the motion nearest to it is looked for; ``steady``: it is a guess of
+    steady drilling, or of the motion over one lobe, that need not be stable."""
 
     state: Array
     phase: float
     values: Array
-    origin: str = ""
+    near: bool = False
+    steady: bool = False
 
 
 @dataclass(frozen=True)
 class Orders:
-    """What is asked for: the ``lobes`` that are tried, shortest first; whether ``periodic`` motions, ``cycles`` and
+    """What is asked for: the ``lobes`` that are tried, shortest first, to the
+    longest of which doublings are followed; whether ``periodic`` motions, ``cycles`` and
     ``circles`` are followed; the ``bounds`` of the number continued, in SI; ``points`` a branch at most; whether to
     ``switch`` at doublings and the like; what it means that a contact is reached or lost, ``grazes`` by its place."""
 
@@ -163,7 +167,8 @@ class Explorer:
 
     def _begun(self, seeds: list[Seed], words: list[str]) -> dict[int, Seed]:
         """Seeds at the drive angle 0: those of a model with lobes run on to the next fold of a revolution."""
-        symmetry, made = self.flow.symmetry, {}
+        symmetry = self.flow.symmetry
+        made: dict[int, Seed] = {}
         if not seeds:
             return made
         if self.smooth:
@@ -194,7 +199,14 @@ class Explorer:
         sizes = flow.sizes(seed.values)[0]
         fold, value = 2.0 * math.pi / flow.symmetry.folds, seed.values[-1]
         duration = fold / flow.phase_rate(seed.values)
-        starts, pieces = [seed.state], [seed.state]
+        starts, pieces, misses = [seed.state], [seed.state], dict[int, float]()
+
+        def guess(lobes: int, far: float) -> _Guess:
+            problem = Periodic.at(flow, lobes, seed.values, seed.state)
+            x = problem.unknowns(np.stack(pieces[:lobes]), value)
+            signs = [np.append((start / sizes)[free], value / self.scale) for start in starts[:lobes]]
+            return _Guess(number, PERIODIC, lobes, problem, x, signs, far)
+
         for lobes in range(1, max(orders.lobes) + 1) if orders.periodic else ():
             angle = np.array([(lobes - 1) * fold])
             ends = yield Legs(pieces[-1][None], angle, duration, seed.values[None], np.zeros(1, dtype=bool))
@@ -203,16 +215,19 @@ class Explorer:
                 return None
             pieces.append(ends.state[0])
             starts.append(turned(flow.symmetry, ends.state, -lobes * fold)[0])
-            if lobes in orders.lobes and np.max(np.abs((starts[-1] - seed.state) / sizes)[free]) < NEAR:
-                problem = Periodic.at(flow, lobes, seed.values, seed.state)
-                x = problem.unknowns(np.stack(pieces[:lobes]), value)
-                signs = [np.append((start / sizes)[free], value / self.scale) for start in starts[:lobes]]
-                return _Guess(number, PERIODIC, lobes, problem, x, signs, 10.0 * NEAR)
+            if seed.steady:
+                return guess(1, AFAR)
+            if lobes in orders.lobes:
+                misses[lobes] = float(np.max(np.abs((starts[-1] - seed.state) / sizes)[free]))
+                if misses[lobes] < NEAR:
+                    return guess(lobes, 10.0 * NEAR)
         if orders.circles and flow.symmetry.turned:
             made = yield from circle.fitted_circle(flow, seed.state, seed.values)
             if made is not None:
                 rotation = np.array([10.0 * math.remainder(made[1][-2], 2.0 * math.pi), value / self.scale])
                 return _Guess(number, CIRCLE, 1, *made, [rotation], 1.0)
+        if seed.near and misses and min(misses.values()) < MISS:
+            return guess(min(misses, key=lambda lobes: misses[lobes]), AFAR)
         words[number] = "neither a period of the lobes asked for nor a circle: chaotic, or not settled"
         return None
 
@@ -222,13 +237,13 @@ class Explorer:
         sizes, value = flow.sizes(seed.values)[0][free], seed.values[-1]
         moves = rates(flow, seed.state[None], seed.values)[0][free] / sizes
         turn = 2.0 * math.pi / float(flow.phase_rate(seed.values)[0])
-        if np.linalg.norm(moves) * turn < NEAR:
+        if np.linalg.norm(moves) * turn < NEAR or seed.steady:
             if not orders.periodic:
                 words[number] = "a steady motion, which the study does not ask for"
                 return None
             fixed = Periodic.at(flow, 1, seed.values, seed.state)
             sign = np.append(seed.state[free] / sizes, value / self.scale)
-            return _Guess(number, EQUILIBRIUM, 1, fixed, fixed.unknowns(seed.state[None], value), [sign], 10.0 * NEAR)
+            return _Guess(number, EQUILIBRIUM, 1, fixed, fixed.unknowns(seed.state[None], value), [sign], AFAR)
         if not orders.cycles:
             words[number] = "a motion that does not stand still, which the study does not ask for"
             return None
@@ -374,9 +389,12 @@ class Explorer:
             # Continuous along the branch: of several starts that of the line so far.
             line.append(min(signs, key=lambda sign: float(np.linalg.norm(sign - line[-1]))))
             for key, other in self._lines.items():
-                if key[:-1] < one.key and self._kinds[key] == kind and len(other) > 1:
-                    if passes(np.stack(other), signs) or passes(np.stack(other[-2:]), seed):
-                        return "known"
+                if key == (*one.key, -sense) and min(len(line), len(other)) > 5 and passes(np.stack(other), signs):
+                    return "closed"  # the two sides meet
+                if key[:-1] >= one.key or self._kinds[key] != kind or len(other) < 2:
+                    continue
+                if passes(np.stack(other), signs) or passes(np.stack(other[-2:]), seed):
+                    return "known"
             return ""
 
         return stop
@@ -440,20 +458,30 @@ class Explorer:
             if made is None:
                 return None
             point = yield from started(*made)
-            return point and _Candidate(key, CYCLE, 1, made[0].moved(point.x), point, number, place, True)
+            return (
+                None if point is None else _Candidate(key, CYCLE, 1, made[0].moved(point.x), point, number, place, True)
+            )
         if marked.label == DOUBLING and branch.motion == CYCLE:
             cycle = Cycle.at(flow, orbit.period, orbit.values, orbit.state, len(orbit.pieces))
             twice = doubled_cycle(cycle, orbit)
             if len(orbit.pieces) > 4 * 6:
                 return None
             point = yield from started(*twice)
-            return point and _Candidate(key, CYCLE, 1, twice[0].moved(point.x), point, number, place, True)
+            return (
+                None
+                if point is None
+                else _Candidate(key, CYCLE, 1, twice[0].moved(point.x), point, number, place, True)
+            )
         if branch.motion != PERIODIC:
             return None
-        if marked.label == DOUBLING and 2 * branch.lobes <= max(MOST_LOBES, *self.orders.lobes):
+        if marked.label == DOUBLING and 2 * branch.lobes <= max(self.orders.lobes):
             problem = Periodic.at(flow, 2 * branch.lobes, orbit.values, orbit.state)
             point = yield from doubled(problem, orbit)
-            return point and _Candidate(key, PERIODIC, 2 * branch.lobes, problem, point, number, place, True)
+            return (
+                None
+                if point is None
+                else _Candidate(key, PERIODIC, 2 * branch.lobes, problem, point, number, place, True)
+            )
         if marked.label == BRANCH:
             problem = Periodic.at(flow, branch.lobes, orbit.values, orbit.state, len(orbit.pieces))
             one = yield from branched(problem, orbit, 1)

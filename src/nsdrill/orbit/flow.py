@@ -30,7 +30,7 @@ from nsdrill.variables import OK
 Array = np.ndarray[Any, np.dtype[Any]]
 PAIR = "tsitouras"
 RTOL = 1e-11
-MOST_STEPS = 2_000_000  # of one leg
+MOST_STEPS = 200_000  # of one leg
 DEFAULT_DIFFERENCE = 1e-5  # of the natural size of a number, for derivatives by it
 
 

@@ -11,7 +11,7 @@ from nsdrill.models.base import Symmetry
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
 
-def turned(symmetry: Symmetry, state: Array, angle: Array | float) -> Array:
+def turned(symmetry: Symmetry, state: Array, angle: Any) -> Array:
     """States (..., states) turned by ``angle`` [rad], a number or an array over all but the last dimension."""
     made = np.array(state, dtype=float)
     cosine, sine = np.cos(angle), np.sin(angle)

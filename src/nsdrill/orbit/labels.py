@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from nsdrill.orbit.arclength import Point, Test
+from nsdrill.orbit.meanings import BRANCH, DOUBLING, FOLD, HOPF, TORUS
 from nsdrill.orbit.periodic import Orbit
 
-REGULAR, HOPF, FOLD, BRANCH, DOUBLING, TORUS, END, FAILED = 0, 3, 5, 6, 7, 8, 9, -9
 REAL = 1e-7  # of the modulus: an imaginary part that counts for nothing
 NEAR = 1e-6  # of the unit circle
 
@@ -62,7 +62,7 @@ def _pair(number: int) -> Callable[[Point], float]:
     return value
 
 
-def tests_of(grazes: Mapping[int, Graze], *, equilibrium: bool = False) -> Callable[[Point, Point], list[Test]]:
+def tests_of(grazes: Mapping[int, Graze], *, equilibrium: bool) -> Callable[[Point, Point], list[Test]]:
     """The function that gives the tests for special points between two points of a branch. ``grazes`` says of which
     contacts, by place, what is an event; ``equilibrium``: a pair that leaves the unit circle is a Hopf bifurcation."""
 

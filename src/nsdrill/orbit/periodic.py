@@ -1,6 +1,6 @@
 """Periodic orbits as zeros: of the lobe map, in which steady drilling is a fixed point and bounces are too.
 
-P_m is the flow over m folds of a revolution of the drive, turned back by as much (:class:`nsdrill.models.base.Symmetry`).
+P_m is the flow over m folds of a revolution of the drive, turned back by as much (``models.base.Symmetry``).
 An orbit of period m is a fixed point of P_m, found by multiple shooting: ``segments`` pieces that end where the next
 begins. Where every angle is alike, a fixed point of the map over any angle is an equilibrium in the frame of the drive.
 """
@@ -32,7 +32,7 @@ class Orbit:
     state: Array
     values: Array
     period: float
-    multipliers: Array
+    multipliers: np.ndarray[Any, np.dtype[Any]]
     touches: Array
     trivial: int = 0
     monodromy: Array | None = None
@@ -46,7 +46,7 @@ class Orbit:
         return self.state[list(self.free)]
 
     @property
-    def own(self) -> Array:
+    def own(self) -> np.ndarray[Any, np.dtype[Any]]:
         """The multipliers that tell of stability."""
         if not self.trivial:
             return self.multipliers
@@ -126,7 +126,10 @@ class Periodic:
         )
 
     def read(self, x: Array) -> Steps[Reading | None]:
-        ends = yield self.legs(x)
+        legs = self.legs(x)
+        if not np.all(legs.duration > 0.0):
+            return None
+        ends = yield legs
         if not ends.ok.all():
             return None
         flow, J, states = self.flow, self.segments, self.states(x)

@@ -235,7 +235,9 @@ def keys_of(model: str = MODEL) -> Keys:
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
     groups = {".".join(parts[:end]) for key in every for parts in [key.split(".")] for end in range(1, len(parts))}
     there = {"title", *every, *groups, SLICE}
-    meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] == "sweep"}
+    meanings = {
+        key: words for key, words in told.items() if key in there or key.partition(".")[0] in ("sweep", "continue")
+    }
     meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
     return Keys(found, sections, every, axes, physical, meanings)
 

@@ -12,6 +12,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.study.continuation import Continuation
 from nsdrill.variables import Axis
 
 Procedure = Literal["same", "up", "down", "up-down"]
@@ -28,7 +29,7 @@ class Study:
     state is carried, None for procedure ``same``. ``text`` is the YAML as read, ``overrides`` the ``--set`` texts,
     ``resolved`` the complete study, defaults filled in and in SI, as plain data, ``sha256`` the digest of that.
     ``refined`` names the axes whose values are those of a grid refined ``refine`` times, of which every
-    ``2**refine``-th is run first.
+    ``2**refine``-th is run first. ``continuation`` is the section ``continue``, None where there is none.
     """
 
     title: str
@@ -52,6 +53,7 @@ class Study:
     refined: tuple[str, ...] = ()
     more: tuple[Axis, ...] = ()
     ramps: dict[str, Ramp] = field(default_factory=dict)
+    continuation: Continuation | None = None
 
     @property
     def ramped(self) -> tuple[str, ...]:
