@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
+from nsdrill.analysis.bifurcations import CIRCLE, meanings_of
 from nsdrill.app.provenance import processor, provenance, unlike, versions
 from nsdrill.app.run import processors
 from nsdrill.data import Array, json_text
@@ -32,7 +33,6 @@ from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.kept import from_arrays, to_arrays
 from nsdrill.orbit.labels import Graze
-from nsdrill.orbit.meanings import CIRCLE, meanings_of
 from nsdrill.store import check_target, part_path, read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
 from nsdrill.study.keys import keys_of

@@ -31,6 +31,11 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
     return with_overrides(read_partial(path, names) if kind == "partial" else read_results(path, names))
 
 
+def is_branches(path: str | os.PathLike[str]) -> bool:
+    """Whether ``path`` is a file of branches; FileError if it is none of ours."""
+    return os.path.lexists(path) and kind_of(path) == "branches"
+
+
 def outline(path: str | os.PathLike[str]) -> Results | Trace:
     """As :func:`read_any`, but a sweep has zeros for its variables, which take no memory: to see what there is."""
     data = read_any(path, ())

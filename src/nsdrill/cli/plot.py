@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 @click.option("--states", metavar="A,B", help="The two states of a basin drawn from an ensemble: z,vz say.")
 @click.option(
     "--over", type=options.FileName(), metavar="OUT.h5",
-    help="With the trace of a ramp and --kind ramp: draw it over the peaks of this sweep.",
+    help="With branches, or the trace of a ramp and --kind ramp: draw them over the peaks of this sweep.",
 )  # fmt: skip
 @click.option(
     "--along", metavar="KEY",
@@ -55,8 +55,8 @@ def command(
     rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None, over: str | None,
     along: str | None, overrides: tuple[str, ...], overwrite: bool,
 ) -> int:  # fmt: skip
-    """Draw FILE: a results file, the .part file of a run that goes on, or a trace; or a chart of a study (.yaml), which
-    is not run."""
+    """Draw FILE: a results file, the .part file of a run that goes on, a trace, or branches; or a chart of a study
+    (.yaml), which is not run. With a map and --over branches, their curves are drawn over it."""
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
     from nsdrill.plot import DESCRIPTIONS, check_suffix, cut, draw, kinds_for, needed, save
@@ -66,6 +66,12 @@ def command(
         unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
                   "--states": states, "--over": over}  # fmt: skip
         return _chart(file, output, kind, units, along, overrides, unused, overwrite)
+    from nsdrill.app.reading import is_branches
+
+    if is_branches(file):
+        unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
+                  "--states": states, "--along": along, "--set": overrides}  # fmt: skip
+        return _branches(file, output, kind, units, over, unused, overwrite)
     for option, found in (("--along", along), ("--set", overrides)):
         if found:
             raise InputError(f"{option}: found with {file}; allowed: with a study, a file that ends in .yaml or .yml.")
@@ -98,6 +104,42 @@ def command(
         _say_nearest(data, chosen)
     figure = draw(data, kind, units=units, at=chosen or None, over=behind, start=start, states=pair)
     save(figure, output, overwrite=overwrite)
+    click.echo(f"{output}: drawn.", err=True)
+    return 0
+
+
+def _branches(
+    file: str, output: str | None, kind: str | None, units: str, over: str | None, unused: Mapping[str, Any],
+    overwrite: bool,
+) -> int:  # fmt: skip
+    """The branches in ``file``."""
+    if kind == "list":
+        click.echo(f"{'branches':<24} stable and unstable motions along the number that is continued")
+        return 0
+    if kind not in (None, "branches"):
+        raise InputError(f"plot kind: found {kind!r} with a file of branches; allowed: branches.")
+    if output is None:
+        raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
+    for option, found in unused.items():
+        if found not in (None, ()):
+            raise InputError(f"{option}: found with a file of branches; allowed: with results.")
+    from nsdrill.cli.reading import read
+    from nsdrill.data import Trace
+    from nsdrill.plot import check_suffix, save
+    from nsdrill.plot.branches import draw_branches
+    from nsdrill.store import claim_file, open_branches
+
+    check_suffix(output)
+    options.keep_apart(file, output)
+    claim_file(output, overwrite)
+    behind = None
+    if over is not None:
+        options.keep_apart(over, output)
+        found = read(over)
+        if isinstance(found, Trace):
+            raise InputError(f"{over}: this is a trace; --over takes the results of a sweep.")
+        behind = found
+    save(draw_branches(open_branches(file), units=units, over=behind), output, overwrite=overwrite)
     click.echo(f"{output}: drawn.", err=True)
     return 0
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.bifurcations import END, FAILED, HOPF
 from nsdrill.orbit.arclength import Half, Marked, Point
-from nsdrill.orbit.meanings import END, FAILED, HOPF
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 ENDINGS = {

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.bifurcations import FOLD
 from nsdrill.orbit.arclength import Point, Reading, Steps, Test
 from nsdrill.orbit.flow import DEFAULT_DIFFERENCE, Flow, Legs
 from nsdrill.orbit.frame import turned, turning
 from nsdrill.orbit.labels import Graze
-from nsdrill.orbit.meanings import FOLD
 from nsdrill.orbit.periodic import Orbit
 
 Array = np.ndarray[Any, np.dtype[np.float64]]

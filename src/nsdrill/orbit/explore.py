@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.bifurcations import BRANCH, CIRCLE, CYCLE, DOUBLING, EQUILIBRIUM, HOPF, PERIODIC
 from nsdrill.orbit import circle
 from nsdrill.orbit.arclength import Half, Marked, Point, Problem, Steps, Tests, follow, settled
 from nsdrill.orbit.branch import Branch, assembled, lies_on, passes
@@ -21,7 +22,6 @@ from nsdrill.orbit.cycle import Cycle, rates, sampled_cycle
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import turned
 from nsdrill.orbit.labels import Graze, tests_of
-from nsdrill.orbit.meanings import BRANCH, CIRCLE, CYCLE, DOUBLING, EQUILIBRIUM, HOPF, PERIODIC
 from nsdrill.orbit.periodic import Periodic, between_segments, starts_of
 from nsdrill.orbit.rounds import advance
 from nsdrill.orbit.switch import at_hopf, branched, doubled, doubled_cycle, started
@@ -40,8 +40,8 @@ REVOLUTIONS, PER_REVOLUTION = 24, 96  # that a cycle is looked for
 @dataclass(frozen=True)
 class Seed:
     """A settled motion: its ``state`` [states] at the drive angle ``phase`` [rad], and the ``values`` of what is
-    continued. ``near``: it may not have settled, and the motion nearest to it is looked for; ``steady``: it is a guess of
-    steady drilling, or of the motion over one lobe, that need not be stable."""
+    continued. ``near``: it may not have settled, and the motion nearest to it is looked for; ``steady``: it is a guess
+    of steady drilling, or of the motion over one lobe, that need not be stable."""
 
     state: Array
     phase: float
@@ -343,7 +343,7 @@ class Explorer:
         orders, tests = self.orders, self._tests(one)
         stop = self._stops(one, sense if one.other is None or start is one.point else -1)
         problem: Any = one.problem
-        most = orders.points if one.one_side else -(-orders.points // 2)
+        most = orders.points
         half = yield from follow(problem, start, sense, self.bounds, most, tests, stop)
         while (
             half.ended.startswith("no convergence")
@@ -383,6 +383,9 @@ class Explorer:
         def stop(here: Point, there: Point) -> str:
             if word := own(here, there):
                 return word
+            # Both sides share the points of a branch.
+            if sum(len(self._lines.get((*one.key, side), ())) for side in (1, -1)) > self.orders.points:
+                return "points"
             if one.motion == PERIODIC and np.max(np.abs(there.found.multipliers)) > WILD**one.lobes:
                 return "wild"
             signs = self._signatures(one.motion, one.lobes, there)

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from nsdrill.analysis.bifurcations import BRANCH, DOUBLING, FOLD, HOPF, TORUS
 from nsdrill.orbit.arclength import Point, Test
-from nsdrill.orbit.meanings import BRANCH, DOUBLING, FOLD, HOPF, TORUS
 from nsdrill.orbit.periodic import Orbit
 
 REAL = 1e-7  # of the modulus: an imaginary part that counts for nothing
