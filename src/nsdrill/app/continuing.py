@@ -47,7 +47,7 @@ RANGE_PARTS = 10  # the natural size of the number continued is this part of its
 CIRCLE_PERIODS = 200  # over which features of a motion on a circle are measured
 UNSTABLE = 1e6  # a multiplier beyond which one period no longer follows the orbit
 KEPT_MAGIC = "nsdrill branches"
-Words = Callable[[str], None]
+Words = Callable[[str], object]
 
 
 @dataclass(frozen=True)
@@ -462,8 +462,8 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
     for word in found.seeds:
         seeds[word] = seeds.get(word, 0) + 1
     attrs = {
-        **provenance(study, "continue"), "along": dimension_of(asked.along), "along_key": asked.along,
-        "continue_from": asked.low, "continue_to": asked.high, "seeds": json_text(seeds), "rtol": flow.rtol,
+        **provenance(study, "continue"), "nsdrill_kind": "branches", "along": dimension_of(asked.along),
+        "along_key": asked.along, "continue_from": asked.low, "continue_to": asked.high, "seeds": json_text(seeds), "rtol": flow.rtol,
     }  # fmt: skip
     return xarray.Dataset(data, coords, attrs)
 

@@ -54,11 +54,13 @@ def simulate(
     start: int | None = None,
     duration: float | None = None,
     sample: float = DEFAULT_SAMPLE,
+    state: np.ndarray | None = None,
 ) -> Trajectory:
     """Simulate one operating point of a study: depth [m], weight on bit [N], speed [rad/s], by default those of its
     ``operation``, from the start number ``start`` where the study has several, for ``duration`` [s] (default: transient
     and observed time, or until the last knot where the study has ramps), sampled every ``sample`` [s]. A value given
-    here takes the place of a ramp of the study."""
+    here takes the place of a ramp of the study. ``state`` [states + 1], the drive angle last, takes the place of the
+    start."""
     given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     try:
         schedule = scheduled(study, {name: None if value is None else float(value) for name, value in given.items()})
@@ -84,6 +86,8 @@ def simulate(
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
     initial = model_named(study.model).starts(_points(study, operation), number)[0]
+    if state is not None:
+        initial = state
     extra = {"start": number} if study.initial.starts else {}
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
 
