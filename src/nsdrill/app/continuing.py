@@ -463,7 +463,8 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
         seeds[word] = seeds.get(word, 0) + 1
     attrs = {
         **provenance(study, "continue"), "nsdrill_kind": "branches", "along": dimension_of(asked.along),
-        "along_key": asked.along, "continue_from": asked.low, "continue_to": asked.high, "seeds": json_text(seeds), "rtol": flow.rtol,
+        "along_key": asked.along, "continue_from": asked.low, "continue_to": asked.high, "seeds": json_text(seeds),
+        "rtol": flow.rtol,
     }  # fmt: skip
     return xarray.Dataset(data, coords, attrs)
 

@@ -65,8 +65,8 @@ def check_study(path: str | os.PathLike[str], study: Study, attrs: dict[str, Any
     """FileError where the branches are of another model, or have other states than the study."""
     if str(attrs.get("model")) != study.model:
         raise FileError(
-            f"{path}: branches of the model {attrs.get('model')}, the study has {study.model}. Give the study that they "
-            "were made from."
+            f"{path}: branches of the model {attrs.get('model')}, the study has {study.model}. Give the study that "
+            "they were made from."
         )
 
 

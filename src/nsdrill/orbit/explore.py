@@ -29,7 +29,7 @@ from nsdrill.orbit.switch import at_hopf, branched, doubled, doubled_cycle, star
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Key = tuple[int, ...]
 NEAR = 0.05  # in natural sizes: how far a settled motion may miss its start after a period
-MISS, AFAR = 2.0, 60.0  # the same where it may not have settled, and how far Newton's method may then go
+MISS, AFAR = 2.0, 300.0  # the same where it may not have settled, and how far Newton's method may then go
 MOST_WAVES = 40
 WILD = 1e3  # a multiplier over one fold: such a motion is too unstable to be followed
 GROUP = 1.5  # in natural sizes: neighbouring seeds that are likely to lie on one branch

@@ -31,6 +31,7 @@ Array = np.ndarray[Any, np.dtype[Any]]
 PAIR = "tsitouras"
 RTOL = 1e-11
 MOST_STEPS = 200_000  # of one leg
+LOOSER = 100.0  # the tolerance of a deviation over that of the motion
 DEFAULT_DIFFERENCE = 1e-5  # of the natural size of a number, for derivatives by it
 
 
@@ -155,7 +156,7 @@ class Flow:
         drifts = np.concatenate([runs.drifts, np.zeros_like(runs.drifts)], axis=1)
         full = Runs(
             runs.parameters[leg],
-            np.tile(sizes, 2)[leg],
+            np.concatenate([sizes, LOOSER * sizes], axis=1)[leg],
             drifts[leg],
             runs.phase_rate[leg],
             np.minimum(runs.first_step, legs.duration)[leg],
@@ -204,7 +205,7 @@ def equations_of(
     contacts = len(model.contacts)
     observed = landing_rows(contacts) + touch_rows(contacts)
     try:
-        rows = STEPPERS[PAIR].rows(model.rows(fixed, observed, tangent=True))
+        rows = STEPPERS[PAIR].rows(replace(model.rows(fixed, observed, tangent=True), judged=True))
         model.tangent(choose_lanes(FEW), fixed, 0)
     except (NotImplementedError, ValueError) as error:
         raise InputError(
