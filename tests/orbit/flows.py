@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import types
 
-from nsdrill.abi import BUFFER, Rows, aligned_zeros, compiled
+from nsdrill.abi import Rows
 from nsdrill.elementary import sincos
 from nsdrill.kernel.gang import Compiled, Runs
 from nsdrill.kernel.steppers import STEPPERS
@@ -37,20 +36,18 @@ def van_der_pol(t, y, p):
 def duffing(t, y, p, phase):
     x, v = y
     (w,) = p
-    sine, cosine = sincos(phase + w * t)
+    _, cosine = sincos(phase + w * t)
     return (0.1 * cosine - 0.1 * v - x - x * x * x,)
 
 
-def one_sided(t, y, p, phase):
-    """A mass on a spring, driven, with a second spring beyond a gap."""
-    x, v = y
-    (w,) = p
-    sine, cosine = sincos(phase + w * t)
-    over = max(x - 1.0, 0.0)
-    return (0.5 * cosine - 0.1 * v - x - 20.0 * over,)
+def mathieu(t, y, p):
+    x, _ = y
+    (a,) = p
+    _, cosine = sincos(2.0 * t)
+    return (-(a - 2.0 * cosine) * x,)
 
 
-def flow_of(slopes, states: int, *, forced: bool = False, singles: int = 0, rtol: float = 1e-12) -> Flow:
+def flow_of(slopes, states: int, *, forced: bool = False, singles: int = 0, rtol: float = 1e-13) -> Flow:
     """The flow of a system with one parameter; ``forced``: it is the frequency of the forcing."""
     rows = STEPPERS["tsitouras"].rows(Rows(2 * states, 0, 1, 0, states, singles, judged=True))
 
@@ -79,6 +76,3 @@ def at(flow, problem, x):
         return (yield from settled(problem, x))
 
     return advance(flow, {0: job()})[0]
-
-
-__all__ = ["BUFFER", "aligned_zeros", "compiled", "types"]
