@@ -541,7 +541,8 @@ def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
 @_in_words_of_python
 def open_results(path: PathLike) -> Dataset:
     """The file ``path`` as a Dataset: results, which are read when they are used; a trace; branches; or the points
-    so far of an unfinished run (``path.part``). Close it, or use ``with``, when done. FileError where it cannot be read."""
+    so far of an unfinished run (``path.part``). Close it, or use ``with``, when done. FileError where it cannot be
+    read."""
     from nsdrill.app.reading import read_any
     from nsdrill.store import kind_of, open_branches, open_results
     from nsdrill.store.dataset import to_dataset

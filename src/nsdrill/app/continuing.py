@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.bifurcations import CIRCLE, meanings_of
+from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, meanings_of
 from nsdrill.app.provenance import processor, provenance, unlike, versions
 from nsdrill.app.run import processors
 from nsdrill.data import Array, json_text
@@ -28,7 +28,9 @@ from nsdrill.models.leaves import OPERATION, Values, values_at
 from nsdrill.models.registry import described, model_named
 from nsdrill.observe.thresholds import Record
 from nsdrill.orbit.arclength import Point
-from nsdrill.orbit.branch import Branch
+from nsdrill.orbit.borders import borders
+from nsdrill.orbit.branch import ENDINGS, Branch
+from nsdrill.orbit.curve import Condition
 from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.kept import from_arrays, to_arrays
@@ -103,6 +105,14 @@ def setting_of(study: Study) -> Setting:
     if model.switches(study.parameters) is not None:
         raise InputError(f"{source}: found drive.on_at; allowed: nothing that is switched on within the run.")
     keys = (asked.along, *((asked.curves.over,) if asked.curves else ()))
+    if asked.curves is not None:
+        own = _number_of(study, dimension_of(asked.curves.over))
+        if not asked.curves.low <= own <= asked.curves.high:
+            raise InputError(
+                f"{source}: continue.curves: found {asked.curves.over} from {asked.curves.low:g} to "
+                f"{asked.curves.high:g} (SI); allowed: a range that has the study's own value, {own:g}, from where the "
+                "curves set out."
+            )
     ends = [(asked.low, asked.high), *(((asked.curves.low, asked.curves.high),) if asked.curves else ())]
     corners = np.array(np.meshgrid(*ends)).reshape(len(keys), -1).T
     setting = Setting(study, asked, model, (), Symmetry(0, ()))
@@ -192,6 +202,13 @@ def continue_study(
     if not found.branches:
         raise InputError(_no_branch(study, found, started))
     data = dataset_of(setting, flow, found)
+    if asked.curves is not None:
+        say("curves")
+        try:
+            with interrupt.heeded():
+                data = with_curves(setting, data, found, workers or processors())
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(_interrupted(part, kept)) from None
     if path is not None:
         write_branches(path, data, overwrite=overwrite or bool(known))
         if part is not None and part.exists():
@@ -510,3 +527,52 @@ def _features(
     found = model.features(report, parameters, windows, setting.fixed)  # type: ignore[arg-type]
     good = ok & ~(largest > UNSTABLE)
     return {name: np.where(good, value, np.nan) for name, value in found.items()}
+
+
+# Curves
+
+
+def conditions_of(setting: Setting) -> dict[int, Condition]:
+    """What holds along the curves that are asked for, by the label of the points that they pass."""
+    curves, model = setting.asked.curves, setting.model
+    assert curves is not None
+    found = {}
+    if "fold" in curves.of:
+        found[FOLD] = Condition(multiplier=1.0)
+    if "doubling" in curves.of:
+        found[DOUBLING] = Condition(multiplier=-1.0)
+    for one in described(setting.study.model).grazing:
+        if one.border in curves.of:
+            place = model.contacts.index(one.contact)
+            found[one.code] = Condition(contact=place, which=1 if one.when == "reached" else 0)
+    return found
+
+
+def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
+    """The Dataset with the curves of special points in the second number."""
+    asked, study = setting.asked, setting.study
+    curves = asked.curves
+    assert curves is not None
+    scales = ((asked.high - asked.low) / RANGE_PARTS, (curves.high - curves.low) / RANGE_PARTS)
+    flow = setting.flow((asked.along, curves.over), scales, workers)
+    start = _number_of(study, dimension_of(curves.over))
+    ranges = ((asked.low, asked.high), (curves.low, curves.high))
+    made = borders(flow, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look)
+    points = [point for one in made for point in one.points]
+    numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
+    along, over = dimension_of(asked.along), dimension_of(curves.over)
+    ends = [" ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in made]
+    return data.assign(
+        curve_label=("curve", np.array([one.label for one in made], np.int16), dict(data["label"].attrs)),
+        curve_lobes=("curve", np.array([one.lobes for one in made], np.int64), _words("period in lobes")),
+        curve_branch=("curve", np.array([one.branch for one in made], np.int64), _words("a branch that it passes")),
+        curve_end_reason=("curve", np.array(ends, dtype=object), {"long_name": "why the curve ends"}),
+        curve_row_size=("curve", np.array([len(one.points) for one in made], np.int64),
+                        {**_words("number of points of the curve"), "sample_dimension": "curve_point"}),
+        curve_unstable=("curve_point", np.array([point.found.unstable for point in points], np.int16),
+                        _words("number of multipliers outside the unit circle")),
+        **{
+            f"curve_{along}": ("curve_point", numbers[:, 0], _axis_attrs(study, asked.along)),
+            f"curve_{over}": ("curve_point", numbers[:, 1], _axis_attrs(study, curves.over)),
+        },
+    ).assign_attrs(over=over, over_key=curves.over)  # fmt: skip

@@ -98,7 +98,14 @@ def command(
                 raise InputError(f"{option}: found with a trace; allowed: with the results of several starts.")
     else:
         data = read(file, needed(data, kind, chosen, start))
-    behind = None if over is None else _sweep(over, output, data)
+    behind: Any = None
+    if over is not None and is_branches(over):
+        from nsdrill.store import open_branches
+
+        options.keep_apart(over, output)
+        behind = open_branches(over)
+    elif over is not None:
+        behind = _sweep(over, output, data)
     pair = None if states is None else [name.strip() for name in states.split(",")]
     if chosen and not isinstance(data, Trace):
         _say_nearest(data, chosen)

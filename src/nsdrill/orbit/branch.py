@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import END, FAILED, HOPF
+from nsdrill.analysis.bifurcations import END, FAILED
 from nsdrill.orbit.arclength import Half, Marked, Point
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -20,6 +20,7 @@ ENDINGS = {
     "half": "it joins the motion of half its period",
     "still": "the cycle shrinks to a steady motion (Hopf)",
     "seed": "the bifurcation that it springs from",
+    "range": "the end of the range of the first number",
     "kinks": "the circle has lost its smoothness",
     "known": "it goes on as a branch that is there already",
     "wild": "the motion becomes too unstable to be followed",
@@ -65,7 +66,7 @@ def assembled(
     ended = ("seed" if back is None else back.ended, on.ended)
     for place, word in ((0, ended[0]), (-1, ended[1])):
         if marked[place].label == 0 and word not in ("closed", "seed"):
-            label = FAILED if word.startswith("no convergence") else HOPF if word == "still" else END
+            label = FAILED if word.startswith("no convergence") else END
             marked[place] = replace(marked[place], label=label)
     return Branch(motion, lobes, marked, ended, parent, parent_point)
 

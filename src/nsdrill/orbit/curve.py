@@ -2,8 +2,8 @@
 
 To the equations of a periodic orbit comes one more: the bordered system of a multiplier of 1 or -1 (Govaerts 2000,
 Numerical Methods for Bifurcations of Dynamical Equilibria, chapter 4), or the least or greatest value of a contact's
-function over the period. Its derivatives are central differences, of monodromies where it needs them; those by the start
-of a segment need that segment alone.
+function over the period. Its derivatives are central differences, of monodromies where it needs them; those by the
+start of a segment need that segment alone.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.orbit.arclength import Point, Reading, Steps
+from nsdrill.orbit.arclength import Reading, Steps
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import turn_matrix, turned
 from nsdrill.orbit.periodic import ANGLES, Orbit, over_segments
@@ -25,8 +25,8 @@ STEP = 1e-4  # of differences, in natural sizes
 
 @dataclass(frozen=True)
 class Condition:
-    """What holds along a curve: a multiplier is ``multiplier`` (1 or -1), or of the contact at the place ``contact`` the
-    least (``which`` 0) or greatest (1) value of its function vanishes."""
+    """What holds along a curve: a multiplier is ``multiplier`` (1 or -1), or of the contact at the place ``contact``
+    the least (``which`` 0) or greatest (1) value of its function vanishes."""
 
     multiplier: float = 0.0
     contact: int = -1
@@ -54,7 +54,14 @@ class Curve:
         assert orbit.pieces is not None
         size = flow.sizes(values)[0][list(orbit.free)]
         made = cls(
-            flow, lobes, len(orbit.pieces), size, orbit.state.copy(), condition, np.zeros(len(size)), np.zeros(len(size))
+            flow,
+            lobes,
+            len(orbit.pieces),
+            size,
+            orbit.state.copy(),
+            condition,
+            np.zeros(len(size)),
+            np.zeros(len(size)),
         )
         return made._bordered(orbit)
 
@@ -168,10 +175,6 @@ class Curve:
 
     def moved(self, x: Array) -> Curve:
         return self
-
-    def bordered_at(self, point: Point) -> Curve:
-        """The problem with the borders of a point, which keep the bordered system regular."""
-        return self._bordered(point.found)
 
 
 def _product(blocks: Array) -> Array:

@@ -443,10 +443,6 @@ class Explorer:
                 if (number, place) in switched or marked.label not in (HOPF, BRANCH, DOUBLING):
                     continue
                 switched.add((number, place))
-                if branch.ended[1] in ("half", "still") and place == len(branch) - 1:
-                    continue
-                if branch.ended[0] in ("half", "still") and place == 0:
-                    continue
                 jobs[(number, place)] = self._sprung(number, place, branch, marked)
                 break
         found = self._all(jobs)

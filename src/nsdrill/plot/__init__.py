@@ -37,14 +37,14 @@ __all__ = [
 
 def draw(
     data: Results | Trace, kind: str | None = None, *, units: str = "si", at: Mapping[str, float] | None = None,
-    over: Results | None = None, start: int | None = None, states: Sequence[str] | None = None,
+    over: Any = None, start: int | None = None, states: Sequence[str] | None = None,
 ) -> Figure:  # fmt: skip
     """Draw ``data`` in one of its :func:`kinds_for`, the first of them if ``kind`` is None.
 
     ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` holds axes of a sweep at one of their
     values, in SI: ``{"wob": 22240.0}`` draws the cut of a map. ``over`` is a sweep for the kind ``ramp`` to be drawn
-    over. ``start`` draws one start of every operating point, where there are several; ``states`` are the two over which
-    an ensemble's ``basin`` is drawn.
+    over, or branches whose curves are drawn over a map. ``start`` draws one start of every operating point, where there
+    are several; ``states`` are the two over which an ensemble's ``basin`` is drawn.
     """
     check_units(units)
     from nsdrill.plot.style import house_style, settle
@@ -53,11 +53,28 @@ def draw(
         if isinstance(data, Trace):
             figure = _draw_trace(data, kind, units, over)
         else:
+            if isinstance(over, Results):
+                raise InputError(
+                    "--over: found with a sweep; allowed: with branches, or the trace of a ramp and --kind ramp; over "
+                    "a map the curves of branches."
+                )
+            shown = cut(data, at, start)
+            figure = _draw_sweep(shown, kind, units, states)
             if over is not None:
-                raise InputError("--over: found with a sweep; allowed: with the trace of a ramp and --kind ramp.")
-            figure = _draw_sweep(cut(data, at, start), kind, units, states)
+                _draw_borders(figure, shown, over, units)
         settle(figure)
     return figure
+
+
+def _draw_borders(figure: Figure, data: Results, over: Any, units: str) -> None:
+    """Curves of branches over the map of a sweep over two axes."""
+    from nsdrill.plot.branches import draw_borders
+    from nsdrill.plot.maps import Planes
+
+    if len(data.swept) != 2:
+        raise InputError("--over: found curves with no map over two axes; allowed: the map of a sweep over two.")
+    planes = Planes.of(data)
+    draw_borders(figure, over, planes.x, planes.y, units)
 
 
 def draw_window(data: Results, severity: int | None = None, *, units: str = "si") -> Figure:

@@ -191,3 +191,39 @@ def _wall(data: Any, panels: Any, axes: Any, units: str, handles: dict[str, Arti
             if one.get_ylim()[1] > 0.4 * gap / y.scale:
                 one.axhline(gap / y.scale, color="#4D4D4D", linewidth=0.9, zorder=1.5, gid="wall")
                 handles["wall"] = Line2D([], [], color="#4D4D4D", linewidth=0.9, label="wall of the hole")
+
+
+def draw_borders(figure: Figure, data: Any, x: str, y: str, units: str) -> None:
+    """The curves of a file of branches over the panels of a map with the axes ``x`` and ``y``."""
+    along, over = str(data.attrs.get("along", "")), str(data.attrs.get("over", ""))
+    if "curve_row_size" not in data or {along, over} != {x, y}:
+        has = f"curves over {along} and {over}" if over else "no curves"
+        raise InputError(
+            f"--over: found branches with {has}; allowed: curves over {x} and {y}, for which "
+            "continue.curves of a study asks."
+        )
+    sx, sy = quantity(x, units), quantity(y, units)
+    meanings = meanings_of(model_in(data.attrs))
+    styles: dict[int, Any] = {FOLD: "-", DOUBLING: (0, (5, 1.5))}
+    grazing: list[Any] = [(0, (1, 1)), (0, (4, 1, 1, 1)), (0, (2, 2))]
+    handles: dict[str, Artist] = {}
+    panels = [axes for axes in figure.axes if axes.get_subplotspec() is not None]
+    first = 0
+    for number, size in enumerate(data["curve_row_size"].values.tolist()):
+        part = slice(first, first + size)
+        first += size
+        code = int(data["curve_label"].values[number])
+        if code not in styles:
+            styles[code] = grazing[sum(one > 100 for one in styles) % len(grazing)]
+        word = meanings[code].name.replace("_", " ")
+        line: dict[str, Any] = {"linestyle": styles[code], "color": BLACK, "linewidth": 1.3, "zorder": 6}
+        px, py = data[f"curve_{x}"].values[part] / sx.scale, data[f"curve_{y}"].values[part] / sy.scale
+        for axes in panels:
+            limits = axes.get_xlim(), axes.get_ylim()
+            axes.plot(px, py, color="white", linewidth=2.6, zorder=5.5)
+            axes.plot(px, py, gid=f"curve {number}", **line)
+            axes.set_xlim(*limits[0])
+            axes.set_ylim(*limits[1])
+        handles.setdefault(word, Line2D([], [], label=word, **line))
+    if panels and handles:
+        panels[0].legend(handles=list(handles.values()), loc="upper left", frameon=True, framealpha=0.9, fontsize=6)
