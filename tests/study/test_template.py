@@ -10,6 +10,7 @@ from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.study import json_schema, parse_study, template_text
+from nsdrill.study.continuation import CURVE_KEYS, KEYS
 from nsdrill.study.document import parse
 from nsdrill.study.keys import SLICE, keys_of
 from nsdrill.study.meanings import MEANINGS
@@ -43,7 +44,9 @@ def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
     groups = {key.rpartition(".")[0] for key in keys_of().leaves}
     groups = (groups | {group.rpartition(".")[0] for group in groups}) - {""}
     sections = set(keys_of().sections)
-    assert set(MEANINGS) == set(keys_of().leaves) | groups | sections | SWEEP_KEYS | {"title", "sweep", SLICE}
+    own = {key for key in MEANINGS if key.partition(".")[0] == "continue"}
+    assert own == {"continue", *(f"continue.{key}" for key in KEYS), *(f"continue.curves.{key}" for key in CURVE_KEYS)}
+    assert set(MEANINGS) - own == set(keys_of().leaves) | groups | sections | SWEEP_KEYS | {"title", "sweep", SLICE}
 
 
 def test_defaults_as_text_read_back_exactly() -> None:

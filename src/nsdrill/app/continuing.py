@@ -20,7 +20,7 @@ from nsdrill.app.provenance import processor, provenance, unlike, versions
 from nsdrill.app.run import processors
 from nsdrill.data import Array, json_text
 from nsdrill.errors import FileError, InputError
-from nsdrill.files import reason, replacing
+from nsdrill.files import Temporary, reason
 from nsdrill.kernel.gang import Gang, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Model, Symmetry, Variant
@@ -371,8 +371,11 @@ def _keep(part: Path, digest: str, branches: Mapping[Any, Branch]) -> None:
     buffer = io.BytesIO()
     held: dict[str, Any] = {"head": np.frombuffer(head.encode(), np.uint8), **arrays}
     np.savez(buffer, **held)
-    with replacing(part) as temporary:
-        temporary.write_bytes(buffer.getvalue())
+    # Not the last file of this process: an interrupt is still heeded after it.
+    with Temporary(Path(os.path.realpath(part))) as temporary:
+        temporary.file.write(buffer.getvalue())
+        os.fsync(temporary.file.fileno())
+        temporary.replace()
 
 
 def _kept(part: Path, digest: str) -> dict[Any, Branch]:

@@ -1,15 +1,14 @@
-"""A branch: the points of one family of motions, from its seed to both sides, and whether a motion lies on it."""
+"""A branch: the points of one family of motions, from its seed to both sides, and whether a line passes a motion."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from nsdrill.analysis.bifurcations import END, FAILED
-from nsdrill.orbit.arclength import Half, Marked, Point
+from nsdrill.orbit.arclength import Half, Marked
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 ENDINGS = {
@@ -69,14 +68,6 @@ def assembled(
             label = FAILED if word.startswith("no convergence") else END
             marked[place] = replace(marked[place], label=label)
     return Branch(motion, lobes, marked, ended, parent, parent_point)
-
-
-def lies_on(branch: Branch, signatures: list[Array], sign: Callable[[Point], Array], slack: float = 0.0) -> bool:
-    """Whether a motion with one of these ``signatures``, in natural sizes with the number continued last, lies on the
-    branch, of whose points ``sign`` gives one."""
-    if len(branch) < 2:
-        return bool(np.linalg.norm(sign(branch.marked[0].point) - signatures[0]) < 1e-3)
-    return passes(np.stack([sign(one.point) for one in branch.marked]), signatures, slack)
 
 
 def passes(line: Array, signatures: list[Array], slack: float = 0.0) -> bool:

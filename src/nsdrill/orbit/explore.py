@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill.analysis.bifurcations import BRANCH, CIRCLE, CYCLE, DOUBLING, EQUILIBRIUM, HOPF, PERIODIC
 from nsdrill.orbit import circle
 from nsdrill.orbit.arclength import Half, Marked, Point, Problem, Steps, Tests, follow, settled
-from nsdrill.orbit.branch import Branch, assembled, lies_on, passes
+from nsdrill.orbit.branch import Branch, assembled, passes
 from nsdrill.orbit.cycle import Cycle, rates, sampled_cycle
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import turned
@@ -30,6 +30,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Key = tuple[int, ...]
 NEAR = 0.05  # in natural sizes: how far a settled motion may miss its start after a period
 MISS, AFAR = 2.0, 300.0  # the same where it may not have settled, and how far Newton's method may then go
+NEAR_PARENT = 6  # points
 MOST_WAVES = 40
 WILD = 1e3  # a multiplier over one fold: such a motion is too unstable to be followed
 GROUP = 1.5  # in natural sizes: neighbouring seeds that are likely to lie on one branch
@@ -124,6 +125,7 @@ class Explorer:
         self.smooth = flow.symmetry.folds == 0
         self.branches: list[Branch] = []
         self._lines: dict[Key, list[Array]] = {}  # of the branches that grow: their points so far, as signatures
+        self._made: dict[int, Array] = {}
         self._kinds: dict[Key, tuple[str, int]] = {}
 
     def _all(self, jobs: dict[Any, Generator[Any, Any, Any]]) -> dict[Any, Any]:
@@ -273,11 +275,17 @@ class Explorer:
     def _known_line(self, motion: str, lobes: int, signatures: list[Array], slack: float = 0.0) -> bool:
         """Whether a motion lies on a branch that is there."""
         return any(
-            branch.motion == motion
-            and branch.lobes == lobes
-            and lies_on(branch, signatures, lambda point: self._signatures(motion, lobes, point)[0], slack)
-            for branch in self.branches
+            branch.motion == motion and branch.lobes == lobes and passes(self._line(number), signatures, slack)
+            for number, branch in enumerate(self.branches)
         )
+
+    def _line(self, number: int) -> Array:
+        """The signatures of the points of a branch that is there, in order; of a single point it is given twice."""
+        if number not in self._made:
+            branch = self.branches[number]
+            signs = [self._signatures(branch.motion, branch.lobes, one.point)[0] for one in branch.marked]
+            self._made[number] = np.stack(signs * 2 if len(signs) == 1 else signs)
+        return self._made[number]
 
     def _there(self, one: _Candidate) -> bool:
         return self._known_line(one.motion, one.lobes, self._signatures(one.motion, one.lobes, one.point))
@@ -391,6 +399,9 @@ class Explorer:
             signs = self._signatures(one.motion, one.lobes, there)
             # Continuous along the branch: of several starts that of the line so far.
             line.append(min(signs, key=lambda sign: float(np.linalg.norm(sign - line[-1]))))
+            # On a branch that is there; the first points are near the one that it springs from.
+            if len(line) > NEAR_PARENT and self._known_line(one.motion, one.lobes, signs):
+                return "known"
             for key, other in self._lines.items():
                 if key == (*one.key, -sense) and min(len(line), len(other)) > 5 and passes(np.stack(other), signs):
                     return "closed"  # the two sides meet
