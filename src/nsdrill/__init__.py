@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         save,
         show,
         simulate,
+        view,
         window,
     )
     from nsdrill.errors import FileError, InputError, NsdrillError, RunWarning, StudyError
@@ -59,6 +60,7 @@ __all__ = [
     "save",
     "show",
     "simulate",
+    "view",
     "window",
 ]
 

@@ -310,7 +310,7 @@ def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
     if name_along not in results.axes and asked.along in OPERATION:
         raise FileError(f"{path}: found no {asked.along}. Choose results of a sweep as seeds.")
     for place, name in enumerate(results.grid):
-        if name in ("procedure", "start", name_along):
+        if name in ("procedure", "start", "sample", name_along):
             continue
         wanted = _number_of(study, name)
         values = results.coords[name]

@@ -30,6 +30,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Key = tuple[int, ...]
 NEAR = 0.05  # in natural sizes: how far a settled motion may miss its start after a period
 MISS, AFAR = 2.0, 300.0  # the same where it may not have settled, and how far Newton's method may then go
+SAME = 1e-4  # in natural sizes: two starts of a motion that are one
 NEAR_PARENT = 6  # points
 MOST_WAVES = 40
 WILD = 1e3  # a multiplier over one fold: such a motion is too unstable to be followed
@@ -126,6 +127,7 @@ class Explorer:
         self.branches: list[Branch] = []
         self._lines: dict[Key, list[Array]] = {}  # of the branches that grow: their points so far, as signatures
         self._made: dict[int, Array] = {}
+        self._rank: dict[Key, int] = {}
         self._kinds: dict[Key, tuple[str, int]] = {}
 
     def _all(self, jobs: dict[Any, Generator[Any, Any, Any]]) -> dict[Any, Any]:
@@ -165,7 +167,21 @@ class Explorer:
         if one.motion == CIRCLE and circle.tail_of(point.found) > circle.TAIL:
             words[one.number] = "the circle that the motion fills is not smooth"
             return None
-        return _Candidate((0, one.number), one.motion, one.lobes, one.problem, point)
+        found = _Candidate((0, one.number), one.motion, one.lobes, one.problem, point)
+        return (yield from self._shortest(found)) if one.motion == PERIODIC else found
+
+    def _shortest(self, one: _Candidate) -> Steps[_Candidate]:
+        """The same motion with its least period."""
+        orbit = one.point.found
+        starts = starts_of(orbit, self.flow, one.lobes)
+        sizes = self.flow.sizes(orbit.values)[0][list(orbit.free)]
+        for lobes in range(1, one.lobes):
+            if one.lobes % lobes == 0 and np.max(np.abs((starts[lobes] - starts[0]) / sizes)) < SAME:
+                problem = Periodic.at(self.flow, lobes, orbit.values, orbit.state)
+                point = yield from settled(problem, problem.unknowns(orbit.pieces[:lobes], orbit.values[-1]))
+                if point is not None:
+                    return replace(one, lobes=lobes, problem=problem, point=point)
+        return one
 
     def _begun(self, seeds: list[Seed], words: list[str]) -> dict[int, Seed]:
         """Seeds at the drive angle 0: those of a model with lobes run on to the next fold of a revolution."""
@@ -309,7 +325,7 @@ class Explorer:
 
     def _grow(self, wave: list[_Candidate]) -> None:
         jobs: dict[Any, Any] = {}
-        self._lines = {}
+        self._lines, self._rank = {}, {one.key: place for place, one in enumerate(wave)}
         for one in wave:
             if one.key in self.known:
                 continue
@@ -405,9 +421,9 @@ class Explorer:
             for key, other in self._lines.items():
                 if key == (*one.key, -sense) and min(len(line), len(other)) > 5 and passes(np.stack(other), signs):
                     return "closed"  # the two sides meet
-                if key[:-1] >= one.key or self._kinds[key] != kind or len(other) < 2:
+                if self._rank[key[:-1]] >= self._rank[one.key] or self._kinds[key] != kind or len(other) < 2:
                     continue
-                if passes(np.stack(other), signs) or passes(np.stack(other[-2:]), seed):
+                if passes(np.stack(other), [*signs, *seed]):
                     return "known"
             return ""
 

@@ -27,8 +27,8 @@ from nsdrill.analysis.bifurcations import (
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import check_units, heading, operating_point, quantity
+from nsdrill.plot.legend import legend_below
 from nsdrill.plot.slices import line as line_of
 from nsdrill.plot.style import (
     BLACK,
