@@ -56,4 +56,6 @@ def motion_text(motion: str, lobes: int) -> str:
     """A motion in words."""
     if motion == PERIODIC:
         return f"periodic over {lobes} lobe{'s' if lobes != 1 else ''}"
+    if motion == CIRCLE and lobes > 1:
+        return f"{MOTION_WORDS[CIRCLE]} over {lobes} lobes"
     return MOTION_WORDS.get(motion, motion)

@@ -1,8 +1,8 @@
 """Invariant circles of the lobe map: rolling over lobes, a motion on a torus.
 
-A circle is u(theta) = R(theta) w(theta), with R the turn of the frame; the lobe map takes it to u(theta + rho). The
-unknowns are w at N angles and the rotation rho; a phase condition, that w does not turn on average, takes rho's
-equation. Between the angles w is its trigonometric interpolant.
+A circle is u(theta) = R(theta) w(theta), with R the turn of the frame; the map over m lobes takes it to
+u(theta + rho). The unknowns are w at N angles and the rotation rho; a phase condition, that w does not turn on average,
+takes rho's equation. Between the angles w is its trigonometric interpolant.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from nsdrill.orbit.periodic import Orbit
 Array = np.ndarray[Any, np.dtype[np.float64]]
 POINTS = (11, 21)  # on the circle; more where fewer leave too much
 RETURNS = 240  # of the lobe map, that a circle is fitted to
+FEWEST_RETURNS = 40  # to fit a circle to
 MISFIT = 0.3  # of the fit, in natural sizes
 TAIL = 0.03  # of the highest harmonics: a circle with more is not smooth enough
 
@@ -44,13 +45,15 @@ class Circle:
 
     flow: Flow
     points: int
+    lobes: int
     size: Array
     values: Array
     fixed: Array
 
     @property
     def fold(self) -> float:
-        return 2.0 * math.pi / self.flow.symmetry.folds
+        """By how much the drive turns in the map [rad]."""
+        return 2.0 * math.pi * self.lobes / self.flow.symmetry.folds
 
     @property
     def angles(self) -> Any:
@@ -157,11 +160,13 @@ def has_kinks(here: Point, there: Point) -> str:
     return "kinks" if tail_of(there.found) > 3.0 * TAIL and tail_of(here.found) > TAIL else ""
 
 
-def fitted_circle(flow: Flow, state: Array, values: Array) -> Steps[tuple[Circle, Array] | None]:
-    """The problem and the unknowns of the circle that a settled motion through ``state`` seems to fill; None where it
-    fills none."""
-    symmetry, free = flow.symmetry, list(flow.symmetry.free)
-    (x, y), fold = symmetry.turned[0], 2.0 * math.pi / flow.symmetry.folds
+def fitted_circle(
+    flow: Flow, state: Array, values: Array, lobes: tuple[int, ...]
+) -> Steps[tuple[Circle, Array] | None]:
+    """The problem and the unknowns of the circle that a settled motion through ``state`` seems to fill at every lobe,
+    or else at every second, third, ... of ``lobes``; None where it fills none."""
+    symmetry = flow.symmetry
+    fold = 2.0 * math.pi / symmetry.folds
     duration, every = fold / flow.phase_rate(values[None]), values[None]
     made = [state]
     for _ in range(RETURNS):
@@ -169,7 +174,18 @@ def fitted_circle(flow: Flow, state: Array, values: Array) -> Steps[tuple[Circle
         if not ends.ok[0]:
             return None
         made.append(turned(symmetry, ends.state, -fold)[0])
-    states = np.stack(made)
+    for number in lobes:
+        if len(made) >= FEWEST_RETURNS * number:
+            fitted = _fitted(flow, np.stack(made[::number]), values, number)
+            if fitted is not None:
+                return fitted
+    return None
+
+
+def _fitted(flow: Flow, states: Array, values: Array, lobes: int) -> tuple[Circle, Array] | None:
+    """The circle through these returns, if they lie on one."""
+    symmetry, free = flow.symmetry, list(flow.symmetry.free)
+    x, y = symmetry.turned[0]
     radius = np.hypot(states[:, x], states[:, y])
     if radius.min() < 0.2 * radius.max():
         return None
@@ -178,28 +194,26 @@ def fitted_circle(flow: Flow, state: Array, values: Array) -> Steps[tuple[Circle
     # Rotation about a mean step that may lie anywhere on the circle.
     mean = math.atan2(np.sin(steps).sum(), np.cos(steps).sum())
     steps = mean + np.remainder(steps - mean + math.pi, 2.0 * math.pi) - math.pi
-    t = (np.arange(RETURNS) + 1.0) / (RETURNS + 1.0)
+    t = (np.arange(len(steps)) + 1.0) / (len(steps) + 1.0)
     weight = np.exp(-1.0 / (t * (1.0 - t)))  # Das et al. 2017: converges faster than any power
     rotation = float(weight @ steps / weight.sum())
-    theta = rotation * np.arange(RETURNS + 1)
-    size = flow.sizes(every)[0][free]
+    theta = rotation * np.arange(len(states))
+    size = flow.sizes(values[None])[0][free]
     offset = math.atan2(np.sin(angle - theta).sum(), np.cos(angle - theta).sum())
     theta = theta + offset
     w = turned(symmetry, states, -theta)
     for points in POINTS:
-        k = np.arange(1, points // 2 + 1)
-        basis = np.concatenate(
-            [np.ones((len(theta), 1)), np.cos(theta[:, None] * k), np.sin(theta[:, None] * k)], axis=1
-        )
-        fit, *_ = np.linalg.lstsq(basis, w, rcond=1e-10)
-        misfit = float(np.max(np.abs(basis @ fit - w)[:, free] / size))
-        if misfit > MISFIT and points != POINTS[-1]:
+        if 2 * points > len(states):
             continue
-        if misfit > MISFIT:
-            return None
-        problem = Circle(flow, points, size, np.array(values), state.copy())
-        at = problem.angles
-        there = np.concatenate([np.ones((points, 1)), np.cos(at[:, None] * k), np.sin(at[:, None] * k)], axis=1) @ fit
+        k = np.arange(1, points // 2 + 1)
+        waves = theta[:, None] * k
+        basis = np.concatenate([np.ones((len(theta), 1)), np.cos(waves), np.sin(waves)], axis=1)
+        fit, *_ = np.linalg.lstsq(basis, w, rcond=1e-10)
+        if float(np.max(np.abs(basis @ fit - w)[:, free] / size)) > MISFIT:
+            continue
+        problem = Circle(flow, points, lobes, size, np.array(values), states[0].copy())
+        waves = problem.angles[:, None] * k
+        there = np.concatenate([np.ones((points, 1)), np.cos(waves), np.sin(waves)], axis=1) @ fit
         return problem, problem.unknowns(there, rotation, values[-1])
     return None
 

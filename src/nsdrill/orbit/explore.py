@@ -240,10 +240,10 @@ class Explorer:
                 if misses[lobes] < NEAR:
                     return guess(lobes, 10.0 * NEAR)
         if orders.circles and flow.symmetry.turned:
-            made = yield from circle.fitted_circle(flow, seed.state, seed.values)
+            made = yield from circle.fitted_circle(flow, seed.state, seed.values, orders.lobes)
             if made is not None:
                 rotation = np.array([10.0 * math.remainder(made[1][-2], 2.0 * math.pi), value / self.scale])
-                return _Guess(number, CIRCLE, 1, *made, [rotation], 1.0)
+                return _Guess(number, CIRCLE, made[0].lobes, *made, [rotation], 1.0)
         if seed.near and misses and min(misses.values()) < MISS:
             return guess(min(misses, key=lambda lobes: misses[lobes]), AFAR)
         words[number] = "neither a period of the lobes asked for nor a circle: chaotic, or not settled"
