@@ -48,7 +48,7 @@ MOTION_WORDS = {
     EQUILIBRIUM: "steady drilling",
     PERIODIC: "a motion that repeats",
     CYCLE: "a limit cycle",
-    CIRCLE: "rolling on an invariant circle",
+    CIRCLE: "whirl on an invariant circle",
 }
 
 

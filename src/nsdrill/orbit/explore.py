@@ -242,8 +242,10 @@ class Explorer:
         if orders.circles and flow.symmetry.turned:
             made = yield from circle.fitted_circle(flow, seed.state, seed.values, orders.lobes)
             if made is not None:
-                rotation = np.array([10.0 * math.remainder(made[1][-2], 2.0 * math.pi), value / self.scale])
-                return _Guess(number, CIRCLE, made[0].lobes, *made, [rotation], 1.0)
+                rotation = 10.0 * math.remainder(made[1][-2], 2.0 * math.pi)
+                mean = made[0].w(made[1]).mean(axis=0)[free] / sizes[free]
+                sign = np.concatenate([[rotation], mean, [value / self.scale]])
+                return _Guess(number, CIRCLE, made[0].lobes, *made, [sign], 1.0)
         if seed.near and misses and min(misses.values()) < MISS:
             return guess(min(misses, key=lambda lobes: misses[lobes]), AFAR)
         words[number] = "neither a period of the lobes asked for nor a circle: chaotic, or not settled"
@@ -283,9 +285,10 @@ class Explorer:
         number = orbit.values[-1] / self.scale
         if motion == CYCLE:
             return [np.array([10.0 * math.log(orbit.period), number])]
-        if motion == CIRCLE:
-            return [np.array([10.0 * orbit.rotation, number])]
         sizes = flow.sizes(orbit.values)[0][list(orbit.free)]
+        if motion == CIRCLE:
+            mean = orbit.pieces.mean(axis=0)[list(orbit.free)] / sizes
+            return [np.concatenate([[10.0 * orbit.rotation], mean, [number]])]
         return [np.append(start / sizes, number) for start in starts_of(orbit, flow, lobes)]
 
     def _known_line(self, motion: str, lobes: int, signatures: list[Array], slack: float = 0.0) -> bool:

@@ -167,17 +167,21 @@ def _curves(axes: Axes, data: Any, along: str, name: str, x: float, y: float, ha
             )
     for motion in dict.fromkeys(str(one) for one in motions):
         if motion in (CYCLE, CIRCLE):
-            words = {CYCLE: "limit cycles", CIRCLE: "invariant circles (rolling)"}[motion]
+            words = {CYCLE: "limit cycles", CIRCLE: "invariant circles (whirl)"}[motion]
             handles.setdefault(words, Line2D([], [], color=COLOURS[motion], linewidth=1.3, label=words))
     del lobes
 
 
 def _pieces(x: Array, y: Array, chosen: Array) -> tuple[Array, Array]:
-    """The pieces of a line that are chosen, with gaps between them."""
-    gx, gy = [], []
+    """The parts of a line whose pieces are chosen, each without a break, as dashes begin anew after one."""
+    gx: list[float] = []
+    gy: list[float] = []
     for place in np.flatnonzero(chosen):
-        gx += [x[place], x[place + 1], np.nan]
-        gy += [y[place], y[place + 1], np.nan]
+        if place == 0 or not chosen[place - 1]:
+            gx += [np.nan, x[place]]
+            gy += [np.nan, y[place]]
+        gx.append(x[place + 1])
+        gy.append(y[place + 1])
     return np.array(gx), np.array(gy)
 
 
