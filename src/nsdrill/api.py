@@ -381,8 +381,9 @@ def plot(
 
     ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm). ``depth``, ``wob``, ``rotary_speed`` and ``at``
     cut a sweep at the nearest values of these axes; ``start`` draws one start of several; ``states`` are the two of a
-    basin drawn from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace; ``severity`` (0 to 4) is that of a
-    ``window``. InputError where the kind, or an argument, does not fit.
+    basin drawn from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace or below branches, or
+    branches over a map; ``severity`` (0 to 4) is that of a ``window``. InputError where the kind, or an argument, does
+    not fit.
     """
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
@@ -407,7 +408,9 @@ def plot(
         if kind not in (None, "branches") or ax is not None or chosen or start is not None or states or severity:
             raise InputError("plot: found branches with a kind, axes or a choice of points; allowed: units and over.")
         return draw_branches(
-            branches, units=units, over=None if over is None else results_in(over, "over", ("status",))
+            branches,
+            units=units,
+            over=None if over is None else with_variables(data_in(over, None), "over", ("status",)),
         )
     outline = outline_in(data)
     if isinstance(outline, Trace):
@@ -423,7 +426,12 @@ def plot(
         drawn = read_for_window(data_in(data, None) if is_dataset(data) else name_in(data), severity)  # type: ignore[arg-type]
     else:
         drawn = data_in(data, needed(outline, kind, chosen, start))
-    behind = None if over is None else results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
+    behind: Any = None
+    if over is not None:
+        curves = branches_in(over)
+        behind = curves
+        if curves is None:
+            behind = results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
 
     def picture() -> Figure:
         options = {"over": behind, "states": states, "severity": severity}
