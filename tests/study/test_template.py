@@ -69,7 +69,7 @@ def test_the_json_schema() -> None:
     schema = json.loads(json.dumps(json_schema(), allow_nan=False))
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert "required" not in schema  # without a sweep a study is one operating point
-    assert set(schema["properties"]) == {"title", "model", "sweep", "uncertain", *keys_of().sections}
+    assert set(schema["properties"]) == {"title", "model", "sweep", "uncertain", "continue", *keys_of().sections}
     for part in objects(schema):
         assert part["additionalProperties"] is False
         assert all("description" in value for value in part["properties"].values())
