@@ -16,9 +16,9 @@ from nsdrill.errors import NsdrillError
 # name -> one line for the help. Kept here so that the help imports nothing else.
 COMMANDS = {
     "run": "Run a study: sweep, classify, and write the results file.",
-    "continue": "Follow motions along a number of the study, stable or not: branches and bifurcations.",
     "simulate": "Simulate one operating point and write its trajectory.",
     "replay": "Run one point of a results file again, with its trajectory.",
+    "continue": "Follow motions along a number of the study, stable or not: branches and bifurcations.",
     "plot": "Draw a file of results, a trace or branches.",
     "view": "Explore results or a study in the browser.",
     "report": "Write results as one page of HTML to send.",
