@@ -22,7 +22,7 @@ Steps = Generator[Legs, Ends, T]
 
 FIRST, GROW, MOST, LEAST = 0.02, 1.3, 0.3, 1e-6  # lengths of steps, in natural sizes
 FEW_ITERATIONS, MOST_ITERATIONS = 4, 9
-CLOSE, SMALL, FARTHEST = 1e-8, 1e-5, 300.0  # of a step of Newton's method, in natural sizes
+CLOSE, SMALL, FARTHEST = 1e-8, 1e-5, 3000.0  # of a step of Newton's method, in natural sizes
 LEAST_COSINE = 0.5  # between the tangents of neighbouring points
 LOCATED = 1e-8  # of the arclength at which a special point is known
 

@@ -29,7 +29,7 @@ from nsdrill.orbit.switch import at_hopf, branched, doubled, doubled_cycle, star
 Array = np.ndarray[Any, np.dtype[np.float64]]
 Key = tuple[int, ...]
 NEAR = 0.05  # in natural sizes: how far a settled motion may miss its start after a period
-MISS, AFAR = 2.0, 300.0  # the same where it may not have settled, and how far Newton's method may then go
+MISS, AFAR = 2.0, 3000.0  # the same where it may not have settled, and how far Newton's method may then go
 SAME = 1e-4  # in natural sizes: two starts of a motion that are one
 NEAR_PARENT = 6  # points
 MOST_WAVES = 40
