@@ -13,7 +13,7 @@ from nsdrill.models.schedule import Ramp
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.study.continuation import Continuation
-from nsdrill.variables import Axis
+from nsdrill.variables import Axis, Unknown
 
 Procedure = Literal["same", "up", "down", "up-down"]
 
@@ -57,7 +57,7 @@ class Study:
     ramps: dict[str, Ramp] = field(default_factory=dict)
     continuation: Continuation | None = None
     drawn: dict[str, np.ndarray] = field(default_factory=dict)
-    unknowns: tuple[Axis, ...] = ()
+    unknowns: tuple[Unknown, ...] = ()
 
     @property
     def samples(self) -> int:
