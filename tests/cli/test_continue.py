@@ -142,6 +142,10 @@ def test_other_symmetry_at_the_ends(call: Call) -> None:
     answer = call("continue", "study.yaml", "-o", "b.h5")
     assert answer.code == 2
     assert "segments" in answer.err
+    Path("study.yaml").write_text("drive: {kind: dc_motor}\ncontinue: {along: wob, from: 10 kN, to: 30 kN}\n")
+    answer = call("continue", "study.yaml", "-o", "b.h5")
+    assert answer.code == 2
+    assert "found dc_motor" in answer.err
     assert not Path("b.h5").exists()
 
 

@@ -8,6 +8,7 @@ from typing import Any, cast
 import numpy as np
 
 from nsdrill.abi import Rows
+from nsdrill.errors import InputError
 from nsdrill.models.base import Array, Model, Ramps, Symmetry, Variant
 from nsdrill.models.christoforou_yigit import classify, compare, features, layout, ramp, reduce, rhs, section, tangent
 from nsdrill.models.christoforou_yigit.ensemble import starting_states
@@ -68,6 +69,13 @@ class ChristoforouYigit(Model):
         """The lobes tell directions apart, the weight of an inclined collar does: without either there are none."""
         parameters = points.parameters
         options = options_of(parameters)
+        if options.driven:
+            held = rhs.pack(parameters, *points.operation)[0, rhs.columns_of(options).index("drive_stiffness")]
+            if options.motor or held == 0.0:
+                raise InputError(
+                    f"drive.kind: found {parameters.drive.kind}, whose angle nothing holds to that of the set speed, so "
+                    "no motion repeats in that frame; allowed in a continuation: ideal, or a drive with an integral gain."
+                )
         smooth = parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
         folds = 1 if options.weight else 0 if smooth else options.lobes
         still = {*rhs.held(parameters), "motor_impulse"}
