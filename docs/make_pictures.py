@@ -165,6 +165,11 @@ def main(folder: Path) -> None:
     nsdrill("simulate", str(CONFIGS / "segments_lqr.yaml"), *regulated)
     nsdrill("plot", str(trace), "-o", str(drawn), "--overwrite")
     shrink(drawn, HERE / "pictures" / "segments_lqr.png")
+    results, branches, drawn = folder / "fig4.h5", folder / "branches.h5", folder / "branches.png"
+    study = str(CONFIGS / "branches_speed_22kN.yaml")
+    nsdrill("continue", study, "--seeds", str(results), "-o", str(branches), "--overwrite")
+    nsdrill("plot", str(branches), "--over", str(results), "-o", str(drawn), "--overwrite")
+    shrink(drawn, HERE / "pictures" / "branches.png")
     page = HERE / "studies.md"
     text = page.read_text(encoding="utf-8")
     page.write_text(BLOCK.sub(lambda m: f"{m[1]}{result(summaries[m[2]])}{m[3]}", text), encoding="utf-8")

@@ -26,6 +26,8 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
 from nsdrill.plot.kinds.value import ALIASES
 from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
+from nsdrill.study.continuation import BORDERS, CURVE_KEYS, CURVE_POINTS, KEYS, LOBES, MOTIONS, SEEDS
+from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
 from nsdrill.study.keys import MANY, MODEL_LEAF, SLICE, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
@@ -160,6 +162,17 @@ def study_keys() -> str:
             form = f"two of {states}, each `{{from, to, points}}`, in its unit"
             text += f"| `{SLICE}` | | none | {form} | | {MEANINGS[SLICE]} |\n"
     return text
+
+
+def continuation_keys() -> str:
+    defaults = {"motions": f"[{', '.join(MOTIONS)}]", "lobes": str(list(LOBES)), "switch": "true",
+                "points": POINTS_OF_BRANCH.default_text, "curves.of": f"[{', '.join(BORDERS)}]",
+                "curves.points": CURVE_POINTS.default_text, "seeds": f"{SEEDS} values of the range"}  # fmt: skip
+    needed = ("along", "from", "to", "curves.over", "curves.from", "curves.to")
+    names = [*KEYS, *(f"curves.{name}" for name in CURVE_KEYS)]
+    rows = ([code(f"continue.{name}"), "needed" if name in needed else defaults.get(name, "none"),
+             MEANINGS[f"continue.{name}"]] for name in names)  # fmt: skip
+    return table(("key", "default", "meaning"), rows)
 
 
 def sweep_keys() -> str:
@@ -404,6 +417,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "parameters": parameters,
     "segments keys": segments_keys,
     "study keys": study_keys,
+    "continuation keys": continuation_keys,
     "thresholds": thresholds,
     "units": units,
     "results variables": results_variables,

@@ -127,7 +127,8 @@ class Rows:
 
     The last ``companions`` of the states, none or as many as the others, only follow them, like the tangent vector of a
     Lyapunov exponent: they have no say in the step size and begin anew in every run of a chain. So the others keep
-    their bits, with companions or without.
+    their bits, with companions or without. Where they are ``judged``, their errors count as those of the others do: a
+    monodromy is then as good as the motion, also where the motion stands still.
 
     The ``phase`` is an angle that advances at a constant rate and is carried from run to run along a chain, the angle
     of a drive: its row holds its value, less whole turns, when the clock of the run stands at zero.
@@ -140,6 +141,7 @@ class Rows:
     companions: int = 0
     singles: int = 0
     private: int = 0
+    judged: bool = False
 
     @property
     def own(self) -> int:

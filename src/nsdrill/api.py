@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import os
+import sys
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Any, ParamSpec, TypeAlias, TypeVar, cast
 
 from nsdrill.app.arguments import is_whole, keep_apart, name_in, number_in, seconds_in, study_in, texts_in, values_in
 from nsdrill.app.datasets import (
+    branches_in,
     checked,
     data_in,
     is_dataset,
@@ -163,6 +165,58 @@ def run(
 
 
 @_in_words_of_python
+def continue_branches(
+    study: StudyLike,
+    path: PathLike | None = None,
+    *,
+    seeds: PathLike | None = None,
+    set: Settings = None,
+    workers: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
+    progress: bool | Callable[[str], object] = False,
+) -> Dataset:
+    """Follow the motions of a study along the number that its section ``continue`` names, stable or not, and give their
+    branches: into the file ``path``, or in memory without one.
+
+    ``seeds`` is the name of a results file whose settled points are followed, in place of what the study says. The
+    Dataset has the dimension ``branch`` (``motion``, ``lobes``, ``parent``, ``end_reason``, ``row_size``) and the
+    dimension ``point``, all branches one after the other: the number continued, ``state`` at the drive angle 0 in SI,
+    ``period`` [s], ``multiplier_real`` and ``multiplier_imag``, how many of them are ``unstable``, the ``label`` of
+    special points, and the features of results over one period. ``set`` changes keys of the study, ``workers``,
+    ``resume`` and ``overwrite`` are as in :func:`run`; ``progress``: True for lines on stderr, or a function that is
+    called with each of them. InputError where the study has no section ``continue``, or nothing to follow is found.
+    """
+    from nsdrill.app.continuing import continue_study
+
+    loaded = study_in(study, set)
+    if path is None and (resume or overwrite):
+        raise InputError(
+            f"{'resume' if resume else 'overwrite'}: found without a path; allowed: with the path of a file."
+        )
+    if path is not None:
+        path = name_in(path, "path")
+        keep_apart(study, path)
+    say: Callable[[str], object] = lambda text: None  # noqa: E731
+    if callable(progress):
+        say = progress
+    elif progress:
+
+        def say(text: str) -> None:
+            print(text, file=sys.stderr)
+
+    return continue_study(
+        loaded,
+        path,
+        seeds=None if seeds is None else name_in(seeds, "seeds"),
+        workers=workers,
+        overwrite=overwrite,
+        resume=resume,
+        say=say,
+    ).data
+
+
+@_in_words_of_python
 def simulate(
     study: StudyLike,
     *,
@@ -297,6 +351,10 @@ def show(data: ResultsLike, *, units: str = "si") -> str:
     from nsdrill.cli.show import lines
 
     name = "Dataset" if is_dataset(data) else os.fspath(name_in(data))
+    if (branches := branches_in(data)) is not None:
+        from nsdrill.app.branch_report import summarize_branches
+
+        return "\n".join(lines(name, summarize_branches(branches), units))
     with of_whole("show"):
         return "\n".join(lines(name, summarize(data_in(data, needed())), units))
 
@@ -334,8 +392,9 @@ def plot(
 
     ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm). ``depth``, ``wob``, ``rotary_speed`` and ``at``
     cut a sweep at the nearest values of these axes; ``start`` draws one start of several; ``states`` are the two of a
-    basin drawn from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace; ``severity`` (0 to 4) is that of a
-    ``window``, ``confidence`` (0 to 1) that of a ``window`` and of ``probability`` where numbers are uncertain.
+    basin drawn from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace or below branches, or branches over
+    a map; ``severity`` (0 to 4) is that of a ``window``, ``confidence`` (0 to 1) that of a ``window`` and of
+    ``probability`` where numbers are uncertain.
 
     ``width`` and ``height`` of the figure are lengths ("3.3 in"), ``font_size`` is in points; ``title`` is a text in
     place of the usual title, or False for none; ``style`` is a style file of matplotlib, one of its styles, or a
@@ -363,6 +422,17 @@ def plot(
     wanted = look_of(width, height, font_size, title, style, xlim, time)
     chosen = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     start = number_in("start", start)
+    if (branches := branches_in(data)) is not None:
+        from nsdrill.plot.branches import draw_branches
+
+        if kind not in (None, "branches") or ax is not None or chosen or start is not None or states or severity:
+            raise InputError("plot: found branches with a kind, axes or a choice of points; allowed: units and over.")
+        return draw_branches(
+            branches,
+            units=units,
+            look=wanted,
+            over=None if over is None else with_variables(data_in(over, None), "over", ("status",)),
+        )
     outline = outline_in(data)
     if isinstance(outline, Trace):
         more = {"start": start, "states": states, "severity": severity, "confidence": confidence}
@@ -378,7 +448,12 @@ def plot(
         drawn = read_for_window(data_in(data, None) if is_dataset(data) else name_in(data), severity)  # type: ignore[arg-type]
     else:
         drawn = data_in(data, needed(outline, kind, chosen, start))
-    behind = None if over is None else results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
+    behind: Any = None
+    if over is not None:
+        curves = branches_in(over)
+        behind = curves
+        if curves is None:
+            behind = results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
 
     def picture() -> Figure:
         options: dict[str, Any] = {"over": behind, "states": states, "severity": severity, "confidence": confidence}
@@ -670,15 +745,19 @@ def combine(results: Sequence[ResultsLike], path: PathLike | None = None, overwr
 
 @_in_words_of_python
 def open_results(path: PathLike) -> Dataset:
-    """The file ``path`` as a Dataset: results, which are read when they are used; a trace; or the points so far of an
-    unfinished run (``path.part``). Close it, or use ``with``, when done. FileError where it cannot be read."""
+    """The file ``path`` as a Dataset: results, which are read when they are used; a trace; branches; or the points
+    so far of an unfinished run (``path.part``). Close it, or use ``with``, when done. FileError where it cannot be
+    read."""
     from nsdrill.app.reading import read_any
-    from nsdrill.store import kind_of, open_results
+    from nsdrill.store import kind_of, open_branches, open_results
     from nsdrill.store.dataset import to_dataset
 
     path = name_in(path, "path")
-    if os.path.lexists(path) and kind_of(path) == "results":
+    kind = kind_of(path) if os.path.lexists(path) else None
+    if kind == "results":
         return open_results(path)
+    if kind == "branches":
+        return open_branches(path)
     return to_dataset(read_any(path))
 
 
@@ -708,6 +787,12 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
         raise InputError(f"save: found a value of the type {type(data).__name__}; allowed: a Dataset, or a figure.")
     known = {*BY_NAME, *IN_TRACE}
     dataset: Any = data
+    if dataset.attrs.get("nsdrill_kind") == "branches" or "branch" in dataset.dims:
+        from nsdrill.store import write_branches
+
+        claim_file(path, overwrite)
+        write_branches(path, dataset, overwrite=overwrite)
+        return
     if extra := [str(name) for name in dataset.data_vars if name not in known]:
         raise InputError(
             f"the Dataset: found {', '.join(extra)}, which nsdrill does not know; allowed: its own variables. Leave "

@@ -10,6 +10,7 @@ from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.study import json_schema, parse_study, template_text
+from nsdrill.study.continuation import CURVE_KEYS, KEYS
 from nsdrill.study.document import parse
 from nsdrill.study.keys import SLICE, keys_of
 from nsdrill.study.meanings import MEANINGS
@@ -45,7 +46,9 @@ def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
     groups = (groups | {group.rpartition(".")[0] for group in groups}) - {""}
     sections = set(keys_of().sections)
     unknowns = {"uncertain", *(f"uncertain.{name}" for name in HOW)}
-    assert set(MEANINGS) == set(keys_of().leaves) | groups | sections | SWEEP_KEYS | unknowns | {
+    own = {key for key in MEANINGS if key.partition(".")[0] == "continue"}
+    assert own == {"continue", *(f"continue.{key}" for key in KEYS), *(f"continue.curves.{key}" for key in CURVE_KEYS)}
+    assert set(MEANINGS) - own == set(keys_of().leaves) | groups | sections | SWEEP_KEYS | unknowns | {
         "title",
         "sweep",
         SLICE,
@@ -66,7 +69,7 @@ def test_the_json_schema() -> None:
     schema = json.loads(json.dumps(json_schema(), allow_nan=False))
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert "required" not in schema  # without a sweep a study is one operating point
-    assert set(schema["properties"]) == {"title", "model", "sweep", "uncertain", *keys_of().sections}
+    assert set(schema["properties"]) == {"title", "model", "sweep", "uncertain", "continue", *keys_of().sections}
     for part in objects(schema):
         assert part["additionalProperties"] is False
         assert all("description" in value for value in part["properties"].values())

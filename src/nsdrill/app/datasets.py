@@ -97,6 +97,17 @@ def of_whole(name: str) -> Iterator[None]:
         raise InputError(f"{name}: found results without {error.args[0]}; allowed: results that have it.") from error
 
 
+def branches_in(data: Any) -> Any:
+    """The Dataset where ``data`` are branches, or the name of a file of them; else None."""
+    from nsdrill.app.reading import is_branches
+    from nsdrill.store import open_branches
+
+    if is_dataset(data):
+        return data if "branch" in data.dims else None
+    path = name_in(data)
+    return open_branches(path) if is_branches(path) else None
+
+
 def outline_in(data: Any) -> Results | Trace:
     """As :func:`data_in`, but results have zeros for their variables, which take no memory: to see what there is."""
     from nsdrill.app.reading import outline, outlined

@@ -21,9 +21,19 @@ def read_any(path: str | os.PathLike[str], names: Iterable[str] | None = None) -
     if not os.path.lexists(path) and part.exists():
         raise FileError(f"{path}: there is no such file yet, but an unfinished run: {part} can be shown and drawn.")
     kind = kind_of(path)
+    if kind == "branches":
+        raise FileError(
+            f"{path}: found a file of branches; allowed here: results of a sweep or a trace. show, plot and export "
+            "take branches, and simulate --orbit runs one of their points."
+        )
     if kind == "trace":
         return with_overrides(read_trace(path))
     return with_overrides(read_partial(path, names) if kind == "partial" else read_results(path, names))
+
+
+def is_branches(path: str | os.PathLike[str]) -> bool:
+    """Whether ``path`` is a file of branches; FileError if it is none of ours."""
+    return os.path.lexists(path) and kind_of(path) == "branches"
 
 
 def outline(path: str | os.PathLike[str]) -> Results | Trace:

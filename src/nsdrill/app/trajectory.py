@@ -55,12 +55,14 @@ def simulate(
     start: int | None = None,
     duration: float | None = None,
     sample: float = DEFAULT_SAMPLE,
+    state: np.ndarray | None = None,
 ) -> Trajectory:
     """Simulate one operating point of a study: depth [m], weight on bit [N], speed [rad/s], by default those of its
     ``operation``, from the start number ``start`` where the study has several, for ``duration`` [s] (default: transient
     and observed time, or until the last knot where the study has ramps), sampled every ``sample`` [s]. A value given
     here takes the place of a ramp of the study. Uncertain numbers have the values of their own sections, or with
-    ``at_sample`` those of the sample of this number."""
+    ``at_sample`` those of the sample of this number. ``state`` [states + 1], the drive angle last, takes the place of
+    the start."""
     if at_sample is not None:
         at_sample = _sample("the study", at_sample, study.samples)
         study = _of_sample(study, at_sample)
@@ -89,6 +91,8 @@ def simulate(
         simulation = replace(simulation, transient=0.0, observe=float(duration))
     number = _start("the study", start, study.initial.starts)
     initial = model_named(study.model).starts(_points(study, operation), number)[0]
+    if state is not None:
+        initial = state
     extra = {"start": number} if study.initial.starts else {}
     extra |= {} if at_sample is None else {SAMPLE: int(at_sample)}
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)

@@ -35,9 +35,14 @@ def command(results: str, output: str, peaks: bool, section: bool, states: bool,
     given = [option for option, on in (("--peaks", peaks), ("--section", section), ("--states", states)) if on]
     if suffix == ".nc" and given:
         raise InputError(f"{given[0]}: found with netCDF, which holds everything; allowed: with .csv.")
+    from nsdrill.app.reading import is_branches
     from nsdrill.app.table import print_csv, write_csv
     from nsdrill.store import claim_file, read_results, to_netcdf
 
+    if is_branches(results):
+        if given:
+            raise InputError(f"{given[0]}: found with branches, whose table has everything; allowed: with results.")
+        return _branches(results, output, suffix, units, overwrite)
     if output == "-":
         print_csv(read_results(results), sys.stdout, peaks=peaks, section=section, states=states, units=units)
         return 0
@@ -51,4 +56,23 @@ def command(results: str, output: str, peaks: bool, section: bool, states: bool,
         to_netcdf(results, output, overwrite=overwrite)
     stays = " netCDF stays in SI units, which its attributes name." if suffix == ".nc" and units == "field" else ""
     click.echo(f"{output}: written.{stays}", err=True)
+    return 0
+
+
+def _branches(file: str, output: str, suffix: str, units: str, overwrite: bool) -> int:
+    """The table of a file of branches."""
+    from nsdrill.cli.branches import table
+    from nsdrill.store import claim_file, open_branches, to_netcdf, write_text
+
+    data = open_branches(file)
+    if output == "-":
+        click.echo(table(data, units), nl=False)
+        return 0
+    options.keep_apart(file, output)
+    claim_file(output, overwrite)
+    if suffix == ".nc":
+        to_netcdf(file, output, overwrite=overwrite)
+    else:
+        write_text(output, table(data, units), overwrite=overwrite)
+    click.echo(f"{output}: written.", err=True)
     return 0

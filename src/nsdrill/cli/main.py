@@ -18,13 +18,14 @@ COMMANDS = {
     "run": "Run a study: sweep, classify, and write the results file.",
     "simulate": "Simulate one operating point and write its trajectory.",
     "replay": "Run one point of a results file again, with its trajectory.",
-    "plot": "Draw a results or trace file.",
+    "continue": "Follow motions along a number of the study, stable or not: branches and bifurcations.",
+    "plot": "Draw a file of results, a trace or branches.",
     "view": "Explore results or a study in the browser.",
     "report": "Write results as one page of HTML to send.",
     "window": "Say where one may run whatever the history.",
     "fit": "Adjust unknown numbers of a study to measurements.",
     "sensitivity": "Say which uncertain number matters most, and which to measure first.",
-    "show": "Say what is in a results or trace file, in words and numbers.",
+    "show": "Say what is in a file of results, a trace or branches, in words and numbers.",
     "diff": "Say what differs between two results or trace files.",
     "combine": "Make one file of results that differ in one number.",
     "check": "Validate a study and print its derived coefficients.",
@@ -34,13 +35,15 @@ COMMANDS = {
     "classify": "Give a results file new labels with other thresholds; nothing is run again.",
 }
 
+MODULES = {"continue": "continuing"}  # a word of Python is no name of a module
+
 EXIT_CODES = """\b
 Exit codes:
   0    done
   1    the run failed, and not through its input: a full disk, too little memory
   2    the command line, the study or an input file is wrong; nothing was written
   3    finished, but some points failed; they are marked in the file
-  130  interrupted; nsdrill run goes on with --resume"""
+  130  interrupted; nsdrill run and continue go on with --resume"""
 
 
 class LazyGroup(click.Group):
@@ -52,7 +55,7 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
             return None
-        command: click.Command = import_module(f"nsdrill.cli.{cmd_name}").command
+        command: click.Command = import_module(f"nsdrill.cli.{MODULES.get(cmd_name, cmd_name)}").command
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:

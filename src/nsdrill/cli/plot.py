@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 @options.confidence
 @click.option(
     "--over", type=options.FileName(), metavar="OUT.h5",
-    help="With the trace of a ramp and --kind ramp: draw it over the peaks of this sweep.",
+    help="With branches, or the trace of a ramp and --kind ramp: draw them over the peaks of this sweep.",
 )  # fmt: skip
 @click.option(
     "--data", "field", type=options.FileName(), metavar="FIELD.csv",
@@ -83,8 +83,8 @@ def command(
     title: str | None, no_title: bool, style: str | None, xlim: tuple[str, str] | None, begin: str | None,
     end: str | None, animate: bool, speed: float | None, overwrite: bool,
 ) -> int:  # fmt: skip
-    """Draw FILE: a results file, the .part file of a run that goes on, or a trace; or a chart of a study (.yaml), which
-    is not run."""
+    """Draw FILE: a results file, the .part file of a run that goes on, a trace, or branches; or a chart of a study
+    (.yaml), which is not run. With a map and --over branches, their curves are drawn over it."""
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
     from nsdrill.plot import all_kinds, check_suffix, cut, draw, kinds_for, look_of, needed, save
@@ -105,6 +105,15 @@ def command(
                   "--states": states, "--over": over, "--confidence": confidence, "--data": field, "--xlim": xlim,
                   "--from": begin, "--to": end}  # fmt: skip
         return _chart(file, output, kind, units, along, overrides, unused, overwrite, look)
+    from nsdrill.app.reading import is_branches
+
+    if is_branches(file):
+        if animate:
+            raise InputError("--animate: found with branches; allowed: with a trace, as simulate --orbit makes one.")
+        unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
+                  "--states": states, "--along": along, "--set": overrides, "--confidence": confidence,
+                  "--data": field, "--xlim": xlim, "--from": begin, "--to": end}  # fmt: skip
+        return _branches(file, output, kind, units, over, unused, overwrite, look)
     for option, found in (("--along", along), ("--set", overrides)):
         if found:
             raise InputError(f"{option}: found with {file}; allowed: with a study, a file that ends in .yaml or .yml.")
@@ -134,7 +143,14 @@ def command(
                 raise InputError(f"{option}: found with a trace; allowed: with the results of {of}.")
     else:
         data = read(file, needed(data, kind, chosen, start))
-    behind = None if over is None else _sweep(over, output, data)
+    behind: Any = None
+    if over is not None and is_branches(over):
+        from nsdrill.store import open_branches
+
+        options.keep_apart(over, output)
+        behind = open_branches(over)
+    elif over is not None:
+        behind = _sweep(over, output, data)
     pair = None if states is None else [name.strip() for name in states.split(",")]
     if chosen and not isinstance(data, Trace):
         _say_nearest(data, chosen)
@@ -160,6 +176,42 @@ def _film(trace: Results | Trace, output: str, units: str, look: Look, speed: fl
     if written != output:
         click.echo(f"There is no ffmpeg here, which MP4 needs: a GIF is written in place of {output}.", err=True)
     click.echo(f"{written}: {seconds:.3g} s of the trace in {frames} frames.", err=True)
+    return 0
+
+
+def _branches(
+    file: str, output: str | None, kind: str | None, units: str, over: str | None, unused: Mapping[str, Any],
+    overwrite: bool, look: Look,
+) -> int:  # fmt: skip
+    """The branches in ``file``."""
+    if kind == "list":
+        click.echo(f"{'branches':<24} stable and unstable motions along the number that is continued")
+        return 0
+    if kind not in (None, "branches"):
+        raise InputError(f"plot kind: found {kind!r} with a file of branches; allowed: branches.")
+    if output is None:
+        raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
+    for option, found in unused.items():
+        if found not in (None, ()):
+            raise InputError(f"{option}: found with a file of branches; allowed: with results.")
+    from nsdrill.cli.reading import read
+    from nsdrill.data import Trace
+    from nsdrill.plot import check_suffix, save
+    from nsdrill.plot.branches import draw_branches
+    from nsdrill.store import claim_file, open_branches
+
+    check_suffix(output)
+    options.keep_apart(file, output)
+    claim_file(output, overwrite)
+    behind = None
+    if over is not None:
+        options.keep_apart(over, output)
+        found = read(over)
+        if isinstance(found, Trace):
+            raise InputError(f"{over}: this is a trace; --over takes the results of a sweep.")
+        behind = found
+    save(draw_branches(open_branches(file), units=units, over=behind, look=look), output, overwrite=overwrite)
+    click.echo(f"{output}: drawn.", err=True)
     return 0
 
 

@@ -33,19 +33,22 @@ MOST_POINTS = 24
 @options.units
 @click.option("--study", is_flag=True, help="Print the study as it was run, overrides applied, as a study file.")
 def command(file: str, as_json: bool, units: str, study: bool) -> int:
-    """Say what is in FILE: a results file, the .part file of a run that goes on, or a trace."""
+    """Say what is in FILE: a results file, the .part file of a run that goes on, a trace, or branches, of which every
+    special point is told in a sentence."""
     if study and as_json:
         raise InputError("--study: found with --json; allowed: one of the two.")
     if study:
         from nsdrill.app.overrides import study_of
+        from nsdrill.app.reading import is_branches
+        from nsdrill.store import read_attributes
 
-        click.echo(study_of(file, read(file, ()).attrs), nl=False)
+        attrs = read_attributes(file) if is_branches(file) else read(file, ()).attrs
+        click.echo(study_of(file, attrs), nl=False)
         return 0
-    from nsdrill.app.report import needed, summarize
     from nsdrill.cli.words import in_units
     from nsdrill.data import json_text
 
-    summary = summarize(read(file, needed()))
+    summary = _summary(file)
     if as_json:
         click.echo(json_text(in_units(summary, units), indent=2))
     else:
@@ -54,8 +57,26 @@ def command(file: str, as_json: bool, units: str, study: bool) -> int:
     return 0
 
 
+def _summary(file: str) -> dict[str, Any]:
+    """What is in the file, as plain data."""
+    from nsdrill.app.reading import is_branches
+
+    if is_branches(file):
+        from nsdrill.app.branch_report import summarize_branches
+        from nsdrill.store import open_branches
+
+        return summarize_branches(open_branches(file))
+    from nsdrill.app.report import needed, summarize
+
+    return summarize(read(file, needed()))
+
+
 def lines(name: str, summary: dict[str, Any], units: str) -> Iterator[str]:
     """A summary of the file or data called ``name``, in words."""
+    if summary["kind"] == "branches":
+        from nsdrill.cli.branches import lines as of_branches
+
+        return of_branches(name, summary, units)
     return (_show_trace if summary["kind"] == "trace" else _show_results)(name, summary, units)
 
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     "simulate",
     epilog=options.examples(
         "simulate study.yaml -o trace.h5",
+        "simulate study.yaml -o orbit.h5 --orbit branches.h5 --point 120",
         "simulate study.yaml -o trace.h5 --depth 3000m --wob '10 klbf' --rotary-speed 120rpm --duration 60s",
     ),
 )
@@ -33,13 +34,18 @@ if TYPE_CHECKING:
     "--duration", "s", "Simulated time. Default: the study's transient and observed time; with a ramp, its last knot."
 )
 @options.quantity("--sample", "s", "Interval between samples. Default: 10 ms.")
+@click.option(
+    "--orbit", type=options.FileName(), metavar="BRANCHES.h5",
+    help="Run the motion of one point of this file of branches, stable or not, over one period.",
+)  # fmt: skip
+@click.option("--point", type=int, metavar="N", help="With --orbit: the number of the point, as nsdrill show tells it.")
 @options.settings
 @options.units
 @options.overwrite
 def command(
     study: str, output: str, depth: float | None, wob: float | None, rotary_speed: float | None, at: tuple[str, ...],
-    start: int | None, duration: float | None, sample: float | None, overrides: tuple[str, ...], units: str,
-    overwrite: bool,
+    start: int | None, duration: float | None, sample: float | None, orbit: str | None, point: int | None,
+    overrides: tuple[str, ...], units: str, overwrite: bool,
 ) -> int:  # fmt: skip
     """Simulate one operating point of STUDY, or along its ramps, and write the trajectory.
 
@@ -48,6 +54,9 @@ def command(
     """
     from nsdrill.cli.reading import load
 
+    if orbit is not None or point is not None:
+        apart = {"--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--at": at or None, "--start": start}
+        return _orbit(study, output, orbit, point, apart, duration, sample, overrides, overwrite)
     given = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
     # A number that is no operating value is one of the study, and is checked as if it stood there.
     further = [
@@ -72,6 +81,38 @@ def command(
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )  # fmt: skip
     click.echo(f"Point: {_point(result.trace.attrs, given, units)}.", err=True)
+    return finish(result, output, overwrite)
+
+
+def _orbit(
+    study: str, output: str, orbit: str | None, point: int | None, apart: Mapping[str, Any], duration: float | None,
+    sample: float | None, overrides: tuple[str, ...], overwrite: bool,
+) -> int:  # fmt: skip
+    """The motion of a point of a file of branches."""
+    from nsdrill.cli.reading import load
+    from nsdrill.errors import InputError
+
+    if orbit is None or point is None:
+        found, lacking = ("--point", "--orbit") if orbit is None else ("--orbit", "--point")
+        raise InputError(f"{found}: found without {lacking}; allowed: with it.")
+    for option, value in apart.items():
+        if value is not None:
+            raise InputError(f"{option}: found with --orbit, whose point has its own; allowed: without --orbit.")
+    loaded = load(study, overrides)
+    options.keep_apart(study, output)
+    options.keep_apart(orbit, output)
+
+    from nsdrill.app.orbit import check_study, orbit_point, settings_for, simulate_orbit
+    from nsdrill.store import claim_file
+
+    claim_file(output, overwrite)
+    wanted, attrs = orbit_point(orbit, point)
+    check_study(orbit, loaded, attrs)
+    loaded = load(study, [*overrides, *settings_for(loaded, wanted)])
+    result = simulate_orbit(loaded, orbit, wanted, duration=duration, sample=sample)
+    numbers = ", ".join(f"{key} {value:.10g} (SI)" for key, value in wanted.values.items())
+    stable = "stable" if wanted.unstable == 0 else f"{wanted.unstable} unstable directions"
+    click.echo(f"Point {point}: {numbers}; period {wanted.period:.6g} s; {stable}.", err=True)
     return finish(result, output, overwrite)
 
 

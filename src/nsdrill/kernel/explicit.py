@@ -156,7 +156,8 @@ def _judgement(pair: Tableau, rows: Rows) -> Iterable[str]:
     yield "for i in range(W):"
     yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
     yield "    total = 0.0"
-    own = [block for block in rows.blocks if block[2] < rows.own]
+    judged = rows.states if rows.judged else rows.own
+    own = [block for block in rows.blocks if block[2] < judged]
     for loop, order, alone in _loops(own):
         if alone:  # what has its place later, when the step is judged, has the sum until then
             yield "    b[attention_ + i] = total"
@@ -181,7 +182,7 @@ def _judgement(pair: Tableau, rows: Rows) -> Iterable[str]:
     ratio = h * b[per_rtol_ + i]
     tries = b[accepted_ + i] + b[rejected_ + i] + 1.0
     accepted, proposed, last, growth, attention = decide(
-        total * (1.0 / {rows.own}) * (ratio * ratio), h, b[last_error_ + i], b[growth_ + i], b[least_step_ + i],
+        total * (1.0 / {judged}) * (ratio * ratio), h, b[last_error_ + i], b[growth_ + i], b[least_step_ + i],
         tries >= b[limit_ + i], PROPORTIONAL, PER_ORDER)
     # A step cut short by a mark says little about the next one: the earlier proposal stands.
     cut = h < proposal

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -24,6 +25,20 @@ if TYPE_CHECKING:
 
 Array = np.ndarray[Any, np.dtype[Any]]
 Variant = tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Symmetry:
+    """How the equations of a model repeat as the drive turns, for the continuation of motions.
+
+    With the drive turned by a revolution over ``folds``, and the pairs of states ``turned`` turned by as much, the
+    equations are the same; ``folds`` 0: turned by any angle. ``free`` are the places of the states that move and that
+    something depends on; ``turned`` holds pairs of places (of x, of y).
+    """
+
+    folds: int
+    free: tuple[int, ...]
+    turned: tuple[tuple[int, int], ...] = ()
 
 
 class Ramps(ABC):
@@ -80,6 +95,11 @@ class Model(ABC):
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
         """The compiled function that puts value, slope and second derivative of each contact's function at the end of
         the step among the observer's rows, at ``place``."""
+        raise NotImplementedError
+
+    def symmetry(self, points: Values) -> Symmetry:
+        """How the equations of these points repeat as the drive turns. NotImplementedError where the model does not
+        say."""
         raise NotImplementedError
 
     # What differs from run to run

@@ -35,6 +35,21 @@ class Order:
 
 
 @dataclass(frozen=True)
+class Grazing:
+    """A special point of a branch at which a motion begins to touch a ``contact`` of the model, or to leave it:
+    ``when`` is "reached" (it did not touch before) or "lost" (it never left it before). ``code`` (above 100), ``name``
+    and ``words``, what it means for drilling, are those of files and of ``show``; ``border`` is the word by which a
+    study asks for its curve."""
+
+    code: int
+    name: str
+    contact: str
+    when: str
+    words: str
+    border: str = ""
+
+
+@dataclass(frozen=True)
 class Panel:
     """The motion of one ``mode`` (axial, torsional, lateral) along an axis: the variable ``trace`` of a trace, its
     last ``peaks`` in results, and the feature ``greatest``, which is the constant value where there are none."""
@@ -117,7 +132,8 @@ class Description:
 
     ``orders`` and ``relations`` say what values must satisfy together: ``relations(check)`` yields the faults of a
     study, ``check`` is a :class:`nsdrill.study.relations.Checker`. ``units_by`` has the keys whose units depend on a
-    choice: (key of the choice, its words with their units). ``compiled`` are keys of whole numbers that are fixed when
+    choice: (key of the choice, its words with their units). ``grazing`` are special points of continuation at the
+    model's contacts. ``compiled`` are keys of whole numbers that are fixed when
     the model is compiled, and may be an axis all the same. The template of a study shows ``example_axis``, a key with a
     least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from parameters,
     initial state and axes. ``hole`` gives the radii [m] of the hole and of the collar in it, where the path of the
@@ -151,6 +167,7 @@ class Description:
     relations: Callable[[Any], Iterator[Any]] | None = None
     units_by: Mapping[str, tuple[str, Mapping[str, str]]] = field(default_factory=dict)
     compiled: tuple[str, ...] = ()
+    grazing: tuple[Grazing, ...] = ()
     example_axis: tuple[str, str, str] = ("", "", "")
     example_slice: str = ""
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None

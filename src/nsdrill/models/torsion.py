@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from nsdrill.models.base import Symmetry
 from nsdrill.models.description import Description, Drawn, Order, Panel
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
@@ -136,6 +137,9 @@ class Torsion(ScalarModel):
             return ((-damping * speed - stiffness * twist - torque * direction(smoothing * speed) * falling) / inertia,)
 
         return torsion
+
+    def symmetry(self, points: Values) -> Symmetry:
+        return Symmetry(folds=0, free=(0, 1))  # nothing depends on the angle of the drive
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation

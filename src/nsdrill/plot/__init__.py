@@ -55,13 +55,17 @@ def draw(
     ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` holds axes of a sweep at one of their
     values, in SI: ``{"wob": 22240.0}`` draws the cut of a map. ``start`` draws one start of every operating point,
     where there are several. ``look`` is how the user wants it to look. Other ``options`` are those that the kind takes
-    (None is as not given): ``over``, a sweep to draw a ``ramp`` over; ``states``, the two over which an ensemble's
+    (None is as not given): ``over``, a sweep to draw a ``ramp`` over, or branches whose curves are drawn over a map;
+    ``states``, the two over which an ensemble's
     ``basin`` is drawn; ``severity`` of a ``window`` or ``tornado``, ``confidence`` (0 to 1) of a ``window`` or of
     ``probability``, where numbers are uncertain.
     """
     check_units(units)
     given = {name: value for name, value in options.items() if value is not None}
     look = look or Look()
+    curves = None
+    if isinstance(data, Results) and "over" in given and not isinstance(given["over"], Results):
+        curves = given.pop("over")
     if isinstance(data, Results):
         data = cut(data, at, start)
     if kind is None and "over" in given and "ramp" in kinds_for(data):
@@ -77,6 +81,8 @@ def draw(
             say_inside(figure, words)
         if ends is not None:
             show_between(figure, str(chosen.across(data)), ends, units)
+        if curves is not None:
+            _draw_borders(figure, data, curves, units)
         settle(figure)
     return figure
 
@@ -134,3 +140,14 @@ class _Room(ModuleType):
 
 
 sys.modules[__name__].__class__ = _Room
+
+
+def _draw_borders(figure: Figure, data: Results, over: Any, units: str) -> None:
+    """Curves of branches over the map of a sweep over two axes."""
+    from nsdrill.plot.branches import draw_borders
+    from nsdrill.plot.maps import Planes
+
+    if len(data.swept) != 2:
+        raise InputError("--over: found curves with no map over two axes; allowed: the map of a sweep over two.")
+    planes = Planes.of(data)
+    draw_borders(figure, over, planes.x, planes.y, units)

@@ -55,22 +55,24 @@ def frame(results: Results, units: str, panels: int, height: float) -> tuple[Fig
             column.append(axes)
         columns.append(column)
         x = quantity(one.axis, units)
-        if number == len(lines) // 2 or _fits(x.label, "axes.labelsize", len(lines)):
+        if number == len(lines) // 2 or _fits(x.label, rcParams["axes.labelsize"], len(lines)):
             column[-1].set_xlabel(x.label)
         spaced(column[-1], one.x)
         column[-1].set_xlim(*(edges(one.x)[[0, -1]] / x.scale))
         draw_strip(column[0], one, x.scale, name_rows=number == 0)
         title = column_title(one, units)
-        column[0].set_title(title if _fits(title, "axes.titlesize", len(lines)) else title.replace(": ", ":\n"), pad=3)
+        column[0].set_title(
+            title if _fits(title, rcParams["axes.titlesize"], len(lines)) else title.replace(": ", ":\n"), pad=3
+        )
     put_title(figure, heading(results.attrs, operating_point(fixed_values(results), units)))
     figure.align_ylabels(columns[0][1:])
     return figure, lines, columns
 
 
-def _fits(text: str, size: str, columns: int) -> bool:
-    """Whether ``text`` in the type of this setting is no wider than one of so many columns, a letter being half as wide
+def _fits(text: str, size: float | str, columns: int) -> bool:
+    """Whether ``text`` in type of this size is no wider than one of so many columns, a letter being half as wide
     as it is high."""
-    points = FontProperties(size=rcParams[size]).get_size_in_points()
+    points = FontProperties(size=size).get_size_in_points()
     return columns == 1 or 0.55 * points / 72 * len(text) <= (page_width() - 0.5) / columns
 
 

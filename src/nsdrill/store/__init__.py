@@ -1,6 +1,7 @@
 """The files: run log, results, trace, exports. One writer, and nothing under the asked name that is not whole."""
 
 from nsdrill.files import write_text
+from nsdrill.store.branches import open_branches, write_branches
 from nsdrill.store.claim import check_target, claim, claim_file
 from nsdrill.store.dataset import from_dataset, open_results, to_dataset
 from nsdrill.store.export import flag_words, to_csv, to_netcdf
@@ -41,6 +42,7 @@ __all__ = [
     "kept_of",
     "kind_of",
     "log_from_results",
+    "open_branches",
     "open_results",
     "part_path",
     "pending_records",
@@ -58,6 +60,7 @@ __all__ = [
     "to_dataset",
     "to_netcdf",
     "variables_in",
+    "write_branches",
     "write_results",
     "write_text",
     "write_trace",

@@ -147,6 +147,11 @@ def _storage(shape: tuple[int, ...], kind: np.dtype[Any], chunk: tuple[int, ...]
     return {"chunks": chunk, "shuffle": True, "compression": "gzip", "compression_opts": 2, "fletcher32": True}
 
 
+def storage_of(values: Array) -> dict[str, Any]:
+    """How the numbers ``values``, which are there in full, are stored."""
+    return _storage(values.shape, values.dtype, tuple(max(1, min(n, 4096)) for n in values.shape))
+
+
 def put_attributes(file: Any, attrs: Mapping[str, Any]) -> None:
     """Set root attributes, as :func:`nsdrill.store.layout.stored_attributes` makes them."""
     for name, value in stored_attributes(attrs).items():

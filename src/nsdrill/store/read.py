@@ -178,7 +178,7 @@ def check_file(path: PathLike) -> int:
         return int(plain(file.attrs, "format_version"))
 
 
-def kind_of(path: PathLike) -> Literal["results", "trace", "partial"]:
+def kind_of(path: PathLike) -> Literal["results", "trace", "partial", "branches"]:
     """What the file ``path`` is; ``partial`` is the run log of an unfinished run. FileError if it is none of ours."""
     try:
         if os.path.isfile(path):  # a pipe would be waited for
@@ -189,9 +189,10 @@ def kind_of(path: PathLike) -> Literal["results", "trace", "partial"]:
         pass  # said better below
     with hdf5.opened(path) as file:
         kind = file.attrs["nsdrill_kind"]
-    if kind not in ("results", "trace"):
-        raise hdf5.damaged(path, f"it says that it is {kind!r}")
-    return "results" if kind == "results" else "trace"
+    for known in ("results", "trace", "branches"):
+        if kind == known:
+            return known
+    raise hdf5.damaged(path, f"it says that it is {kind!r}")
 
 
 def _same(old: Any, new: Any) -> bool:

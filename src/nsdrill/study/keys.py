@@ -27,7 +27,7 @@ from nsdrill.variables import MODEL, SAMPLE
 MANY = 12  # choices that no message lists
 BARE = ("", "percent")  # units of which a bare number is
 
-AROUND = ("sweep", "uncertain")  # sections whose keys are those of others
+AROUND = ("sweep", "uncertain", "continue")  # sections whose keys are those of others
 SLICE = "initial.slice"  # its values are ranges of states, as the axes of the sweep are: no leaf
 
 

@@ -16,6 +16,8 @@ from nsdrill.errors import Fault, StudyError
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.sampling import CUT, KINDS, NAMED
 from nsdrill.study import overrides as setting
+from nsdrill.study.continuation import SECTION as CONTINUE
+from nsdrill.study.continuation import take_continuation
 from nsdrill.study.document import Document, KeyPath, dotted, parse, read_text
 from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, did_you_mean, keys_of, shown
 from nsdrill.study.ramps import EXAMPLE, take_ramps
@@ -327,6 +329,10 @@ def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dic
     elif along is None and len(made) == 1 and not faults:
         along = next(iter(made))
     resolved["sweep"] = {**made, "procedure": procedure, "along": along, "refine": sweep.get("refine", 0)}
+    continued, more = take_continuation(document, keys)
+    faults += more
+    if continued is not None:
+        resolved[CONTINUE] = continued
     return resolved, faults
 
 

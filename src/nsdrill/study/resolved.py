@@ -19,6 +19,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
+from nsdrill.study.continuation import SECTION, continuation_of
 from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_of
 from nsdrill.study.study import Procedure, Study
 from nsdrill.study.uncertain import draws, uncertain_of
@@ -101,6 +102,7 @@ def study_from_resolved(
             resolved=resolved,
             sha256=digest(resolved),
             ramps=ramps,
+            continuation=continuation_of(resolved),
             refine=sweep["refine"],
             refined=refined,
             more=tuple(_axis(leaf, keys, resolved) for leaf in more),
@@ -194,9 +196,9 @@ def axis_values(axis: Any, refine: int = 0, most: int = 10**8) -> np.ndarray:
 
 
 def digest(resolved: dict[str, Any]) -> str:
-    """SHA-256 of what influences the numbers: all but the title and the operating values and ramps that swept axes
-    replace."""
-    parts = {name: value for name, value in resolved.items() if name != "title"}
+    """SHA-256 of what influences the numbers of a sweep: all but the title, the continuation, and the operating values
+    and ramps that swept axes replace."""
+    parts = {name: value for name, value in resolved.items() if name not in ("title", SECTION)}
     if parts.get("model", MODEL_LEAF.default) == MODEL_LEAF.default:
         parts = _as_before(parts)
     for key in parts["sweep"]:

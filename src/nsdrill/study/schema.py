@@ -25,6 +25,8 @@ from pydantic import (
 )
 
 from nsdrill.sampling import CUT, NAMED
+from nsdrill.study.continuation import BORDERS, CURVE_POINTS, MOTIONS
+from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
 from nsdrill.study.document import odd_character
 from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, Leaf, keys_of, shown
 from nsdrill.study.meanings import MEANINGS
@@ -82,6 +84,11 @@ def study_model(
                 Field(default=None, description=MEANINGS["uncertain"]),
             )
         sections[name] = _section(name, cls, keys)
+    # Read with the places of its values, in study/continuation.py.
+    sections["continued"] = (
+        Annotated[Any, PlainValidator(lambda raw: raw), WithJsonSchema(_continue_schema(keys))],
+        Field(default=None, alias="continue", description=MEANINGS["continue"]),
+    )
     return create_model("Study", __config__=_STRICT, **sections)
 
 
@@ -121,6 +128,47 @@ def description(found: Leaf) -> str:
     if found.source:
         parts.append(f"Source: {found.source}" + (f" (confidence: {found.confidence})" if found.confidence else ""))
     return ". ".join(parts) + "."
+
+
+def _continue_schema(keys: Keys) -> dict[str, Any]:
+    """The JSON Schema of the section ``continue``."""
+    number = {"anyOf": [{"type": "string", "pattern": QUANTITY}, {"type": "number"}]}
+    axes = [name for name in keys.axes if not name.startswith("initial.") and name not in keys.model.compiled]
+
+    def several(one: dict[str, Any]) -> dict[str, Any]:
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]}
+
+    def described(name: str, schema: dict[str, Any]) -> dict[str, Any]:
+        return {**schema, "description": f"{MEANINGS[f'continue.{name}']}."}
+
+    curves: dict[str, dict[str, Any]] = {
+        "over": {"enum": axes}, "from": number, "to": number, "of": several({"enum": list(BORDERS)}),
+        "points": json_of(CURVE_POINTS),
+    }  # fmt: skip
+    members: dict[str, dict[str, Any]] = {
+        "along": {"enum": axes}, "from": number, "to": number,
+        "seeds": {"anyOf": [{"type": "string"}, {"type": "null"}, {"type": "object", "maxProperties": 1}]},
+        "motions": several({"enum": list(MOTIONS)}), "lobes": several({"type": "integer", "minimum": 1}),
+        "switch": {"type": "boolean", "default": True}, "points": json_of(POINTS_OF_BRANCH),
+        "curves": {
+            "anyOf": [
+                {"type": "null"},
+                {
+                    "type": "object", "additionalProperties": False, "required": ["over", "from", "to"],
+                    "properties": {name: described(f"curves.{name}", one) for name, one in curves.items()},
+                },
+            ]
+        },
+    }  # fmt: skip
+    return {
+        "anyOf": [
+            {"type": "null"},
+            {
+                "type": "object", "additionalProperties": False, "required": ["along", "from", "to"],
+                "properties": {name: described(name, one) for name, one in members.items()},
+            },
+        ]
+    }  # fmt: skip
 
 
 def _section(prefix: str, cls: type, keys: Keys, off: Mapping[str, Any] | None = None) -> tuple[Any, Any]:

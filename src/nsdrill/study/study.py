@@ -12,6 +12,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.study.continuation import Continuation
 from nsdrill.variables import Axis, Unknown
 
 Procedure = Literal["same", "up", "down", "up-down"]
@@ -29,7 +30,8 @@ class Study:
     ``resolved`` the complete study, defaults filled in and in SI, as plain data, ``sha256`` the digest of that.
     ``refined`` names the axes whose values are those of a grid refined ``refine`` times, of which every
     ``2**refine``-th is run first. ``drawn`` holds the samples of the uncertain numbers by key, each [samples], and
-    ``unknowns`` describes them; a single simulation takes the values of their own sections.
+    ``unknowns`` describes them; a single simulation takes the values of their own sections. ``continuation`` is the
+    section ``continue``, None where there is none.
     """
 
     title: str
@@ -53,6 +55,7 @@ class Study:
     refined: tuple[str, ...] = ()
     more: tuple[Axis, ...] = ()
     ramps: dict[str, Ramp] = field(default_factory=dict)
+    continuation: Continuation | None = None
     drawn: dict[str, np.ndarray] = field(default_factory=dict)
     unknowns: tuple[Unknown, ...] = ()
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from nsdrill.sampling import KINDS, NAMED
+from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME
@@ -42,7 +43,36 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
                 f"    {state}: {value_text(resolved, f'{SLICE}.{state}')}" for state in keys.slices if state in plane
             ]
             parts[-1] += "\n" + "\n".join([line("  ", "slice", "", MEANINGS[SLICE]), *ranges])
+    if resolved.get(CONTINUE):
+        parts.append("\n".join(_continued(keys, resolved[CONTINUE])))
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
+
+
+def _continued(keys: Keys, found: dict[str, Any], prefix: str = CONTINUE, indent: str = "") -> Iterator[str]:
+    """The lines of the section ``continue``, or of its curves."""
+    yield line(indent, prefix.rpartition(".")[2], "", MEANINGS[prefix])
+    leaf = keys.axes[found["over" if "over" in found else "along"]]
+    for name, value in found.items():
+        key, meaning = f"{prefix}.{name}", MEANINGS[f"{prefix}.{name}"]
+        if isinstance(value, dict) and name == "curves":
+            yield from _continued(keys, value, key, indent + "  ")
+            continue
+        text = leaf.text(value) if name in ("from", "to") else _plain_text(value)
+        if isinstance(value, dict):
+            text = ", ".join(f"{axis}: [{', '.join(map(leaf.text, values))}]" for axis, values in value.items())
+            text = f"{{{text}}}"
+        yield line(indent + "  ", name, text, meaning)
+
+
+def _plain_text(value: Any) -> str:
+    if isinstance(value, list):
+        return f"[{', '.join(map(str, value))}]"
+    return value if name_like(value) else json.dumps(value, ensure_ascii=False, allow_nan=False)
+
+
+def name_like(value: Any) -> bool:
+    """Whether a value is a plain word in YAML."""
+    return isinstance(value, str) and value.replace("_", "").replace(".", "").isalpha() and value.isascii()
 
 
 def changes(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, str | None, str | None]]:

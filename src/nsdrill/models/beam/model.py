@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from nsdrill.models.base import Array, Variant
+from nsdrill.models.base import Array, Symmetry, Variant
 from nsdrill.models.beam import columns
 from nsdrill.models.beam.forces import forces
 from nsdrill.models.beam.observed import declaration_of, names_of
-from nsdrill.models.beam.options import COMMON, STARTED, Options, options_of
+from nsdrill.models.beam.options import COMMON, STARTED, Options, options_of, states_of
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.beam.rhs import PARAMETERS, make_right_hand_side, rows_of
 from nsdrill.models.christoforou_yigit import classify, compare, section
@@ -38,6 +38,15 @@ class ElasticCollar(ScalarModel):
 
     def variant(self, parameters: Parameters) -> Variant:
         return options_of(parameters)
+
+    def symmetry(self, points: Values) -> Symmetry:
+        """The lobes alone tell directions apart."""
+        options = options_of(points.parameters)
+        names = states_of(options.modes)
+        used = np.ndim(points.parameters.bit.surface_amplitude) > 0 or points.parameters.bit.surface_amplitude != 0.0
+        pairs = ((names.index(f"{x}_{n}"), names.index(f"{y}_{n}"))
+                 for n in range(1, options.modes + 1) for x, y in (("x", "y"), ("vx", "vy")))  # fmt: skip
+        return Symmetry(options.lobes if used else 0, tuple(range(len(names))), tuple(pairs))
 
     def names(self, variant: Variant) -> Names:
         return names_of(Options(*variant))

@@ -10,7 +10,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.options import is_used
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.relations import ORDERS, relations
-from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.description import Description, Drawn, Grazing, Panel
 from nsdrill.models.drilling import DRILLED
 from nsdrill.models.leaves import values_at
 from nsdrill.variables import MODEL
@@ -82,6 +82,13 @@ DESCRIPTION = Description(
     orders=ORDERS,
     relations=relations,
     units_by={"well.stiffness": ("well.law", {"linear": "N/m", "hertz": "N/m^1.5"})},
+    grazing=(
+        Grazing(101, "lift_off", "rock", "lost", "the bit begins to leave the rock: bit-bounce", "lift_off"),
+        Grazing(
+            102, "wall_reached", "wall", "reached", "the collar comes to touch the wall: the first impacts", "wall"
+        ),
+        Grazing(103, "wall_lost", "wall", "lost", "the collar begins to leave the wall that it was held against"),
+    ),
     compiled=("bit.lobes",),
     checks="nsdrill.models.christoforou_yigit.checks",
     charts="nsdrill.models.christoforou_yigit.charts",

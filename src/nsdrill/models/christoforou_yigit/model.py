@@ -8,11 +8,12 @@ from typing import Any, cast
 import numpy as np
 
 from nsdrill.abi import Rows
-from nsdrill.models.base import Array, Model, Ramps, Variant
+from nsdrill.errors import InputError
+from nsdrill.models.base import Array, Model, Ramps, Symmetry, Variant
 from nsdrill.models.christoforou_yigit import classify, compare, features, layout, ramp, reduce, rhs, section, tangent
 from nsdrill.models.christoforou_yigit.ensemble import starting_states
 from nsdrill.models.christoforou_yigit.forces import forces
-from nsdrill.models.christoforou_yigit.options import Options, options_of
+from nsdrill.models.christoforou_yigit.options import Options, is_used, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
 from nsdrill.models.christoforou_yigit.variables import PEAKS
@@ -63,6 +64,25 @@ class ChristoforouYigit(Model):
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
         return tangent.make_contacts(lanes, Options(*variant), place)
+
+    def symmetry(self, points: Values) -> Symmetry:
+        """The lobes tell directions apart, the weight of an inclined collar does: without either there are none."""
+        parameters = points.parameters
+        options = options_of(parameters)
+        if options.driven:
+            held = rhs.pack(parameters, *points.operation)[0, rhs.columns_of(options).index("drive_stiffness")]
+            if options.motor or held == 0.0:
+                raise InputError(
+                    f"drive.kind: found {parameters.drive.kind}, whose angle nothing holds to that of the set "
+                    "speed, so no motion repeats in that frame; allowed in a continuation: ideal, or a drive with an "
+                    "integral gain."
+                )
+        smooth = parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
+        folds = 1 if options.weight else 0 if smooth else options.lobes
+        still = {*rhs.held(parameters), "motor_impulse"}
+        names = rhs.states_of(options)
+        free = tuple(place for place, name in enumerate(names) if name not in still)
+        return Symmetry(folds, free, ((0, 2), (1, 3)))
 
     def pack(self, points: Values, thresholds: Thresholds) -> Array:
         return rhs.pack(points.parameters, *points.operation, thresholds.stuck_below)

@@ -1,0 +1,127 @@
+"""What is in a file of branches, as plain data: branches, where they are stable, special points in words."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+
+from nsdrill.analysis.bifurcations import END, meanings_of, motion_text
+from nsdrill.data import Array, overrides
+from nsdrill.models.registry import model_in
+
+
+def summarize_branches(data: Any) -> dict[str, Any]:
+    """Plain data for ``show`` of a Dataset of branches."""
+    attrs = data.attrs
+    along = str(attrs.get("along", "rotary_speed"))
+    numbers = data[along].values
+    meanings = meanings_of(model_in(attrs))
+    first = 0
+    branches = []
+    for number, size in enumerate(data["row_size"].values.tolist()):
+        part = slice(first, first + size)
+        first += size
+        branches.append(_branch(data, number, part, numbers, meanings))
+    fixed = {
+        name: float(data[name].values[0])
+        for name in ("depth", "wob", "rotary_speed")
+        if name in data and name != along and data.sizes["point"]
+    }
+    return {
+        "kind": "branches",
+        **{name: str(attrs.get(name, "")) for name in ("title", "created", "nsdrill_version", "study_sha256")},
+        "overrides": overrides(attrs),
+        "along": along,
+        "from": float(attrs.get("continue_from", numbers.min())),
+        "to": float(attrs.get("continue_to", numbers.max())),
+        "operation": fixed,
+        "points": int(data.sizes["point"]),
+        "seeds": _seeds(attrs),
+        "branches": branches,
+        "curves": _curves(data, meanings),
+    }
+
+
+def _seeds(attrs: Any) -> dict[str, int]:
+    try:
+        found = json.loads(attrs.get("seeds", "{}"))
+    except ValueError:
+        return {}
+    return {str(word): int(count) for word, count in found.items()} if isinstance(found, dict) else {}
+
+
+def _branch(data: Any, number: int, part: slice, numbers: Array, meanings: Any) -> dict[str, Any]:
+    values, unstable = numbers[part], data["unstable"].values[part]
+    labels, notes = data["label"].values[part], data["label_note"].values[part]
+    motion, lobes = str(data["motion"].values[number]), int(data["lobes"].values[number])
+    special = []
+    for place in np.flatnonzero((labels != 0) & (labels != END)).tolist():
+        meaning = meanings.get(int(labels[place]))
+        before, after = _beside(unstable, labels, place, -1), _beside(unstable, labels, place, 1)
+        special.append(
+            {
+                "point": int(part.start + place),
+                "label": meaning.name if meaning else str(int(labels[place])),
+                "letters": meaning.letters if meaning else "",
+                "value": float(values[place]),
+                "meaning": meaning.words if meaning else "",
+                "note": str(notes[place]),
+                "unstable_before": before,
+                "unstable_after": after,
+            }
+        )
+    return {
+        "branch": number,
+        "motion": motion,
+        "words": motion_text(motion, lobes),
+        "lobes": lobes,
+        "points": len(values),
+        "min": float(values.min()),
+        "max": float(values.max()),
+        "parent": int(data["parent"].values[number]),
+        "parent_point": int(data["parent_point"].values[number]),
+        "closed": bool(data["closed"].values[number]),
+        "end_reason": str(data["end_reason"].values[number]),
+        "stable": [[float(values[a]), float(values[b])] for a, b in stable_parts(unstable)],
+        "special": special,
+    }
+
+
+def _beside(unstable: Array, labels: Array, place: int, step: int) -> int | None:
+    """How many multipliers are unstable at the nearest regular point to one side."""
+    at = place + step
+    while 0 <= at < len(labels):
+        if labels[at] in (0, END):
+            return int(unstable[at])
+        at += step
+    return None
+
+
+def stable_parts(unstable: Array) -> list[tuple[int, int]]:
+    """First and last points of the stable parts of a branch."""
+    stable = np.concatenate([[False], unstable == 0, [False]]).astype(int)
+    begins, ends = np.flatnonzero(np.diff(stable) == 1), np.flatnonzero(np.diff(stable) == -1) - 1
+    return [(int(a), int(b)) for a, b in zip(begins, ends, strict=True) if b > a]
+
+
+def _curves(data: Any, meanings: Any) -> list[dict[str, Any]]:
+    if "curve_row_size" not in data:
+        return []
+    found, first = [], 0
+    along, over = str(data.attrs["along"]), str(data.attrs["over"])
+    for number, size in enumerate(data["curve_row_size"].values.tolist()):
+        part = slice(first, first + size)
+        first += size
+        meaning = meanings[int(data["curve_label"].values[number])]
+        ends = {name: data[f"curve_{name}"].values[part] for name in (along, over)}
+        found.append(
+            {
+                "curve": number, "label": meaning.name, "points": int(size),
+                "lobes": int(data["curve_lobes"].values[number]),
+                "end_reason": str(data["curve_end_reason"].values[number]),
+                **{name: [float(values.min()), float(values.max())] for name, values in ends.items()},
+            }
+        )  # fmt: skip
+    return found

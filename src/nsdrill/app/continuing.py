@@ -1,0 +1,581 @@
+"""Continuation of a study: from its section ``continue`` and seeds to a file of branches."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from nsdrill import interrupt
+from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, meanings_of
+from nsdrill.app.provenance import processor, provenance, unlike, versions
+from nsdrill.app.run import processors
+from nsdrill.data import Array, json_text
+from nsdrill.errors import FileError, InputError
+from nsdrill.files import Temporary, reason
+from nsdrill.kernel.gang import Gang, choose_lanes
+from nsdrill.kernel.settings import Simulation
+from nsdrill.models.base import Model, Symmetry, Variant
+from nsdrill.models.leaves import OPERATION, Values, values_at
+from nsdrill.models.registry import described, model_named
+from nsdrill.observe.thresholds import Record
+from nsdrill.orbit.arclength import Point
+from nsdrill.orbit.borders import borders
+from nsdrill.orbit.branch import ENDINGS, Branch
+from nsdrill.orbit.curve import Condition
+from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
+from nsdrill.orbit.flow import Flow, Legs, equations_of
+from nsdrill.orbit.kept import from_arrays, to_arrays
+from nsdrill.orbit.labels import Graze
+from nsdrill.store import check_target, part_path, read_results, write_branches
+from nsdrill.study.continuation import SECTION, Continuation
+from nsdrill.study.keys import keys_of
+from nsdrill.study.resolved import differences
+from nsdrill.study.study import Study
+from nsdrill.sweep.work import Variant as Compiled
+from nsdrill.sweep.work import compiled_parts
+from nsdrill.units import CF
+from nsdrill.variables import OK, dimension_of
+
+RANGE_PARTS = 10  # the natural size of the number continued is this part of its range
+CIRCLE_PERIODS = 200  # over which features of a motion on a circle are measured
+UNSTABLE = 1e6  # a multiplier beyond which one period no longer follows the orbit
+KEPT_MAGIC = "nsdrill branches"
+Words = Callable[[str], object]
+
+
+@dataclass(frozen=True)
+class Continued:
+    """What came of a continuation: the Dataset, what became of the seeds in words with their numbers, and the seconds
+    that it took."""
+
+    data: Any
+    seeds: dict[str, int]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a continuation computes with: the study, its continuation and its model, with what is compiled in."""
+
+    study: Study
+    asked: Continuation
+    model: Model
+    fixed: Variant
+    symmetry: Symmetry
+
+    def values(self, numbers: Array, keys: tuple[str, ...]) -> Values:
+        """What points have at ``numbers`` [n, keys] of the keys."""
+        study = self.study
+        given: dict[str, Any] = {name: np.full(len(numbers), getattr(study.operation, name)) for name in OPERATION}
+        given |= {key: numbers[:, place] for place, key in enumerate(keys)}
+        return values_at(study.parameters, study.initial, given)
+
+    def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int) -> Flow:
+        """The flow in which the numbers at ``keys`` are free."""
+
+        def pack(numbers: Array) -> Array:
+            with np.errstate(invalid="ignore"):  # Newton's method may ask for what no string has
+                return self.model.pack(self.values(numbers, keys), self.study.thresholds)
+
+        return Flow(equations_of(self.model, self.fixed, self.symmetry, pack, scales), workers=workers)
+
+
+def setting_of(study: Study) -> Setting:
+    """What to compute with; InputError where the study cannot be continued."""
+    source = study.source or "the study"
+    asked = study.continuation
+    if asked is None:
+        raise InputError(
+            f"{source}: found no section continue; allowed: one that says what is followed, as "
+            "continue: {along: rotary_speed, from: 2 rad/s, to: 8 rad/s}."
+        )
+    if study.ramped:
+        raise InputError(f"{source}: found a ramp in operation.{study.ramped[0]}; allowed: a constant value, of which "
+                         "motions can repeat.")  # fmt: skip
+    model = model_named(study.model)
+    if model.switches(study.parameters) is not None:
+        raise InputError(f"{source}: found drive.on_at; allowed: nothing that is switched on within the run.")
+    keys = (asked.along, *((asked.curves.over,) if asked.curves else ()))
+    if asked.curves is not None:
+        own = _number_of(study, dimension_of(asked.curves.over))
+        if not asked.curves.low <= own <= asked.curves.high:
+            raise InputError(
+                f"{source}: continue.curves: found {asked.curves.over} from {asked.curves.low:g} to "
+                f"{asked.curves.high:g} (SI); allowed: a range that has the study's own value, {own:g}, from where the "
+                "curves set out."
+            )
+    ends = [(asked.low, asked.high), *(((asked.curves.low, asked.curves.high),) if asked.curves else ())]
+    corners = np.array(np.meshgrid(*ends)).reshape(len(keys), -1).T
+    setting = Setting(study, asked, model, (), Symmetry(0, ()))
+    found = []
+    for corner in corners:
+        values = setting.values(corner[None], keys)
+        single = values_at(values.parameters, values.initial, dict(zip(OPERATION, values.operation, strict=True)))
+        plain = _with_plain(single, keys, corner)
+        try:
+            found.append((model.variant(plain.parameters), model.symmetry(plain)))
+        except NotImplementedError:
+            raise InputError(
+                f"{source}: found the model {study.model}, which does not say how its motions repeat, or has no "
+                "linearised equations; allowed: a model that does, as christoforou_yigit, torsion or beam."
+            ) from None
+    if any(one != found[0] for one in found):
+        raise InputError(
+            f"{source}: found a range of {' and '.join(keys)} at whose ends the equations have different symmetries, "
+            "such as a hole that is vertical at one end and inclined at the other, or lobes of no height at one end; "
+            "allowed: a range that leaves such an end out."
+        )
+    return Setting(study, asked, model, *found[0])
+
+
+def _with_plain(values: Values, keys: tuple[str, ...], numbers: Array) -> Values:
+    """``values`` with plain numbers at ``keys``, from which options are told."""
+    given = {key: float(number) for key, number in zip(keys, numbers, strict=True)}
+    operation = {name: float(np.ravel(one)[0]) for name, one in zip(OPERATION, values.operation, strict=True)}
+    return values_at(values.parameters, values.initial, {**operation, **given})
+
+
+def continue_study(
+    study: Study,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    seeds: str | os.PathLike[str] | None = None,
+    workers: int | None = None,
+    overwrite: bool = False,
+    resume: bool = False,
+    say: Words = lambda text: None,
+) -> Continued:
+    """Continue ``study``, from the results file ``seeds`` in place of its own seeds if given, into ``path`` if given.
+
+    Finished branches are kept beside ``path`` until the file is written; ``resume`` goes on with them. A
+    KeyboardInterrupt says so. InputError where the study cannot be continued.
+    """
+    setting = setting_of(study)
+    asked = setting.asked
+    part = None
+    if path is not None:
+        part = part_path(path)
+        check_target(path)
+        if overwrite and resume:
+            raise FileError("--overwrite and --resume exclude each other: start anew, or go on with what is there?")
+        if os.path.lexists(path) and not overwrite and not (resume and part.exists()):
+            raise FileError(f"{path}: the file exists. Choose another name, or replace it by --overwrite.")
+        if part.exists() and not (resume or overwrite):
+            raise FileError(
+                f"{part}: an unfinished continuation is there. Go on with it by --resume, or start anew by --overwrite."
+            )
+    begun = time.perf_counter()
+    keys = (asked.along,)
+    scale = (asked.high - asked.low) / RANGE_PARTS
+    flow = setting.flow(keys, (scale,), workers or processors())
+    grazes = _grazes(study, setting.model)
+    orders = Orders(
+        asked.lobes, (asked.low, asked.high), asked.points, asked.switch, "periodic" in asked.motions,
+        bool({"rolling", "stick_slip"} & {*asked.motions}), "rolling" in asked.motions, grazes,
+    )  # fmt: skip
+    started = _seeds(setting, flow, seeds, say)
+    digest = _digest(study, started)
+    known = _kept(part, digest) if part is not None and resume and part.exists() else {}
+    kept = dict(known)
+
+    def keep(branches: dict[Any, Branch]) -> None:
+        kept.update(branches)
+        say(f"{len(kept)} branches, {sum(map(len, kept.values()))} points")
+        if part is not None:
+            _keep(part, digest, kept)
+
+    explorer = Explorer(flow, orders, known, keep, interrupt.look)
+    try:
+        with interrupt.heeded():
+            found = explorer.run(started)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(_interrupted(part, kept)) from None
+    if not found.branches:
+        raise InputError(_no_branch(study, found, started))
+    data = dataset_of(setting, flow, found)
+    if asked.curves is not None:
+        say("curves")
+        try:
+            with interrupt.heeded():
+                data = with_curves(setting, data, found, workers or processors())
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(_interrupted(part, kept)) from None
+    if path is not None:
+        write_branches(path, data, overwrite=overwrite or bool(known))
+        if part is not None and part.exists():
+            part.unlink()
+    words: dict[str, int] = {}
+    for word in found.seeds:
+        words[word] = words.get(word, 0) + 1
+    return Continued(data, words, time.perf_counter() - begun)
+
+
+def _grazes(study: Study, model: Model) -> dict[int, Graze]:
+    """Of the model's contacts, by place, the labels of those that are reached or lost."""
+    codes = {(one.contact, one.when): one.code for one in described(study.model).grazing}
+    return {
+        place: Graze(codes.get((name, "reached")), codes.get((name, "lost")))
+        for place, name in enumerate(model.contacts)
+    }
+
+
+def _interrupted(part: Path | None, kept: Mapping[Any, Branch]) -> str:
+    if part is None or not kept:
+        return interrupt.NOTHING
+    return f"Interrupted: {len(kept)} branches are safe in {part}. Go on with --resume."
+
+
+def _no_branch(study: Study, found: Found, seeds: list[Seed]) -> str:
+    told: dict[str, int] = {}
+    for word in found.seeds:
+        told[word] = told.get(word, 0) + 1
+    what = "; ".join(f"{count} of {len(seeds)}: {word}" for word, count in told.items()) or "no seeds at all"
+    return (
+        f"{study.source or 'the study'}: found no motion to follow from its seeds ({what}); allowed: seeds that have "
+        "settled on a motion that repeats. Give others (continue.seeds or --seeds), let them settle for longer "
+        "(simulation.transient), or try longer periods (continue.lobes)."
+    )
+
+
+# Seeds
+
+
+def _seeds(setting: Setting, flow: Flow, given: str | os.PathLike[str] | None, say: Words) -> list[Seed]:
+    asked = setting.asked
+    source = given if given is not None else asked.seeds
+    if isinstance(source, str | os.PathLike):
+        return _seeds_in(setting, Path(source))
+    return _settled(setting, flow, np.array(source[asked.along], dtype=float), say)
+
+
+def _settled(setting: Setting, flow: Flow, numbers: Array, say: Words) -> list[Seed]:
+    """The motions on which the study's starts settle at these values."""
+    study, model = setting.study, setting.model
+    starts = max(1, study.initial.starts)
+    at = np.repeat(numbers, starts)[:, None]
+    values = setting.values(at, (setting.asked.along,))
+    state = model.starts(values, np.tile(np.arange(starts), len(numbers)))
+    own, phase = state[:, :-1], state[:, -1]
+    first = [Seed(one, float(angle), value, steady=True) for one, angle, value in zip(own, phase, at, strict=True)]
+    duration = study.simulation.transient + study.simulation.observe
+    say(f"{len(at)} motions settle for {duration:g} s")
+    ok = np.ones(len(at), dtype=bool)
+    pieces = max(1, int(np.ceil(duration / 20.0)))
+    for _ in range(pieces):
+        interrupt.look()
+        span = np.full(len(at), duration / pieces)
+        ends = flow.run(Legs(own, phase, span, at, np.zeros(len(at), dtype=bool)))
+        ok &= ends.ok
+        own = np.where(ok[:, None], ends.state, own)
+        phase = phase + flow.phase_rate(at) * span
+    settled = [
+        Seed(one, float(angle), value, near=True)
+        for one, angle, value, fine in zip(own, phase, at, ok, strict=True)
+        if fine
+    ]
+    return [*first[::starts], *settled]
+
+
+def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
+    """The settled points of a results file that has the study's string and, but for what is continued, its operating
+    point."""
+    study, asked = setting.study, setting.asked
+    results = read_results(path, ("status", "settled", "final_state"))
+    if str(results.attrs.get("model", study.model)) != study.model:
+        raise FileError(f"{path}: made with the model {results.attrs['model']}, the study has {study.model}. Choose "
+                        "results of the same model as seeds.")  # fmt: skip
+    there = json.loads(results.attrs.get("study_resolved", "{}"))
+    free = {asked.along, f"operation.{asked.along}"}
+    swept = {f"operation.{name}" for name in OPERATION} | set(there.get("sweep", {}))
+    ignored = ("title", "sweep", "simulation", "classify", "record", "initial", SECTION)
+    other = [
+        change
+        for change in differences(there, study.resolved)
+        if change[0].partition(".")[0] not in ignored and change[0] not in free and change[0] not in swept
+    ]
+    if other:
+        told = "; ".join(f"{key}: {_text(old)} there, {_text(new)} here" for key, old, new in other[:6])
+        raise FileError(f"{path}: made with another string ({told}). Choose results of the same string as seeds.")
+    lines = np.ones(results.shape, dtype=bool)
+    name_along = dimension_of(asked.along)
+    if name_along not in results.axes and asked.along in OPERATION:
+        raise FileError(f"{path}: found no {asked.along}. Choose results of a sweep as seeds.")
+    for place, name in enumerate(results.grid):
+        if name in ("procedure", "start", "sample", name_along):
+            continue
+        wanted = _number_of(study, name)
+        values = results.coords[name]
+        near = int(np.argmin(np.abs(values - wanted)))
+        if abs(values[near] - wanted) > 1e-6 * max(abs(wanted), 1e-300):
+            raise FileError(
+                f"{path}: found {name} from {values[0]:g} to {values[-1]:g}, of which none is {wanted:g}, as in the "
+                f"study; allowed: results that have the study's {name}, or --set a value that they have."
+            )
+        shape = [1] * len(results.shape)
+        shape[place] = len(values)
+        lines &= (np.arange(len(values)) == near).reshape(shape)
+    numbers = results.coords[name_along] if name_along in results.grid else np.array([_number_of(study, name_along)])
+    good = lines & (results["status"] == OK) & (results["settled"] == 1)
+    seeds = []
+    for index in np.argwhere(good):
+        number = float(numbers[index[results.grid.index(name_along)]] if name_along in results.grid else numbers[0])
+        if asked.low <= number <= asked.high:
+            state = results["final_state"][tuple(index)]
+            seeds.append(Seed(state[:-1], float(state[-1]), np.array([number])))
+    if not seeds:
+        raise FileError(
+            f"{path}: found no settled point between the ends of continue.from and continue.to; allowed: results with "
+            "some. Run the sweep for longer (simulation.transient), or widen the range."
+        )
+    return seeds
+
+
+def _number_of(study: Study, name: str) -> float:
+    """The study's number whose dimension has this name."""
+    if name in OPERATION:
+        return float(getattr(study.operation, name))
+    key = next(key for key in keys_of(study.model).axes if dimension_of(key) == name)
+    value: Any = study.resolved
+    for part in key.split("."):
+        value = value[part]
+    return float(value)
+
+
+def _text(value: Any) -> str:
+    return "nothing" if value is None else value if isinstance(value, str) else json_text(value)
+
+
+# What is kept of an unfinished continuation
+
+
+def _digest(study: Study, seeds: list[Seed]) -> str:
+    digest = hashlib.sha256(study.sha256.encode())
+    digest.update(json_text(study.resolved.get(SECTION)).encode())
+    for one in seeds:
+        digest.update(one.state.tobytes() + one.values.tobytes() + np.float64(one.phase).tobytes())
+    return digest.hexdigest()
+
+
+def _keep(part: Path, digest: str, branches: Mapping[Any, Branch]) -> None:
+    arrays, told = to_arrays(branches)
+    head = json_text({"magic": KEPT_MAGIC, "digest": digest, "branches": told, **versions(), "processor": processor()})
+    buffer = io.BytesIO()
+    held: dict[str, Any] = {"head": np.frombuffer(head.encode(), np.uint8), **arrays}
+    np.savez(buffer, **held)
+    # Not the last file of this process: an interrupt is still heeded after it.
+    with Temporary(Path(os.path.realpath(part))) as temporary:
+        temporary.file.write(buffer.getvalue())
+        os.fsync(temporary.file.fileno())
+        temporary.replace()
+
+
+def _kept(part: Path, digest: str) -> dict[Any, Branch]:
+    """The branches in ``part``; FileError where they are of another continuation."""
+    try:
+        with np.load(part, allow_pickle=False) as arrays:
+            head = json.loads(arrays["head"].tobytes().decode())
+            if head["magic"] != KEPT_MAGIC:
+                raise ValueError("it is none of nsdrill")
+            branches = from_arrays(arrays, head["branches"])
+    except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError) as error:
+        raise FileError(
+            f"{part}: cannot be read as an unfinished continuation: {reason(error)}. Start anew by --overwrite."
+        ) from error
+    if head["digest"] != digest:
+        raise FileError(
+            f"{part}: made from another study or from other seeds. Resume it with those that it was made from, or "
+            "start anew by --overwrite."
+        )
+    if differing := unlike(head):
+        raise FileError(
+            f"{part}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it with "
+            "those, or start anew by --overwrite."
+        )
+    return branches
+
+
+# The Dataset
+
+
+def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
+    """The Dataset of branches."""
+    import xarray
+
+    study, asked, model = setting.study, setting.asked, setting.model
+    branches = found.branches
+    points: list[Point] = [one.point for branch in branches for one in branch.marked]
+    labels = np.array([one.label for branch in branches for one in branch.marked], dtype=np.int16)
+    rows = np.array([len(branch) for branch in branches], dtype=np.int64)
+    numbers = np.array([point.found.values[-1] for point in points])
+    names = model.states(setting.fixed)
+    widest = max(len(point.found.multipliers) for point in points)
+    multipliers = np.full((len(points), widest), np.nan + 0j)
+    for place, point in enumerate(points):
+        own = point.found.multipliers
+        multipliers[place, : len(own)] = own[np.argsort(-np.abs(own), kind="stable")]
+    states = np.stack([point.found.state for point in points])
+    periods = np.array([point.found.period for point in points])
+    coordinates: dict[str, Any] = {}
+    for name in OPERATION:
+        value = numbers if name == asked.along else np.full(len(points), getattr(study.operation, name))
+        coordinates[name] = ("point", value, _axis_attrs(study, name))
+    if asked.along not in OPERATION:
+        coordinates[dimension_of(asked.along)] = ("point", numbers, _axis_attrs(study, asked.along))
+    meanings = meanings_of(described(study.model))
+    flags = {
+        "flag_values": np.array([*meanings], np.int16),
+        "flag_meanings": " ".join(one.name for one in meanings.values()),
+    }
+    contacts = model.contacts
+    touches = np.stack([point.found.touches[:, 2] for point in points]) if contacts else None
+    data: dict[str, Any] = {
+        "motion": ("branch", np.array([one.motion for one in branches], dtype=object), {"long_name": "kind of motion"}),
+        "lobes": ("branch", np.array([one.lobes for one in branches], np.int64), _words("period in lobes")),
+        "parent": ("branch", np.array([one.parent for one in branches], np.int64),
+                   _words("number of the branch from which it springs, -1 for none")),
+        "parent_point": ("branch", np.array([one.parent_point for one in branches], np.int64),
+                         _words("point of the parent, counted within it, at which it springs; -1 for none")),
+        "closed": ("branch", np.array([one.closed for one in branches], np.int8), _words("1 for a closed branch")),
+        "end_reason": ("branch", np.array([one.end_reason for one in branches], dtype=object),
+                       {"long_name": "why the branch ends"}),
+        "row_size": ("branch", rows, {**_words("number of points of the branch"), "sample_dimension": "point"}),
+        "branch_of_point": ("point", np.repeat(np.arange(len(branches)), rows), _words("number of the branch")),
+        "label": ("point", labels, {**_words("kind of special point"), **flags}),
+        "label_note": ("point", np.array([one.words for b in branches for one in b.marked], dtype=object),
+                       {"long_name": "what the label means here beyond its kind"}),
+        "period": ("point", periods, {"units": "s", "long_name": "period; of circles the time between two lobes"}),
+        "rotation_number": ("point", np.array([point.found.rotation for point in points]),
+                            {"units": "rad", "long_name": "rotation of an invariant circle over a lobe"}),
+        "multiplier_real": (("point", "multiplier"), multipliers.real, _words("Floquet multipliers, real parts")),
+        "multiplier_imag": (("point", "multiplier"), multipliers.imag, _words("Floquet multipliers, imaginary parts")),
+        "unstable": ("point", np.array([point.found.unstable for point in points], np.int16),
+                     _words("number of multipliers outside the unit circle; 0: stable")),
+        "arclength": ("point", np.array([point.s for point in points]), _words("arclength from the branch's begin")),
+        "iterations": ("point", np.array([point.iterations for point in points], np.int16),
+                       _words("iterations of Newton's method")),
+        "residual": ("point", np.array([point.residual for point in points]), _words("residual in natural sizes")),
+        "state": (("point", "state_name"), states, {"long_name": "state at the drive angle 0, in SI"}),
+        **({"touches": (("point", "contact"), touches, _words("how often a contact begins in a period"))}
+           if touches is not None else {}),
+    }  # fmt: skip
+    circles = np.repeat([one.motion == CIRCLE for one in branches], rows)
+    features = _features(setting, states, periods, numbers, circles, np.nanmax(np.abs(multipliers), axis=1))
+    own = {variable.name: variable for variable in described(study.model).features}
+    for name, values in features.items():
+        if name in own:
+            data[name] = ("point", values, {"units": own[name].units, "long_name": own[name].long_name})
+    coords = {
+        **coordinates,
+        "state_name": ("state_name", np.array(names, dtype=object), {"long_name": "state name"}),
+        **({"contact": ("contact", np.array(contacts, dtype=object), {"long_name": "contact"})} if contacts else {}),
+    }
+    seeds: dict[str, int] = {}
+    for word in found.seeds:
+        seeds[word] = seeds.get(word, 0) + 1
+    attrs = {
+        **provenance(study, "continue"), "nsdrill_kind": "branches", "along": dimension_of(asked.along),
+        "along_key": asked.along, "continue_from": asked.low, "continue_to": asked.high, "seeds": json_text(seeds),
+        "rtol": flow.rtol,
+    }  # fmt: skip
+    return xarray.Dataset(data, coords, attrs)
+
+
+def _words(text: str) -> dict[str, Any]:
+    return {"units": "1", "long_name": text}
+
+
+def _axis_attrs(study: Study, key: str) -> dict[str, Any]:
+    leaf = keys_of(study.model).axes[key]
+    found = keys_of(study.model).leaf(leaf.key, study.resolved)
+    return {"units": CF[found.units], "long_name": found.meaning or key, "key": leaf.key}
+
+
+def _features(
+    setting: Setting, states: Array, periods: Array, numbers: Array, circles: Array, largest: Array
+) -> dict[str, Array]:
+    """The features of a results file of every point, over one period, on a circle over many; NaN where the motion is
+    too unstable to be followed that long."""
+    study, model = setting.study, setting.model
+    record = Record(peaks=1)
+    lanes = choose_lanes(1000)
+    variant = Compiled(study.model, setting.fixed)
+    rows, width = variant.rows, model.report_width(record, setting.fixed)
+    n = len(states)
+    windows = np.where(circles, CIRCLE_PERIODS * periods, periods)
+    values = setting.values(numbers[:, None], (setting.asked.along,))
+    table = model.pack(values, study.thresholds)
+    runs = model.runs(table, setting.fixed, np.concatenate([states, np.zeros((n, 1))], axis=1))
+    made = replace(runs, transient=np.zeros(n), observe=windows)
+    store = model.store(lanes, study.parameters, record)
+    gang = Gang(lanes, n, rows, store, width, Simulation(0.0, 1.0, rtol=1e-9, max_steps=50_000_000))
+    gang.add_many(np.arange(n), made)
+    report, ok, parameters = np.zeros((n, width)), np.zeros(n, dtype=bool), np.zeros_like(table)
+    parts = compiled_parts(lanes, variant)
+    left = n
+    while left:
+        interrupt.look()
+        done = gang.advance(parts, 1.0, True)
+        report[done.job], ok[done.job] = done.report, done.status == OK
+        parameters[done.job] = done.parameters
+        left -= len(done.job)
+    found = model.features(report, parameters, windows, setting.fixed)  # type: ignore[arg-type]
+    good = ok & ~(largest > UNSTABLE)
+    return {name: np.where(good, value, np.nan) for name, value in found.items()}
+
+
+# Curves
+
+
+def conditions_of(setting: Setting) -> dict[int, Condition]:
+    """What holds along the curves that are asked for, by the label of the points that they pass."""
+    curves, model = setting.asked.curves, setting.model
+    assert curves is not None
+    found = {}
+    if "fold" in curves.of:
+        found[FOLD] = Condition(multiplier=1.0)
+    if "doubling" in curves.of:
+        found[DOUBLING] = Condition(multiplier=-1.0)
+    for one in described(setting.study.model).grazing:
+        if one.border in curves.of:
+            place = model.contacts.index(one.contact)
+            found[one.code] = Condition(contact=place, which=1 if one.when == "reached" else 0)
+    return found
+
+
+def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
+    """The Dataset with the curves of special points in the second number."""
+    asked, study = setting.asked, setting.study
+    curves = asked.curves
+    assert curves is not None
+    scales = ((asked.high - asked.low) / RANGE_PARTS, (curves.high - curves.low) / RANGE_PARTS)
+    flow = setting.flow((asked.along, curves.over), scales, workers)
+    start = _number_of(study, dimension_of(curves.over))
+    ranges = ((asked.low, asked.high), (curves.low, curves.high))
+    made = borders(flow, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look)
+    points = [point for one in made for point in one.points]
+    numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
+    along, over = dimension_of(asked.along), dimension_of(curves.over)
+    ends = [" ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in made]
+    return data.assign(
+        curve_label=("curve", np.array([one.label for one in made], np.int16), dict(data["label"].attrs)),
+        curve_lobes=("curve", np.array([one.lobes for one in made], np.int64), _words("period in lobes")),
+        curve_branch=("curve", np.array([one.branch for one in made], np.int64), _words("a branch that it passes")),
+        curve_end_reason=("curve", np.array(ends, dtype=object), {"long_name": "why the curve ends"}),
+        curve_row_size=("curve", np.array([len(one.points) for one in made], np.int64),
+                        {**_words("number of points of the curve"), "sample_dimension": "curve_point"}),
+        curve_unstable=("curve_point", np.array([point.found.unstable for point in points], np.int16),
+                        _words("number of multipliers outside the unit circle")),
+        **{
+            f"curve_{along}": ("curve_point", numbers[:, 0], _axis_attrs(study, asked.along)),
+            f"curve_{over}": ("curve_point", numbers[:, 1], _axis_attrs(study, curves.over)),
+        },
+    ).assign_attrs(over=over, over_key=curves.over)  # fmt: skip

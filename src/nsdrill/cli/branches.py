@@ -1,0 +1,110 @@
+"""A file of branches in words, and as a table."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from typing import Any
+
+from nsdrill.errors import printable
+
+MOST_SPECIAL = 40
+
+
+def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
+    """The summary of a file of branches, in words."""
+    from nsdrill.cli.words import count, label_of, point_text, value_text
+
+    along = s["along"]
+
+    def text(value: float) -> str:
+        return value_text(along, value, units)
+
+    yield printable(f"{file}: branches of motions. {s['title']}".rstrip())
+    yield f"  made           {s['created']} by nsdrill {s['nsdrill_version']}"
+    for key, value in s["overrides"].items():
+        yield printable(f"  with           {key} = {value}")
+    yield f"  {label_of(along):14s} {text(s['from'])} to {text(s['to'])}"
+    if s["operation"]:
+        yield f"  at             {point_text(s['operation'], units)}"
+    noun = "branch" if len(s["branches"]) == 1 else "branches"
+    yield f"  points         {s['points']} on {len(s['branches'])} {noun}"
+    for word, number in s["seeds"].items():
+        yield f"  seeds          {number}: {word}"
+    for one in s["branches"]:
+        springs = f", springs from branch {one['parent']}" if one["parent"] >= 0 else ""
+        yield f"\nBranch {one['branch']}: {one['words']}, {text(one['min'])} to {text(one['max'])}{springs}"
+        stable = ", ".join(f"{text(min(ends))} to {text(max(ends))}" for ends in one["stable"])
+        yield f"  stable         {stable or 'nowhere'}"
+        yield f"  ends           {one['end_reason']}"
+        for special in one["special"][:MOST_SPECIAL]:
+            note = f" ({special['note']})" if special["note"] else ""
+            name = special["label"].replace("_", " ")
+            meaning = special["meaning"] + _change(special["unstable_before"], special["unstable_after"])
+            yield f"  {text(special['value']):14s} {name}{note}: {meaning} [point {special['point']}]"
+        if (more := len(one["special"]) - MOST_SPECIAL) > 0:
+            yield f"  ... {more} more; --json has all"
+    for curve in s["curves"]:
+        over = next(name for name in curve if name not in (along, "curve", "label", "points", "lobes", "end_reason"))
+        low, high = (value_text(over, value, units) for value in curve[over])
+        first, last = (text(value) for value in curve[along])
+        name = curve["label"].replace("_", " ")
+        yield (
+            f"\nCurve {curve['curve']}: {name} of motions over {count(curve['lobes'], 'lobe')}, {low} to {high}, at "
+            f"{first} to {last}; ends: {curve['end_reason']}"
+        )
+
+
+def _change(before: int | None, after: int | None) -> str:
+    """What becomes of stability along the branch, in words."""
+    if before is None or after is None or before == after:
+        return ""
+    if before == 0 or after == 0:
+        return "; stable to one side" if before * after == 0 else ""
+    return f"; {before} and {after} unstable directions to its sides"
+
+
+def table(data: Any, units: str) -> str:
+    """One row per point as CSV: its branch, motion, coordinates, label in words, multipliers, features, states."""
+    import numpy as np
+
+    from nsdrill.analysis.bifurcations import meanings_of
+    from nsdrill.cli.words import cell
+    from nsdrill.models.registry import model_in
+
+    words = {code: one.name for code, one in meanings_of(model_in(data.attrs)).items()}
+    own = np.asarray(data["branch_of_point"].values)
+    heads: list[str] = ["branch", "motion", "lobes", "label_words"]
+    columns: list[list[Any]] = [
+        own.tolist(), [str(data["motion"].values[k]) for k in own], [int(data["lobes"].values[k]) for k in own],
+        [words.get(int(code), str(code)) for code in data["label"].values],
+    ]  # fmt: skip
+    for name in data.variables:
+        variable = data[name]
+        if "point" not in variable.dims or name in ("point", "branch_of_point"):
+            continue
+        values = variable.values.reshape(len(own), -1)
+        last = variable.dims[-1]
+        entries = [""] if variable.ndim == 1 else [f"_{one}" for one in data[last].values.tolist()]
+        si = str(variable.attrs.get("units", ""))
+        for place, entry in enumerate(entries):
+            if values.dtype.kind == "f" and si not in ("", "1"):
+                shown = [cell(float(value), _plain(si), units) if units == "field" else (float(value), si)
+                         for value in values[:, place]]  # fmt: skip
+                heads.append(f"{name}{entry} [{shown[0][1]}]" if shown else f"{name}{entry}")
+                columns.append([repr(value) for value, _ in shown])
+            else:
+                heads.append(f"{name}{entry}")
+                columns.append(values[:, place].tolist())
+    out = io.StringIO()
+    writer = csv.writer(out)
+    writer.writerow(heads)
+    writer.writerows(zip(*columns, strict=True))
+    return out.getvalue()
+
+
+def _plain(units: str) -> str:
+    from nsdrill.units import plain_units
+
+    return plain_units(units)

@@ -1,0 +1,78 @@
+"""How a run touches: of each contact the least and the greatest value of its function, and how often it begins.
+
+A contact function is positive where the contact touches (:class:`nsdrill.models.base.Model`). Between steps it is
+followed by the quintic through its values and rates, so a visit or a loss inside one step is counted too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import astuple
+from functools import lru_cache
+from typing import Any
+
+from numba import types
+
+from nsdrill.abi import BUFFER, CLOSES, RATES, Rows, compiled
+from nsdrill.observe.interpolant import extreme, quintic, value
+
+TOUCHES = ("least", "greatest", "begins")  # of each contact
+
+
+def touch_rows(contacts: int) -> int:
+    """Rows of the observer."""
+    return len(TOUCHES) * contacts
+
+
+@lru_cache
+def make_touches(lanes: int, rows: Rows, first: int, functions: int, contacts: int) -> tuple[Any, Any]:
+    """The compiled (observer, marker) for contact functions whose values and rates at the start of the step stand
+    among the observer's rows at ``functions``, those at its end after them; ``first`` is the place of its own rows."""
+    W = lanes
+    before, found = W * (rows.observer + functions), W * (rows.observer + first)
+    now = before + W * RATES * contacts
+    step_, moves_ = W * rows.step, W * rows.moves
+    width = len(TOUCHES)
+
+    @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), first, functions)
+    def touches(b, store):  # type: ignore[no-untyped-def]
+        for c in range(contacts):
+            g_, n_ = before + c * W * RATES, now + c * W * RATES
+            least_ = found + width * c * W
+            greatest_, begins_ = least_ + W, least_ + 2 * W
+            for i in range(W):
+                if b[moves_ + i] == 0.0:
+                    continue
+                h, g1, d1 = b[step_ + i], b[n_ + i], b[n_ + W + i]
+                if h == 0.0:  # the start of a run
+                    b[least_ + i] = b[greatest_ + i] = g1
+                    b[begins_ + i] = 0.0
+                    continue
+                g0, d0 = b[g_ + i], b[g_ + W + i]
+                low, high, begins = min(b[least_ + i], g1), max(b[greatest_ + i], g1), 0.0
+                if g0 <= 0.0 and g1 > 0.0:
+                    begins = 1.0
+                if (d0 > 0.0) != (d1 > 0.0):
+                    p0, p1, p2, p3, p4, p5 = quintic(
+                        g0, h * d0, h * h * b[g_ + 2 * W + i], g1, h * d1, h * h * b[n_ + 2 * W + i]
+                    )
+                    inside = value(p0, p1, p2, p3, p4, p5, extreme(p1, p2, p3, p4, p5, h * d1))
+                    low, high = min(low, inside), max(high, inside)
+                    if (g0 > 0.0) == (g1 > 0.0) and (inside > 0.0) != (g0 > 0.0):
+                        begins = 1.0
+                b[least_ + i] = low
+                b[greatest_ + i] = high
+                b[begins_ + i] += begins
+
+    @compiled(
+        types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64),
+        W,
+        *astuple(rows),
+        first,
+        functions,
+    )
+    def touches_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+        if mark == CLOSES:
+            for k in range(width * contacts):
+                report[column + k] = b[found + k * W + i]
+
+    return touches, touches_marker

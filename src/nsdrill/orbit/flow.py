@@ -1,0 +1,266 @@
+"""The flow of a model: many pieces of motion of own durations in one batch, with monodromies and touches.
+
+A piece of motion, a *leg*, is a run of the kernel. Where its monodromy is asked for it is run once for each state, side
+by side in lanes, with a deviation along that state as companion; the deviations land on contacts
+(:mod:`nsdrill.observe.landing`). Nothing about the numbers depends on which legs share a batch.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from nsdrill.abi import BUFFER, RATES, Rows, aligned_zeros, compiled
+from nsdrill.errors import InputError
+from nsdrill.kernel.gang import FEW, Compiled, Gang, Runs, choose_lanes
+from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.models.base import Model, Symmetry, Variant
+from nsdrill.models.registry import NAMES
+from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
+from nsdrill.observe.touches import TOUCHES, make_touches, touch_rows
+from nsdrill.variables import OK
+
+Array = np.ndarray[Any, np.dtype[Any]]
+PAIR = "tsitouras"
+RTOL = 1e-11
+MOST_STEPS = 200_000  # of one leg
+LOOSER = 100.0  # the tolerance of a deviation over that of the motion
+DEFAULT_DIFFERENCE = 1e-5  # of the natural size of a number, for derivatives by it
+
+
+@dataclass(frozen=True)
+class Legs:
+    """Pieces of motion, arrays over n of them: ``state`` [n, states] at the drive angle ``phase`` [n] [rad],
+    ``duration`` [n] [s], ``values`` [n, numbers] of what is continued; ``tangent`` [n] where the monodromy is
+    wanted."""
+
+    state: Array
+    phase: Array
+    duration: Array
+    values: Array
+    tangent: Array
+
+    def __len__(self) -> int:
+        return len(self.state)
+
+
+@dataclass(frozen=True)
+class Ends:
+    """What became of legs: ``state`` [n, states]; ``monodromy`` [n, states, states], zero where it was not wanted;
+    ``touches`` [n, contacts, 3], of each contact the least and greatest value of its function and how often it begins;
+    ``ok`` [n] where the run ended well."""
+
+    state: Array
+    monodromy: Array
+    touches: Array
+    ok: Array
+
+    def __getitem__(self, part: slice) -> Ends:
+        return Ends(self.state[part], self.monodromy[part], self.touches[part], self.ok[part])
+
+
+def joined(parts: list[Legs]) -> Legs:
+    """Legs one after the other."""
+    return Legs(*(np.concatenate([getattr(one, name) for one in parts]) for name in Legs.__dataclass_fields__))
+
+
+@dataclass(frozen=True)
+class Equations:
+    """What a flow integrates, with a deviation beside the states.
+
+    ``runs(values, initial)`` makes runs of the kernel from ``values`` [n, numbers] of what is continued and ``initial``
+    [n, states + 1], without a deviation; ``parts(lanes)`` the compiled right-hand side, observer and marker, ``store``
+    the observer's store and ``columns`` how many numbers it reports. ``scales`` are natural sizes of the numbers that
+    are continued.
+    """
+
+    rows: Rows
+    symmetry: Symmetry
+    scales: tuple[float, ...]
+    runs: Callable[[Array, Array], Runs]
+    parts: Callable[[int], Compiled]
+    store: Callable[[], Array] = field(default=lambda: aligned_zeros(1))
+    contacts: tuple[str, ...] = ()
+
+    @property
+    def columns(self) -> int:
+        return len(TOUCHES) * len(self.contacts)
+
+
+class Flow:
+    """The flow of some equations, on ``workers`` threads."""
+
+    def __init__(self, equations: Equations, *, rtol: float = RTOL, workers: int = 1) -> None:
+        self.equations, self.rtol, self.workers = equations, rtol, workers
+        self.symmetry, self.scales = equations.symmetry, np.array(equations.scales)
+        self.states = equations.rows.own
+        self.lanes = choose_lanes(FEW)
+        self.legs_run = 0
+        self._settings = Simulation(0.0, 1.0, rtol=rtol, max_steps=MOST_STEPS)
+
+    def sizes(self, values: Array) -> Array:
+        """The natural sizes of the states at ``values`` [n, numbers], shape (n, states)."""
+        return self._runs(values).sizes
+
+    def phase_rate(self, values: Array) -> Array:
+        """How fast the drive's angle advances [rad/s], shape (n,)."""
+        return self._runs(values).phase_rate
+
+    def _runs(self, values: Array) -> Runs:
+        values = np.atleast_2d(values)
+        return self.equations.runs(values, np.zeros((len(values), self.states + 1)))
+
+    def slopes(self, state: Array, values: Array) -> Array:
+        """The rates of states (n, states) at the drive angle 0, shape (n, states)."""
+        rows, lanes = self.equations.rows, self.lanes
+        right_hand_side = self.equations.parts(lanes).right_hand_side
+        runs = self.equations.runs(values, np.concatenate([state, np.zeros((len(state), 1))], axis=1))
+        found = np.zeros_like(state)
+        for first in range(0, len(state), lanes):
+            part = slice(first, min(first + lanes, len(state)))
+            buffer = aligned_zeros(rows.total * lanes)
+            grid = buffer.reshape(rows.total, lanes)
+            every = np.minimum(np.arange(first, first + lanes), len(state) - 1)
+            grid[rows.stage : rows.stage + self.states] = state[every].T
+            grid[rows.parameter : rows.parameter + rows.parameters] = runs.parameters[every].T
+            right_hand_side(buffer)
+            n = part.stop - part.start
+            slopes = grid[rows.acceleration : rows.acceleration + rows.own_slopes, :n].T
+            pairs = 2 * rows.pairs
+            found[part, 0:pairs:2] = state[part, 1:pairs:2] + runs.drifts[part, : rows.pairs]
+            found[part, 1:pairs:2] = slopes[:, : rows.pairs]
+            found[part, pairs:] = slopes[:, rows.pairs :]
+        return found
+
+    def run(self, legs: Legs) -> Ends:
+        """Run legs, in one batch."""
+        n, states, rows = len(legs), self.states, self.equations.rows
+        self.legs_run += n
+        copies = np.where(legs.tangent, states, 1)
+        leg = np.repeat(np.arange(n), copies)
+        initial = np.concatenate([legs.state, legs.phase[:, None]], axis=1)
+        runs = self.equations.runs(legs.values, initial)
+        sizes = runs.sizes
+        deviation = np.zeros((len(leg), states))
+        firsts = np.concatenate([[0], np.cumsum(copies)[:-1]])
+        which = np.arange(len(leg)) - firsts[leg]
+        wanted = legs.tangent[leg]
+        deviation[wanted, which[wanted]] = sizes[leg[wanted], which[wanted]]
+        drifts = np.concatenate([runs.drifts, np.zeros_like(runs.drifts)], axis=1)
+        full = Runs(
+            runs.parameters[leg],
+            np.concatenate([sizes, LOOSER * sizes], axis=1)[leg],
+            drifts[leg],
+            runs.phase_rate[leg],
+            np.minimum(runs.first_step, legs.duration)[leg],
+            np.concatenate([legs.state[leg], deviation, legs.phase[leg, None]], axis=1),
+            np.zeros(len(leg)),
+            legs.duration[leg],
+        )
+        shares = min(self.workers, -(-len(leg) // self.lanes))
+        if shares > 1:
+            cuts = np.array_split(np.arange(len(leg)), shares)
+            with ThreadPoolExecutor(shares) as threads:
+                done = list(threads.map(lambda cut: self._share(full, cut), cuts))
+            final, report, ok = (np.concatenate(part) for part in zip(*done, strict=True))
+        else:
+            final, report, ok = self._share(full, np.arange(len(leg)))
+        monodromy = np.zeros((n, states, states))
+        columns = final[:, states : 2 * states]
+        with np.errstate(invalid="ignore", over="ignore"):
+            monodromy[leg[wanted], :, which[wanted]] = columns[wanted] / sizes[leg[wanted], which[wanted]][:, None]
+        touches = report.reshape(len(leg), -1, len(TOUCHES))[firsts]
+        fine = ok[firsts] & np.isfinite(final[firsts, : rows.own]).all(axis=1)
+        return Ends(final[firsts, : rows.own], monodromy, touches, fine)
+
+    def _share(self, runs: Runs, part: Array) -> tuple[Array, Array, Array]:
+        """The final states, reports and whether they ended well of the runs ``part``."""
+        rows, columns = self.equations.rows, self.equations.columns
+        taken = Runs(*(getattr(runs, name)[part] for name in Runs.__dataclass_fields__))
+        gang = Gang(self.lanes, len(part), rows, self.equations.store(), columns, self._settings)
+        gang.add_many(np.arange(len(part)), taken)
+        parts = self.equations.parts(self.lanes)
+        final = np.zeros((len(part), rows.states + 1))
+        report, ok = np.zeros((len(part), columns)), np.zeros(len(part), dtype=bool)
+        left = len(part)
+        while left:
+            done = gang.advance(parts, 60.0, True)
+            final[done.job], report[done.job], ok[done.job] = done.final, done.report, done.status == OK
+            left -= len(done.job)
+        return final, report, ok
+
+
+def equations_of(
+    model: Model, fixed: Variant, symmetry: Symmetry, pack: Callable[[Array], Array], scales: tuple[float, ...]
+) -> Equations:
+    """The equations of a model: ``pack(values)`` gives the lane parameters at ``values`` [n, numbers]. InputError where
+    the model cannot follow a deviation."""
+    contacts = len(model.contacts)
+    observed = landing_rows(contacts) + touch_rows(contacts)
+    try:
+        rows = STEPPERS[PAIR].rows(replace(model.rows(fixed, observed, tangent=True), judged=True))
+        model.tangent(choose_lanes(FEW), fixed, 0)
+    except (NotImplementedError, ValueError) as error:
+        raise InputError(
+            f"the model {model.name}: found no linearised equations for this study ({str(error) or 'none are written'})"
+            "; allowed: a study that has them, as continuation and Floquet multipliers need them."
+        ) from None
+
+    def runs(values: Array, initial: Array) -> Runs:
+        return model.runs(pack(values), fixed, initial)
+
+    def parts(lanes: int) -> Compiled:
+        return _parts(model, fixed, lanes, rows)
+
+    return Equations(
+        rows, symmetry, scales, runs, parts, lambda: aligned_zeros(scratch_size(rows, contacts) + 1), model.contacts
+    )
+
+
+@lru_cache
+def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
+    contacts = len(model.contacts)
+    identity = (NAMES.index(model.name), *fixed, list(STEPPERS).index(PAIR))
+    right_hand_side = model.tangent(lanes, fixed, 0)
+    if not contacts:
+        return Compiled(right_hand_side, *_blind(lanes, rows))
+    measure = model.contact_functions(lanes, fixed, RATES * contacts)
+    landing = make_landing(
+        lanes, rows, STEPPERS[PAIR].tableau, 0, measure, model.tangent(1, fixed, 0), contacts, identity
+    )
+    touches, marker = make_touches(lanes, rows, landing_rows(contacts), 0, contacts)
+
+    @compiled(types.void(BUFFER, BUFFER), lanes, *identity)
+    def watch_orbit(b, store):  # type: ignore[no-untyped-def]
+        measure(b)
+        touches(b, store)
+        landing(b, store)
+
+    return Compiled(right_hand_side, watch_orbit, marker)
+
+
+@lru_cache
+def _blind(lanes: int, rows: Rows) -> tuple[Any, Any]:
+    """The (observer, marker) where nothing touches."""
+
+    @compiled(types.void(BUFFER, BUFFER), lanes)
+    def watch_nothing(b, store):  # type: ignore[no-untyped-def]
+        pass
+
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes)
+    def mark_nothing(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+        pass
+
+    return watch_nothing, mark_nothing
+
+
+def with_values(legs: Legs, values: Array) -> Legs:
+    """The same legs at other ``values`` [n, numbers], without monodromies."""
+    return replace(legs, values=values, tangent=np.zeros(len(legs), dtype=bool))

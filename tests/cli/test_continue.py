@@ -1,0 +1,202 @@
+"""nsdrill continue, and what the other commands do with its file."""
+
+from __future__ import annotations
+
+import json
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+import nsdrill
+
+from .helpers import Call, finish, start
+
+STUDY = """\
+title: Steady drilling and stick-slip
+model: torsion
+operation: {depth: 5000 m, wob: 22.24 kN}
+simulation: {transient: 50 s, observe: 50 s}
+continue:
+  along: rotary_speed
+  from: 1.5 rad/s
+  to: 6 rad/s
+  seeds: {rotary_speed: [5 rad/s]}
+  points: 300
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A file of branches beside its study."""
+    folder = tmp_path_factory.mktemp("branches")
+    (folder / "study.yaml").write_text(STUDY)
+    nsdrill.continue_branches(folder / "study.yaml", folder / "b.h5")
+    return folder
+
+
+def test_the_file_is_read_by_xarray(made: Path) -> None:
+    with xarray.open_dataset(made / "b.h5", engine="h5netcdf") as data:
+        assert data.attrs["nsdrill_kind"] == "branches"
+        assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
+        assert int(data["row_size"].sum()) == data.sizes["point"]
+        for name in ("rotary_speed", "wob", "depth", "period", "unstable", "label", "arclength", "residual"):
+            assert data[name].dims == ("point",)
+        assert data["state"].shape == (data.sizes["point"], 2)
+        assert list(data["state_name"].values) == ["twist", "bit_speed"]
+        words = dict(zip(data["label"].attrs["flag_values"], data["label"].attrs["flag_meanings"].split(), strict=True))
+        assert {words[code] for code in data["label"].values} >= {"hopf", "fold", "end"}
+        assert float(data["residual"].max()) < 1e-6
+        # Along a branch of steady drilling the bit turns at the set speed.
+        steady = data["branch_of_point"].values == 0
+        assert data["bit_speed_max"].values[steady] == pytest.approx(data["rotary_speed"].values[steady], rel=1e-6)
+
+
+def test_show_says_what_special_points_mean(made: Path, call: Call) -> None:
+    text = call("show", made / "b.h5").out
+    assert "Branch 0: steady drilling" in text
+    assert "hopf: steady drilling meets an oscillation" in text
+    assert "fold: two motions, at most one of them stable, meet and vanish" in text
+    assert "springs from branch 0" in text
+    found = json.loads(call("show", made / "b.h5", "--json").out)
+    assert found["kind"] == "branches"
+    assert all(branch["end_reason"] for branch in found["branches"])
+    (hopf,) = [one for one in found["branches"][0]["special"] if one["label"] == "hopf"]
+    assert {hopf["unstable_before"], hopf["unstable_after"]} == {0, 2}
+    assert "rpm" in call("show", made / "b.h5", "--units", "field").out
+    assert "continue:" in call("show", made / "b.h5", "--study").out
+
+
+def test_plot_export_and_orbit(made: Path, call: Call) -> None:
+    answer = call("plot", made / "b.h5", "-o", "b.png")
+    assert answer.code == 0
+    assert Path("b.png").stat().st_size > 10_000
+    assert call("plot", made / "b.h5", "--kind", "map", "-o", "c.png").code == 2
+    assert call("export", made / "b.h5", "-o", "b.csv").code == 0
+    rows = Path("b.csv").read_text().splitlines()
+    with xarray.open_dataset(made / "b.h5", engine="h5netcdf") as data:
+        points, last = data.sizes["point"], data.isel(point=-1).load()
+        fold = int(np.argmax(data["label"].values == 5))
+    assert len(rows) == points + 1
+    assert rows[0].startswith("branch,motion,lobes,label_words")
+    assert ",fold," in rows[fold + 1]
+    assert call("export", made / "b.h5", "-o", "b.nc").code == 0
+    answer = call("simulate", made / "study.yaml", "--orbit", made / "b.h5", "--point", points - 1, "-o", "o.h5")
+    assert answer.code == 0
+    trace = nsdrill.open_results("o.h5")
+    assert float(trace["time"][-1]) == pytest.approx(float(last["period"]), rel=1e-2)
+    for name, value in zip(last["state_name"].values, last["state"].values, strict=True):
+        assert float(trace[str(name)][0]) == pytest.approx(value, rel=1e-9, abs=1e-9)
+
+
+def test_curves_over_a_map_are_asked_for_by_name(made: Path, call: Call) -> None:
+    study = {"model": "torsion", "simulation": {"transient": "1 s", "observe": "1 s"},
+             "sweep": {"rotary_speed": ["2 rad/s", "3 rad/s", "4 rad/s", "5 rad/s"],
+                       "wob": ["10 kN", "20 kN", "30 kN", "40 kN"]}}  # fmt: skip
+    nsdrill.run(study, "map.h5", progress=False)
+    answer = call("plot", "map.h5", "--over", made / "b.h5", "-o", "m.png")
+    assert answer.code == 2
+    assert "no curves" in answer.err
+    assert not Path("m.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (["continue=null"], "no along"),
+        (["continue.along=bit.lobes"], "allowed: depth, wob, rotary_speed"),
+        (["continue.from=3 m"], "rad/s or rpm"),
+        (["continue.to=1.5 rad/s"], "from and to that differ"),
+        (["continue.lobes=[]"], "an empty list"),
+        (["continue.seeds={wob: [1 kN]}"], "another number"),
+        (["continue.motions=[rolling]"], "found no motion to follow"),
+        (["operation.rotary_speed={ramp: [[0 s, 3 rad/s], [60 s, 4 rad/s]]}"], "ramp"),
+    ],
+)
+def test_what_cannot_be_continued_is_said(settings: list[str], words: str, call: Call) -> None:
+    Path("study.yaml").write_text(STUDY)
+    answer = call("continue", "study.yaml", "-o", "b.h5", *(part for text in settings for part in ("--set", text)))
+    assert answer.code == 2
+    assert words in " ".join(answer.err.split())
+    assert [path.name for path in Path().iterdir()] == ["study.yaml"]
+
+
+def test_a_study_without_the_section(call: Call) -> None:
+    Path("study.yaml").write_text(STUDY.partition("continue:")[0])
+    answer = call("continue", "study.yaml", "-o", "b.h5")
+    assert answer.code == 2
+    assert "found no section continue" in answer.err
+
+
+def test_other_symmetry_at_the_ends(call: Call) -> None:
+    Path("study.yaml").write_text(
+        "continue: {along: well.inclination, from: 0 deg, to: 5 deg, seeds: {well.inclination: [2 deg]}}\n"
+    )
+    answer = call("continue", "study.yaml", "-o", "b.h5")
+    assert answer.code == 2
+    assert "different symmetries" in answer.err
+    Path("study.yaml").write_text("model: segments\ncontinue: {along: wob, from: 50 kN, to: 100 kN}\n")
+    answer = call("continue", "study.yaml", "-o", "b.h5")
+    assert answer.code == 2
+    assert "segments" in answer.err
+    Path("study.yaml").write_text("drive: {kind: dc_motor}\ncontinue: {along: wob, from: 10 kN, to: 30 kN}\n")
+    answer = call("continue", "study.yaml", "-o", "b.h5")
+    assert answer.code == 2
+    assert "found dc_motor" in answer.err
+    assert not Path("b.h5").exists()
+
+
+def test_existing_files_and_wrong_seeds(made: Path, call: Call) -> None:
+    Path("study.yaml").write_text(STUDY)
+    Path("b.h5").write_text("mine")
+    assert call("continue", "study.yaml", "-o", "b.h5").code == 2
+    assert Path("b.h5").read_text() == "mine"
+    answer = call("continue", "study.yaml", "-o", "c.h5", "--seeds", made / "b.h5")
+    assert answer.code == 2
+    nsdrill.run({"model": "torsion", "simulation": {"transient": "1 s", "observe": "1 s"},
+                 "sweep": {"rotary_speed": ["2 rad/s", "3 rad/s"]}, "bit": {"friction": {"static": 0.3}}},
+                "other.h5", progress=False)  # fmt: skip
+    answer = call("continue", "study.yaml", "-o", "c.h5", "--seeds", "other.h5")
+    assert answer.code == 2
+    assert "another string (bit.friction.static" in answer.err
+
+
+def test_seeds_of_a_sweep(call: Call) -> None:
+    """Settled points of a sweep seed the same branches, and those on one branch already are dropped."""
+    sweep = {"model": "torsion", "simulation": {"transient": "400 s", "observe": "50 s"},
+             "sweep": {"rotary_speed": {"from": "2.5 rad/s", "to": "6 rad/s", "points": 8}}}  # fmt: skip
+    nsdrill.run(sweep, "out.h5", progress=False)
+    Path("study.yaml").write_text(STUDY)
+    answer = call("continue", "study.yaml", "-o", "b.h5", "--seeds", "out.h5", "--set", "continue.points=700")
+    assert answer.code == 0
+    data = nsdrill.open_results("b.h5")
+    assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
+
+
+def test_killed_and_resumed(made: Path, tmp_path: Path) -> None:
+    """A continuation that is killed when a branch is kept goes on with --resume, and gives the same numbers."""
+    (tmp_path / "study.yaml").write_text(STUDY)
+    process = start("continue", "study.yaml", "-o", "b.h5", cwd=tmp_path)
+    part = tmp_path / "b.h5.part"
+    deadline = time.monotonic() + 100
+    while not part.exists() and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.005)
+    process.send_signal(signal.SIGINT)
+    answer = finish(process)
+    if answer.code == 130:
+        assert "--resume" in answer.err
+        assert part.exists()
+        assert finish(start("continue", "study.yaml", "-o", "b.h5", cwd=tmp_path)).code == 2
+        other = finish(
+            start("continue", "study.yaml", "-o", "b.h5", "--resume", "--set", "operation.wob=30kN", cwd=tmp_path)
+        )
+        assert other.code == 2
+        assert "another study" in other.err
+        assert finish(start("continue", "study.yaml", "-o", "b.h5", "--resume", cwd=tmp_path)).code == 0
+    assert not part.exists()
+    one, two = nsdrill.open_results(made / "b.h5"), nsdrill.open_results(tmp_path / "b.h5")
+    for name in ("rotary_speed", "state", "multiplier_real", "period", "label", "bit_speed_max"):
+        assert np.array_equal(one[name].values, two[name].values, equal_nan=True)

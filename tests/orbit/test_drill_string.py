@@ -1,0 +1,278 @@
+"""Branches of the drill string against closed forms, differences, Liouville, Lyapunov and the brute-force sweep."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize_scalar
+
+import nsdrill
+from nsdrill.analysis.bifurcations import DOUBLING, FOLD, HOPF
+from nsdrill.app.continuing import setting_of
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.orbit.flow import Flow, Legs
+from nsdrill.orbit.frame import turned
+
+AT = {"operation": {"depth": "5000 m", "wob": "22.24 kN"}}
+SMOOTH = {**AT, "bit": {"surface_amplitude": "0 mm"}}
+
+
+def numbers_at(data, label):
+    return np.sort(data["rotary_speed"].values[data["label"].values == label])
+
+
+def friction(law, omega):
+    """The law of friction at a speed, without its coefficient at rest taken out."""
+    return (
+        2
+        / math.pi
+        * math.atan(law.smoothing * omega)
+        * ((law.static - law.dynamic) / (1 + law.decay * omega) + law.dynamic)
+    )
+
+
+def bit_torque(study, omega, force):
+    k = derive(study.parameters, 5000.0, 22240.0, omega)
+    bit = study.parameters.bit
+    cutting = k.cutting_arm * 2 / math.pi * math.atan(bit.friction.smoothing * omega)
+    return force * (2 / 3 * study.parameters.well.diameter / 2 * friction(bit.friction, omega) + cutting)
+
+
+def test_hopf_of_steady_drilling_and_the_fold_of_stick_slip():
+    """Without lobes and lateral motion steady drilling is lost where c_t + F dT/domega vanishes; the cycles that spring
+    there are unstable up to a fold: between the two speeds steady drilling and stick-slip coexist."""
+    study = nsdrill.load_study({
+        **SMOOTH, "modes": {"lateral": "frozen"}, "simulation": {"transient": "10 s", "observe": "10 s"},
+        "continue": {"along": "rotary_speed", "from": "1.8 rad/s", "to": "5 rad/s",
+                     "seeds": {"rotary_speed": ["3.5 rad/s"]}, "points": 500},
+    })  # fmt: skip
+    data = nsdrill.continue_branches(study)
+    k = derive(study.parameters, 5000.0, 22240.0, 2.0)
+    stiffness = study.parameters.bit.rock_stiffness
+    force = 22240.0 * stiffness / (stiffness + k.k_a)
+
+    def damping(omega):
+        # The cutting arm goes with the depth of cut of the set speed, which the bit's own speed does not change.
+        h = 1e-5
+        arm = derive(study.parameters, 5000.0, 22240.0, omega).cutting_arm
+        bit = study.parameters.bit
+
+        def torque(speed):
+            radius = study.parameters.well.diameter / 2
+            cutting = arm * 2 / math.pi * math.atan(bit.friction.smoothing * speed)
+            return force * (2 / 3 * radius * friction(bit.friction, speed) + cutting)
+
+        return study.parameters.drillstring.torsional_damping + (torque(omega + h) - torque(omega - h)) / (2 * h)
+
+    assert numbers_at(data, HOPF) == pytest.approx([brentq(damping, 1.5, 3.0)], abs=1e-6)
+    (fold,) = numbers_at(data, FOLD)
+    sizes = data["row_size"].values
+    assert list(data["motion"].values) == ["equilibrium", "limit_cycle"]
+    assert "Hopf" in str(data["end_reason"].values[1])
+    cycles = data.isel(point=slice(sizes[0], None))
+    at_fold = int(np.argmax(cycles["label"].values == FOLD))
+    # The side of the fold that shrinks to the Hopf point is unstable, the other is stick-slip.
+    swing = cycles["bit_speed_max"].values - cycles["rotary_speed"].values
+    sides = [slice(1, at_fold), slice(at_fold + 1, -1)]
+    small, large = sorted(sides, key=lambda side: float(np.min(swing[side])))
+    assert set(cycles["unstable"].values[small]) == {1}
+    assert set(cycles["unstable"].values[large]) == {0}
+    # A run from a point of the stable side goes on as it is there; beyond the fold it ends in steady drilling.
+    side = cycles.isel(point=large)
+    one = side.isel(point=int(np.argmin(np.abs(side["rotary_speed"].values - (fold - 0.05)))))
+    state = dict(zip((str(name) for name in one["state_name"].values), one["state"].values, strict=True))
+    initial = {"z": f"{float(state['z'])!r} m", "twist": f"{float(state['twist'])!r} rad",
+               "bit_speed": f"{float(state['bit_speed'])!r} rad/s"}  # fmt: skip
+    for speed, sticks in ((float(one["rotary_speed"]), True), (fold + 0.1, False)):
+        run = nsdrill.run({
+            **SMOOTH, "modes": {"lateral": "frozen"}, "initial": initial,
+            "simulation": {"transient": "600 s", "observe": "100 s", "rtol": 1e-9},
+            "sweep": {"rotary_speed": f"{float(speed)!r} rad/s"},
+        }, progress=False)  # fmt: skip
+        fastest = float(run["bit_speed_max"].squeeze())
+        if sticks:
+            assert fastest == pytest.approx(float(one["bit_speed_max"]), rel=1e-4)
+        else:
+            assert fastest < speed + 0.1
+
+
+def test_fold_of_backward_rolling():
+    """Without lobes and eccentricity backward rolling is a balance of forces: it folds at the least speed at which the
+    friction of some slip can carry the drag."""
+    study = nsdrill.load_study({
+        **SMOOTH, "drillstring": {"eccentricity": "0 mm"},
+        "initial": {"x": "76.63 mm", "vy": "-0.686 m/s", "twist": "-5.8 rad"},
+        "simulation": {"transient": "20 s", "observe": "20 s"},
+        "continue": {"along": "rotary_speed", "from": "4.3 rad/s", "to": "6.5 rad/s",
+                     "seeds": {"rotary_speed": ["6 rad/s"]}, "points": 120},
+    })  # fmt: skip
+    data = nsdrill.continue_branches(study)
+    (fold,) = numbers_at(data, FOLD)
+    parameters = study.parameters
+
+    def speed_of(slip):
+        """The set speed at which the collar rolls with this slip [m/s]."""
+
+        def excess(omega):
+            k = derive(parameters, 5000.0, 22240.0, omega)
+            stiffness = parameters.bit.rock_stiffness
+            force = 22240.0 * stiffness / (stiffness + k.k_a)
+            torque = bit_torque(study, omega, force)
+            span = parameters.drillstring.collar.span
+            k_r = k.k_bend - force * math.pi**2 / (2 * span) - torque * math.pi**3 / (2 * span**2)
+            law = parameters.well.friction
+
+            def radial(r):
+                whirl = (slip - omega * k.collar_radius) / r
+                return k.m_l * whirl**2 * r - k_r * r - parameters.well.stiffness * (r - k.gap)
+
+            r = brentq(radial, k.gap, k.gap + 0.01) if radial(k.gap) > 0.0 else k.gap
+            whirl = (slip - omega * k.collar_radius) / r
+            normal = parameters.well.stiffness * (r - k.gap)
+            # Friction at the wall against the slip, drag against the whirl.
+            return normal * friction(law, slip) - k.c_h * (whirl * r) ** 2
+
+        return brentq(excess, 3.9, 6.5)
+
+    least = minimize_scalar(speed_of, bounds=(1e-3, 0.2), method="bounded", options={"xatol": 1e-10})
+    assert fold == pytest.approx(least.fun, abs=1e-6)
+    assert fold == pytest.approx(4.65372612, abs=1e-7)
+    at = int(np.argmax(data["label"].values == FOLD))
+    assert float(data["whirl_ratio"].values[at]) == pytest.approx(-1.48073, abs=1e-5)
+
+
+@pytest.fixture(scope="module")
+def bounce():
+    """Bounces over one lobe of the main study, and their setting."""
+    study = nsdrill.load_study({
+        **AT, "simulation": {"transient": "400 s", "observe": "100 s"},
+        "continue": {"along": "rotary_speed", "from": "3.3 rad/s", "to": "4.6 rad/s", "lobes": 1,
+                     "seeds": {"rotary_speed": ["3.5 rad/s"]}, "points": 80},
+    })  # fmt: skip
+    return study, nsdrill.continue_branches(study)
+
+
+def orbit_at(data, number):
+    place = int(np.argmin(np.abs(data["rotary_speed"].values - number)))
+    return data.isel(point=place)
+
+
+def test_multipliers_across_contacts(bounce):
+    """The bit leaves the rock in every period. The monodromy is that of central differences; smaller tolerances change
+    it by 1e-8; the product of the multipliers is the integral of the divergence (Liouville); of three periods they are
+    the third powers."""
+    study, data = bounce
+    setting = setting_of(study)
+    one = orbit_at(data, 3.6)
+    assert float(one["touches"].sel(contact=data["contact"] == "rock").values.item()) == 1.0
+    assert float(one["lift_off_fraction"]) > 0.0
+    number, state = float(one["rotary_speed"]), one["state"].values
+    fold = 2 * math.pi / 3
+    values = np.array([[number]])
+
+    def flow(rtol):
+        base = setting.flow(("rotary_speed",), (0.2,), 1)
+        return Flow(base.equations, rtol=rtol)
+
+    def monodromy(rtol, periods=1):
+        legs = Legs(state[None], np.zeros(1), np.array([periods * fold / number]), values, np.ones(1, bool))
+        ends = flow(rtol).run(legs)
+        return turned(setting.symmetry, ends.monodromy[0].T, -periods * fold).T
+
+    sizes = flow(1e-11).sizes(values)[0]
+    scaled = [monodromy(rtol) * sizes / sizes[:, None] for rtol in (1e-11, 1e-13)]
+    assert np.max(np.abs(scaled[0] - scaled[1])) < 1e-7
+    own = np.sort_complex(np.linalg.eigvals(scaled[0]))
+    stored = data["multiplier_real"].values + 1j * data["multiplier_imag"].values
+    place = int(np.argmin(np.abs(data["rotary_speed"].values - number)))
+    assert own == pytest.approx(np.sort_complex(stored[place]), abs=1e-6)
+    cubes = np.linalg.eigvals(monodromy(1e-11, 3))
+    assert np.sort_complex(cubes) == pytest.approx(np.sort_complex(own**3), abs=1e-5)
+
+    differences = np.zeros((8, 8))
+    for j in range(8):
+        h = 1e-3 * sizes[j]
+        sides = state + np.array([[h], [-h]]) * np.eye(8)[j]
+        legs = Legs(sides, np.zeros(2), np.full(2, fold / number), np.repeat(values, 2, axis=0), np.zeros(2, bool))
+        ends = turned(setting.symmetry, flow(1e-13).run(legs).state, -fold)
+        differences[:, j] = (ends[0] - ends[1]) / (2 * h)
+    assert np.max(np.abs(differences * sizes / sizes[:, None] - scaled[0])) < 1e-4
+
+
+def test_divergence(bounce):
+    """Liouville, of steady drilling on a smooth rock: the sum of the exponents is the divergence, in closed form."""
+    study = nsdrill.load_study({
+        **SMOOTH, "modes": {"lateral": "frozen"}, "simulation": {"transient": "10 s", "observe": "10 s"},
+        "continue": {"along": "rotary_speed", "from": "4 rad/s", "to": "5 rad/s",
+                     "seeds": {"rotary_speed": ["4.5 rad/s"]}, "switch": False, "points": 20},
+    })  # fmt: skip
+    data = nsdrill.continue_branches(study)
+    parameters = study.parameters
+    for point in range(data.sizes["point"]):
+        one = data.isel(point=point)
+        omega = float(one["rotary_speed"])
+        k = derive(parameters, 5000.0, 22240.0, omega)
+        stiffness, h = parameters.bit.rock_stiffness, 1e-5
+        force = 22240.0 * stiffness / (stiffness + k.k_a)
+        bit, radius = parameters.bit.friction, parameters.well.diameter / 2
+
+        def torque(speed):
+            cutting = k.cutting_arm * 2 / math.pi * math.atan(bit.smoothing * speed)  # noqa: B023
+            return force * (2 / 3 * radius * friction(bit, speed) + cutting)  # noqa: B023
+
+        damping = parameters.drillstring.torsional_damping + (torque(omega + h) - torque(omega - h)) / (2 * h)
+        divergence = -parameters.drillstring.axial_damping / k.m_a - damping / k.J
+        multipliers = one["multiplier_real"].values + 1j * one["multiplier_imag"].values
+        found = np.log(np.abs(np.prod(multipliers[np.isfinite(multipliers)]))) / float(one["period"])
+        assert found == pytest.approx(divergence, abs=1e-8)
+
+
+def test_exponent_of_a_settled_bounce(bounce):
+    """The largest Floquet exponent is the Lyapunov exponent of the same motion, within its error."""
+    _, data = bounce
+    one = orbit_at(data, 3.8)
+    largest = max(np.abs(one["multiplier_real"].values + 1j * one["multiplier_imag"].values))
+    assert int(one["unstable"]) == 0
+    state = {
+        str(name): float(value) for name, value in zip(data["state_name"].values, one["state"].values, strict=True)
+    }
+    units = {"x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s", "twist": "rad", "bit_speed": "rad/s"}
+    initial = {name: f"{value!r} {units[name]}" for name, value in state.items()}
+    run = nsdrill.run({
+        **AT, "initial": initial, "sweep": {"rotary_speed": f"{float(one['rotary_speed'])!r} rad/s"},
+        "simulation": {"transient": "200 s", "observe": "400 s", "rtol": 1e-9}, "record": {"exponent": True},
+    }, progress=False)  # fmt: skip
+    found, error = float(run["lyapunov_exponent"].squeeze()), float(run["lyapunov_error"].squeeze())
+    assert found == pytest.approx(math.log(largest) / float(one["period"]), abs=max(3 * error, 2e-3))
+
+
+def test_branches_against_the_sweep(bounce):
+    """Where the sweep settles on a motion over one lobe, its peaks are those of the branch; the torus bifurcations of
+    the branch bound the interval in which the sweep finds something else."""
+    _, data = bounce
+    starts = {name: data["state"].values[:, k] for k, name in enumerate(data["state_name"].values)}
+    for number in (3.4, 4.5):
+        one = orbit_at(data, number)
+        units = {
+            "x": "m",
+            "y": "m",
+            "z": "m",
+            "vx": "m/s",
+            "vy": "m/s",
+            "vz": "m/s",
+            "twist": "rad",
+            "bit_speed": "rad/s",
+        }
+        place = int(np.argmin(np.abs(data["rotary_speed"].values - number)))
+        initial = {str(name): f"{float(values[place])!r} {units[str(name)]}" for name, values in starts.items()}
+        speed = float(one["rotary_speed"])
+        run = nsdrill.run(
+            {**AT, "initial": initial, "sweep": {"rotary_speed": f"{float(speed)!r} rad/s"},
+             "simulation": {"transient": "100 s", "observe": "50 s", "rtol": 1e-9}},
+            progress=False,
+        )  # fmt: skip
+        for name in ("axial_max", "bit_speed_max", "radius_max", "bit_force_max"):
+            assert float(run[name].squeeze()) == pytest.approx(float(one[name]), rel=1e-3)
+    torus = numbers_at(data, 8)
+    assert torus == pytest.approx([4.30586, 4.42646], abs=1e-4)
+    assert not np.any(data["label"].values == DOUBLING)

@@ -1,0 +1,95 @@
+"""Orbits and bifurcations that others have published, through the code that drill strings go through."""
+
+import numpy as np
+import pytest
+from scipy.special import mathieu_a
+
+from nsdrill.orbit.arclength import follow
+from nsdrill.orbit.cycle import Cycle
+from nsdrill.orbit.flow import Legs
+from nsdrill.orbit.labels import tests_of as labels_of
+from nsdrill.orbit.periodic import Periodic
+from nsdrill.orbit.rounds import advance
+from tests.orbit.flows import at, duffing, flow_of, lorenz, mathieu, roessler, van_der_pol
+
+
+def cycle(flow, state, period, number, segments=6):
+    problem = Cycle.at(flow, period, np.array([number]), np.array(state, dtype=float), segments)
+    starts = [np.array(state, dtype=float)]
+    for _ in range(segments - 1):
+        legs = Legs(
+            starts[-1][None], np.zeros(1), np.array([period / segments]), np.array([[number]]), np.zeros(1, bool)
+        )
+        starts.append(flow.run(legs).state[0])
+    return at(flow, problem, problem.unknowns(np.stack(starts), period, number)).found
+
+
+def least_trivial(orbit):
+    """The largest multiplier but for the trivial one."""
+    return orbit.own[np.argmax(np.abs(orbit.own))].real
+
+
+@pytest.mark.parametrize(
+    ("start", "period", "segments", "wanted", "multiplier"),
+    [
+        ((0.0, 6.0918, 1.2997), 5.88, 6, 5.88108845586, -2.403953527),
+        ((0.0, 3.9158, 3.6928), 11.76, 12, 11.7586260717, -3.512006980),
+    ],
+)
+def test_cycles_of_roessler(start, period, segments, wanted, multiplier):
+    """Cvitanovic et al., Chaos: Classical and Quantum (chaosbook.org), the shortest cycles."""
+    found = cycle(flow_of(roessler, 3, singles=3), start, period, 5.7, segments)
+    assert found.period == pytest.approx(wanted, rel=1e-9)
+    assert least_trivial(found) == pytest.approx(multiplier, rel=2e-8)
+
+
+def test_cycle_ab_of_lorenz():
+    """Viswanath 2003, Nonlinearity 16:1035-1056."""
+    found = cycle(flow_of(lorenz, 3, singles=3), (-13.7636, -19.5788, 27.0), 1.5586, 28.0)
+    assert found.period == pytest.approx(1.5586522107162, rel=1e-11)
+    assert least_trivial(found) == pytest.approx(4.712947, rel=1e-6)
+    # Liouville: the product of all multipliers is that of the divergence, -(10 + 1 + 8/3).
+    assert np.prod(found.multipliers).real == pytest.approx(0.0, abs=1e-7)
+    assert np.log(abs(least_trivial(found))) / found.period == pytest.approx(0.994647, rel=1e-5)
+
+
+def test_van_der_pol():
+    found = cycle(flow_of(van_der_pol, 2), (2.0086, 0.0), 6.66, 1.0)
+    assert found.period == pytest.approx(6.6632868593, abs=1e-9)
+    assert found.unstable == 0
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_mathieu_characteristic_values(order):
+    """x'' + (a - 2 q cos 2t) x = 0 has a periodic solution where a is a characteristic value: a multiplier of the rest
+    of 1 or, over half of that period, of -1."""
+    flow = flow_of(mathieu, 2, forced=True)
+    number = float(mathieu_a(order, 1.0))
+    legs = Legs(np.zeros((1, 2)), np.zeros(1), np.array([np.pi]), np.array([[number]]), np.ones(1, bool))
+    multipliers = np.linalg.eigvals(flow.run(legs).monodromy[0])
+    wanted = -1.0 if order % 2 else 1.0
+    assert np.trace(flow.run(legs).monodromy[0]) == pytest.approx(2.0 * wanted, abs=1e-8)
+    assert np.prod(multipliers).real == pytest.approx(1.0, abs=1e-9)
+
+
+def test_folds_of_duffing():
+    """d = 0.05, F = 0.1: harmonic balance with nine odd harmonics has the folds at these frequencies."""
+    flow = flow_of(duffing, 2, forced=True)
+    state, number = np.zeros((1, 2)), np.array([[0.6]])
+    for _ in range(60):
+        legs = Legs(state, np.zeros(1), np.array([2 * np.pi / 0.6]), number, np.zeros(1, bool))
+        state = flow.run(legs).state
+    problem = Periodic.at(flow, 1, number[0], state[0])
+    point = at(flow, problem, problem.unknowns(state, 0.6))
+    jobs = {0: follow(problem, point, 1, (0.5, 1.6), 400, labels_of({}, equilibrium=False))}
+    half = advance(flow, jobs)[0]
+    folds = [one.point.found.values[0] for one in half.points if one.label == 5]
+    assert half.ended == "to"
+    assert folds == pytest.approx([1.228735491, 1.157951712], abs=1e-8)
+    # Between the folds the motion is unstable, elsewhere it is stable.
+    labels = [one.label for one in half.points]
+    first, last = (k for k, label in enumerate(labels) if label == 5)
+    unstable = [one.point.found.unstable for one in half.points]
+    assert set(unstable[:first]) == {0}
+    assert set(unstable[first + 1 : last]) == {1}
+    assert set(unstable[last + 1 :]) == {0}
