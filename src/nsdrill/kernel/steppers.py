@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from nsdrill.abi import Rows
+from nsdrill.kernel.additive import AdditivePair
 from nsdrill.kernel.dormand_prince import DORMAND_PRINCE
 from nsdrill.kernel.explicit import ExplicitPair
+from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
 from nsdrill.kernel.tableau import TSITOURAS
 
 
@@ -34,7 +36,11 @@ class Stepper(Protocol):
         ...
 
 
-STEPPERS: dict[str, ExplicitPair] = {
+IMPLICIT = "kennedy_carpenter"
+"""The name of the stepper that treats friction implicitly: its right-hand sides keep friction apart."""
+
+STEPPERS: dict[str, ExplicitPair | AdditivePair] = {
     "tsitouras": ExplicitPair(TSITOURAS),
     "dormand_prince": ExplicitPair(DORMAND_PRINCE),
+    IMPLICIT: AdditivePair(KENNEDY_CARPENTER),
 }
