@@ -42,7 +42,7 @@ _compiling = threading.RLock()
 
 BUFFER = types.float64[::1]
 # A right-hand side reads the rows `stage`, `stage_time`, `phase` and `parameter`, and writes `acceleration` and
-# `aux_now`; one with friction apart (`Rows.apart`) reads `relax`, writes `push` and `longest`, and moves the velocities
+# `aux_now`; one with friction apart (`Rows.apart`) reads `relax`, writes `push` and `falling`, and moves the velocities
 # among the `stage` rows.
 RIGHT_HAND_SIDE = types.FunctionType(types.void(BUFFER))
 # An observer is shown every packed step: the lane buffer and a store of its own.
@@ -136,8 +136,8 @@ class Rows:
     ``apart`` has a bit for every own slope in which friction acts and is kept apart, for a stepper that treats friction
     implicitly: bit k for slope k. What friction adds to such a slope is its *push*, which stands in a row of ``push``
     beside the whole slope. With ``relax`` [s] above zero, the right-hand side first solves for velocities that are the
-    given ones plus ``relax`` times the push, and leaves them in ``stage``. ``longest`` [s] is the longest step for which
-    these have one solution only.
+    given ones plus ``relax`` times the push, and leaves them in ``stage``. They are the only ones while ``relax`` times
+    ``falling`` [1/s] is below 1: how fast the slip grows where friction falls with speed.
     """
 
     states: int
@@ -208,7 +208,7 @@ class Rows:
         return self.stage_time + 1
 
     @property
-    def longest(self) -> int:
+    def falling(self) -> int:
         return self.stage_time + 2
 
     @property

@@ -36,6 +36,9 @@ from nsdrill.kernel.controller import decide
 from nsdrill.kernel.kennedy_carpenter import Additive
 from nsdrill.kernel.text import indented, loops_over, places_of, verdict, weighted
 
+ROOM = 0.5  # of the step from which on a stage may have several solutions
+LEAST = 1e-300  # in place of a zero that is divided by
+
 
 @dataclass(frozen=True)
 class AdditivePair:
@@ -77,7 +80,7 @@ def _text(pair: Additive, lanes: int, rows: Rows) -> str:
         **{f"p{k}_": W * (rows.stepper + (k - 2) * width + rows.slopes) for k in range(2, stages + 1)},
         "lead_": W * (rows.stepper + (stages - 1) * width),
         "p1_": W * rows.start_push, "push_": W * rows.push,
-        "relax_": W * rows.relax, "longest_": W * rows.longest, "diagonal": pair.diagonal,
+        "relax_": W * rows.relax, "falling_": W * rows.falling, "diagonal": pair.diagonal,
     }  # fmt: skip
     lines = [
         '"""One step in all lanes; made from the numbers of an additive Runge-Kutta pair."""',
@@ -101,7 +104,8 @@ def _first_stage(pair: Additive, rows: Rows) -> Iterable[str]:
     yield "    moves = b[moves_ + i] != 0.0"
     yield "    before, after = b[time_ + i], b[time_ + i] + b[step_ + i]"
     yield "    t = after if moves else before"
-    yield f"    h = min(min(b[proposed_ + i], b[longest_ + i] * {1.0 / pair.diagonal!r}), b[mark_time_ + i] - t)"
+    yield f"    longest = {ROOM / pair.diagonal!r} / max(b[falling_ + i], {LEAST!r})"
+    yield "    h = min(min(b[proposed_ + i], longest), b[mark_time_ + i] - t)"
     yield "    b[time_ + i] = t"
     yield "    b[step_ + i] = h"
     yield "    b[relax_ + i] = diagonal * h"

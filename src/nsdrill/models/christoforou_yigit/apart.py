@@ -16,16 +16,20 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
-from nsdrill.elementary import fma
-from nsdrill.kernel.slip import ITERATIONS, LEAST, first_slip
-from nsdrill.models.christoforou_yigit.friction import bit_factors, bit_law, coefficient, slip_factors
-from nsdrill.models.christoforou_yigit.laws import RATIONAL
+from nsdrill.elementary import TWO_OVER_PI, fma
+from nsdrill.kernel.slip import first_slip, kept
+from nsdrill.models.christoforou_yigit.friction import bit_factors, bit_slope, coefficient, slip_factors
+from nsdrill.models.christoforou_yigit.laws import HYPERBOLIC, LINEAR, RATIONAL
 from nsdrill.models.christoforou_yigit.options import Options
 
-ROOM = 0.5  # of the step from which on there may be several solutions
+FEW = 8  # lanes of which the compiler would unroll a small loop in place of packing it
+# Auxiliary rows: bit speed and slip at the wall as they are found, the slip without friction and the normal force; what
+# each load takes from each slip; accelerations of a unit of friction.
+OWN = ("found_speed", "found_slip", "free_slip", "normal", "bb", "bw", "wb", "ww", "unit_x", "unit_y", "unit_turn")
 
 
 @inlined
@@ -41,11 +45,7 @@ def wall_law(slip: float, smoothing: float, decay: float, rise: float, dynamic: 
 def unit_torque(x, y, c, s, q, soft, per_mass, per_inertia):  # type: ignore[no-untyped-def]
     """Accelerations (x, y, angular) of a unit of bit torque."""
     angular = -fma(q * soft, fma(y, c, -(x * s)), 1.0) * per_inertia
-    return (
-        fma(q * angular, s, soft * x * per_mass),
-        fma(-q * angular, c, soft * y * per_mass),
-        angular,
-    )
+    return (fma(q * angular, s, soft * x * per_mass), fma(-q * angular, c, soft * y * per_mass), angular)
 
 
 @inlined
@@ -56,24 +56,48 @@ def unit_friction(x, y, per_r, c, s, q, radius, per_mass, per_inertia):  # type:
     return fma(q * angular, s, across * per_mass), fma(-q * angular, c, along * per_mass), angular
 
 
+@inlined
+def bit_rates(law, speed, smoothing, decay, rise, dynamic):  # type: ignore[no-untyped-def]
+    """(arm, arm', direction, direction', decay factor, decay factor') of the bit at a speed."""
+    steep = smoothing * speed
+    flat = fma(steep, steep, 1.0)
+    if law == HYPERBOLIC:
+        g, decayed, per_flat = slip_factors(speed * flat, flat, smoothing, decay)
+    else:
+        g, decayed = bit_factors(law, speed, smoothing, decay)
+        per_flat = 1.0 / flat
+    arm, slope = bit_slope(law, speed, g, decayed, per_flat, smoothing, decay, rise, dynamic)
+    if law == RATIONAL:
+        return arm, slope, g, smoothing * fma(-g, g, 1.0), decayed, -2.0 * decay * speed * decayed * decayed
+    if law == HYPERBOLIC:
+        fall = decay * decayed * decayed
+    elif law == LINEAR:
+        fall = decay if decayed > 0.0 else 0.0
+    else:
+        fall = decay * decayed
+    return arm, slope, g, TWO_OVER_PI * smoothing * per_flat, decayed, fall if speed < 0.0 else -fall
+
+
 @lru_cache
 def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...]) -> Any:
     """The compiled ``solve(buffer, touching)`` for a number of lanes and these options.
 
-    It reads what the right-hand side has left of the positions: cosine and sine of the bit angle, the bit's force and,
-    if ``touching``, the wall's normal force (in ``friction``) and one over the radius times it (``radial``). It moves
-    the velocities in ``stage``, and leaves the loads, the pushes, and the direction and decay factor of the bit's law.
+    It reads what the right-hand side has left of the positions: cosine and sine of the bit angle, the bit's force, the
+    collar's radius and its slip times that. It moves the velocities in ``stage``, and leaves the loads, the pushes, and
+    direction and decay factor of the bit's law; those of the wall only if some lane is ``touching``.
     """
     W, law, tangent = lanes, options.friction, int(rows.companions > 0)
     x_, vx_, y_, vy_ = (W * (rows.stage + i) for i in range(4))
     speed_ = W * (rows.stage + 7)
     push_x_, push_y_, push_ = (W * (rows.push + i) for i in range(3))
-    relax_, longest_ = W * rows.relax, W * rows.longest
+    relax_, falling_ = W * rows.relax, W * rows.falling
     A = {name: W * (rows.aux_now + i) for i, name in enumerate(aux)}
     cosine_, sine_, direction_, decay_ = (A[name] for name in ("cosine", "sine", "direction", "decay"))
     force_, torque_, radius_, slip_ = (A[name] for name in ("force", "torque", "radius", "slip"))
-    tangential_, friction_ = A["tangential"], A["friction"]
+    radial_, tangential_, friction_ = A["radial"], A["tangential"], A["friction"]
+    omega_, rubbing_, free_, normal_, bb_, bw_, wb_, ww_, push_wx_, push_wy_, push_w_ = (A[name] for name in OWN)
     P = {name: W * (rows.parameter + i) for i, name in enumerate(columns)}
+    gap_, k_w_, hertz = P["gap"], P["wall_stiffness"], options.hertz
     iml_, iJ_, q_, soft_, R_c_ = (
         P[name] for name in ("per_lateral_mass", "per_inertia", "unbalance_arm", "softening_torque", "collar_radius")
     )
@@ -93,103 +117,120 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
         return first_slip(free, relaxed, smoothing, decay, rise, dynamic)
 
     @inlined
-    def noted(b, i, omega, arm):  # type: ignore[no-untyped-def]
-        # Direction and decay factor that give this arm.
-        rise, dynamic = b[rise_b_ + i], b[mu_b_ + i]
-        _, decayed = bit_factors(law, omega, b[eps_b_ + i], b[tau_b_ + i])
-        if rational:
-            g = fma(-rise * omega, decayed, arm) / max(dynamic, LEAST)
-        else:
-            g = arm / max(fma(rise, decayed, dynamic), LEAST)
-        b[direction_ + i] = g
-        b[decay_ + i] = decayed
+    def corrected(b, i):  # type: ignore[no-untyped-def]
+        # One iteration for the bit alone: its arm, direction and decay factor with their slopes, and the step.
+        omega, relaxed = b[omega_ + i], b[bb_ + i]
+        arm, slope, g, dg, decayed, ddecayed = bit_rates(
+            law, omega, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
+        )
+        rest = b[speed_ + i] - fma(relaxed, arm, omega)
+        step = rest * (1.0 / fma(relaxed, slope, 1.0))
+        return omega, step, arm, slope, g, dg, decayed, ddecayed
+
+    @inlined
+    def corrected_both(b, i):  # type: ignore[no-untyped-def]
+        omega, slip = b[omega_ + i], b[rubbing_ + i]
+        c_bb, c_bw, c_wb, c_ww = b[bb_ + i], b[bw_ + i], b[wb_ + i], b[ww_ + i]
+        arm, slope, g, dg, decayed, ddecayed = bit_rates(
+            law, omega, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
+        )
+        f, slope_w = wall_law(slip, b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i])
+        rest = b[speed_ + i] - fma(c_bw, f, fma(c_bb, arm, omega))
+        rest_w = b[free_ + i] - fma(c_wb, arm, fma(c_ww, f, slip))
+        one, two = fma(c_bb, slope, 1.0), fma(c_ww, slope_w, 1.0)
+        across, back = c_bw * slope_w, c_wb * slope
+        per_both = 1.0 / fma(one, two, -(across * back))
+        step = fma(two, rest, -(across * rest_w)) * per_both
+        step_w = fma(one, rest_w, -(back * rest)) * per_both
+        return omega, step, arm, slope, g, dg, decayed, ddecayed, slip, step_w, f, slope_w
 
     @compiled(types.void(BUFFER, types.int64), W, *options, tangent)
     def solve(b, touching):  # type: ignore[no-untyped-def]
+        # Many short loops: of a long one the processor holds too little to work on two registers of lanes at once.
+        for i in range(W):
+            relax, force = b[relax_ + i], b[force_ + i]
+            eps, tau, rise, mu = b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
+            bx, by, turn = unit_torque(
+                b[x_ + i], b[y_ + i], b[cosine_ + i], b[sine_ + i], b[q_ + i], b[soft_ + i], b[iml_ + i], b[iJ_ + i]
+            )
+            taken = -(turn * force)
+            b[push_x_ + i] = bx
+            b[push_y_ + i] = by
+            b[push_ + i] = turn
+            b[falling_ + i] = taken * falling(tau, rise)
+            b[bb_ + i] = relax * taken
+            b[omega_ + i] = guessed(b[speed_ + i], relax * taken, eps, tau, rise, mu)
         if touching == 0:
+            for i in range(W if W > FEW else min(W, len(b))):
+                omega, step, _, _, _, _, _, _ = corrected(b, i)
+                b[omega_ + i] = kept(omega, omega + step)
             for i in range(W):
-                c, s, force, relax = b[cosine_ + i], b[sine_ + i], b[force_ + i], b[relax_ + i]
-                bx, by, turn = unit_torque(
-                    b[x_ + i], b[y_ + i], c, s, b[q_ + i], b[soft_ + i], b[iml_ + i], b[iJ_ + i]
-                )
-                eps, tau, rise, mu = b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
-                free = b[speed_ + i]
-                taken = -(turn * force)
-                relaxed = relax * taken
-                omega = guessed(free, relaxed, eps, tau, rise, mu)
-                arm, slope, step = 0.0, 0.0, 0.0
-                for k in range(ITERATIONS):
-                    arm, slope = bit_law(law, omega, eps, tau, rise, mu)
-                    rest = free - fma(relaxed, arm, omega)
-                    step = rest * (1.0 / fma(relaxed, slope, 1.0))
-                    if k < ITERATIONS - 1:
-                        following = omega + step
-                        omega = 0.0 if following * omega < 0.0 else following
-                arm = fma(slope, step, arm)
-                torque = force * arm
+                _, step, arm, slope, g, dg, decayed, ddecayed = corrected(b, i)
+                relax, torque = b[relax_ + i], b[force_ + i] * fma(slope, step, arm)
+                push_x, push_y, push = b[push_x_ + i] * torque, b[push_y_ + i] * torque, b[push_ + i] * torque
                 b[torque_ + i] = torque
-                b[push_x_ + i] = bx * torque
-                b[push_y_ + i] = by * torque
-                b[push_ + i] = turn * torque
-                b[longest_ + i] = ROOM / max(taken * falling(tau, rise), LEAST)
-                omega = fma(relax, turn * torque, free)
-                b[vx_ + i] = fma(relax, bx * torque, b[vx_ + i])
-                b[vy_ + i] = fma(relax, by * torque, b[vy_ + i])
-                b[speed_ + i] = omega
-                noted(b, i, omega, arm)
+                b[push_x_ + i] = push_x
+                b[push_y_ + i] = push_y
+                b[push_ + i] = push
+                b[vx_ + i] = fma(relax, push_x, b[vx_ + i])
+                b[vy_ + i] = fma(relax, push_y, b[vy_ + i])
+                b[speed_ + i] = fma(relax, push, b[speed_ + i])
+                b[direction_ + i] = fma(dg, step, g)
+                b[decay_ + i] = fma(ddecayed, step, decayed)
+                b[radial_ + i] = 0.0
+                b[tangential_ + i] = 0.0
+                b[friction_ + i] = 0.0
             return
         for i in range(W):
-            x, y, r = b[x_ + i], b[y_ + i], b[radius_ + i]
-            c, s, force, normal, relax = (
-                b[cosine_ + i], b[sine_ + i], b[force_ + i], b[friction_ + i], b[relax_ + i]
-            )
+            x, y, r, relax, q, R_c = (b[x_ + i], b[y_ + i], b[radius_ + i], b[relax_ + i], b[q_ + i], b[R_c_ + i])
             per_r = 1.0 / r
-            q, per_mass, per_inertia, R_c = b[q_ + i], b[iml_ + i], b[iJ_ + i], b[R_c_ + i]
-            bx, by, turn = unit_torque(x, y, c, s, q, b[soft_ + i], per_mass, per_inertia)
-            wx, wy, turn_w = unit_friction(x, y, per_r, c, s, q, R_c, per_mass, per_inertia)
-            eps, tau, rise, mu = b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
-            eps_w, tau_w, rise_w, mu_w = b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i]
-            free, free_w = b[speed_ + i], b[slip_ + i] * per_r
-            # What a unit of each load takes from each slip, times the force.
-            bb, bw = -(turn * force), -(turn_w * normal)
-            wb = -fma(fma(x, by, -(y * bx)), per_r, R_c * turn) * force
+            penetration = max(r - b[gap_ + i], 0.0)
+            normal = b[k_w_ + i] * penetration
+            if hertz:
+                normal = normal * np.sqrt(penetration)
+            wx, wy, turn_w = unit_friction(x, y, per_r, b[cosine_ + i], b[sine_ + i], q, R_c, b[iml_ + i], b[iJ_ + i])
+            bx, by, turn = b[push_x_ + i], b[push_y_ + i], b[push_ + i]
+            # What each load takes from each slip, per unit of its law.
             ww = -fma(fma(x, wy, -(y * wx)), per_r, R_c * turn_w) * normal
-            c_bb, c_bw, c_wb, c_ww = relax * bb, relax * bw, relax * wb, relax * ww
-            omega = guessed(free, c_bb, eps, tau, rise, mu)
-            slip = first_slip(free_w, c_ww, eps_w, tau_w, rise_w, mu_w)
-            arm, slope, step, f, slope_w, step_w = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-            for k in range(ITERATIONS):
-                arm, slope = bit_law(law, omega, eps, tau, rise, mu)
-                f, slope_w = wall_law(slip, eps_w, tau_w, rise_w, mu_w)
-                rest = free - fma(c_bw, f, fma(c_bb, arm, omega))
-                rest_w = free_w - fma(c_wb, arm, fma(c_ww, f, slip))
-                one, two = fma(c_bb, slope, 1.0), fma(c_ww, slope_w, 1.0)
-                across, back = c_bw * slope_w, c_wb * slope
-                per_both = 1.0 / fma(one, two, -(across * back))
-                step = fma(two, rest, -(across * rest_w)) * per_both
-                step_w = fma(one, rest_w, -(back * rest)) * per_both
-                if k < ITERATIONS - 1:
-                    following, following_w = omega + step, slip + step_w
-                    omega = 0.0 if following * omega < 0.0 else following
-                    slip = 0.0 if following_w * slip < 0.0 else following_w
-            arm, f = fma(slope, step, arm), fma(slope_w, step_w, f)
-            torque, friction = force * arm, normal * f
-            push_x, push_y = fma(wx, friction, bx * torque), fma(wy, friction, by * torque)
-            push = fma(turn_w, friction, turn * torque)
+            wb = -fma(fma(x, by, -(y * bx)), per_r, R_c * turn) * b[force_ + i]
+            free, c_ww = b[slip_ + i] * per_r, relax * ww
+            b[free_ + i] = free
+            b[normal_ + i] = normal
+            b[radial_ + i] = normal * per_r
+            b[tangential_ + i] = per_r
+            b[push_wx_ + i] = wx
+            b[push_wy_ + i] = wy
+            b[push_w_ + i] = turn_w
+            b[bw_ + i] = relax * (-(turn_w * normal))
+            b[wb_ + i] = relax * wb
+            b[ww_ + i] = c_ww
+            b[falling_ + i] = fma(ww, b[rise_w_ + i] * b[tau_w_ + i], b[falling_ + i])
+            b[rubbing_ + i] = first_slip(free, c_ww, b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i])
+        for i in range(W):
+            omega, step, _, _, _, _, _, _, slip, step_w, _, _ = corrected_both(b, i)
+            following, following_w = omega + step, slip + step_w
+            b[omega_ + i] = kept(omega, following)
+            b[rubbing_ + i] = kept(slip, following_w)
+        for i in range(W):
+            _, step, arm, slope, g, dg, decayed, ddecayed, slip, step_w, f, slope_w = corrected_both(b, i)
+            torque = b[force_ + i] * fma(slope, step, arm)
+            friction = b[normal_ + i] * fma(slope_w, step_w, f)
             b[torque_ + i] = torque
             b[friction_ + i] = friction
-            b[tangential_ + i] = friction * per_r
+            b[direction_ + i] = fma(dg, step, g)
+            b[decay_ + i] = fma(ddecayed, step, decayed)
+            b[rubbing_ + i] = slip + step_w
+        for i in range(W):
+            relax, torque, friction = b[relax_ + i], b[torque_ + i], b[friction_ + i]
+            push_x = fma(b[push_wx_ + i], friction, b[push_x_ + i] * torque)
+            push_y = fma(b[push_wy_ + i], friction, b[push_y_ + i] * torque)
+            push = fma(b[push_w_ + i], friction, b[push_ + i] * torque)
+            b[tangential_ + i] *= friction
             b[push_x_ + i] = push_x
             b[push_y_ + i] = push_y
             b[push_ + i] = push
-            fall = fma(ww, rise_w * tau_w, bb * falling(tau, rise))
-            b[longest_ + i] = ROOM / max(fall, LEAST)
-            omega = fma(relax, push, free)
             b[vx_ + i] = fma(relax, push_x, b[vx_ + i])
             b[vy_ + i] = fma(relax, push_y, b[vy_ + i])
-            b[speed_ + i] = omega
-            if tangent:
-                b[slip_ + i] = (slip + step_w) * r
-            noted(b, i, omega, arm)
+            b[speed_ + i] = fma(relax, push, b[speed_ + i])
 
     return solve

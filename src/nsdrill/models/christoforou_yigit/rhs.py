@@ -15,7 +15,7 @@ from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
-from nsdrill.models.christoforou_yigit.apart import make_solve
+from nsdrill.models.christoforou_yigit.apart import OWN, make_solve
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import gains
 from nsdrill.models.christoforou_yigit.friction import bit_arm, bit_factors, shared, slip_factors
@@ -84,6 +84,11 @@ def columns_of(options: Options) -> tuple[str, ...]:
     )
 
 
+def aux_of(options: Options) -> tuple[str, ...]:
+    """The names of the auxiliary outputs."""
+    return (*AUX, *OWN) if options.apart else AUX
+
+
 def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
     """The lane buffer for an observer with so many rows, with a deviation beside the states or without, and with so
     many ``columns`` of parameters where there are more than those of the model."""
@@ -91,7 +96,7 @@ def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, colum
     companions = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
     apart = PUSHED if options.apart else 0
-    return Rows(states + companions, len(AUX), width, observed, companions, apart=apart)
+    return Rows(states + companions, len(aux_of(options)), width, observed, companions, apart=apart)
 
 
 MAIN = Options()
@@ -139,7 +144,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
     near_ = room_ if stabilizer else gap_  # where the collar begins to touch: there is less room at the stabilisers
     axial_ = slip_  # friction along the axis, where the slip is not needed any more
     apart = options.apart
-    solve = make_solve(lanes, options, rows, columns_of(options), AUX) if apart else None
+    solve = make_solve(lanes, options, rows, columns_of(options), aux_of(options)) if apart else None
 
     @compiled(types.void(BUFFER), W, *options, tangent)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
@@ -167,16 +172,16 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
 
         # Wall: penetration, normal force, friction against the slip of the collar's surface (the row has slip times
         # radius). Only if some lane touches.
-        if touching != 0:
+        if apart:
+            solve(b, touching)
+        elif touching != 0:
             for i in range(W):
                 r = b[radius_ + i]
                 penetration = max(r - b[gap_ + i], 0.0)
                 normal = b[k_w_ + i] * penetration
                 if hertz:
                     normal = normal * np.sqrt(penetration)
-                if apart:
-                    friction, per_r = normal, 1.0 / r
-                elif both:
+                if both:
                     slip, along = b[slip_ + i], b[vz_ + i] - b[rate_ + i]
                     share, per_r = shared(
                         slip, along * r, r, b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i]
@@ -219,9 +224,6 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 b[radial_ + i] += normal * (r * per_unit)
                 b[tangential_ + i] += friction * (r * per_unit)
                 b[friction_ + i] += friction * b[arm_s_ + i]
-
-        if apart:
-            solve(b, touching)
 
         # Motion: lateral forces at the collar's centre, softened by axial force and torque; the moment; the slopes.
         for i in range(W):
