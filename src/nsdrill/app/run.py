@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.app.attractors import mark
 from nsdrill.app.passes import Passes, Watch, sweep
-from nsdrill.app.planned import kept_of, plan_of
+from nsdrill.app.planned import chosen_of, kept_of, plan_of
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import Refining
 from nsdrill.app.size import check_memory
@@ -42,7 +42,7 @@ from nsdrill.study.resolved import differences, digest
 from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Progress
 from nsdrill.sweep.plan import Plan
-from nsdrill.sweep.work import Work, compiled_parts
+from nsdrill.sweep.work import Work
 from nsdrill.variables import PENDING, has_failed
 
 
@@ -200,7 +200,8 @@ def _header(study: Study) -> dict[str, Any]:
     coords: dict[str, Any] = {"procedure": list(plan.procedures), **plan.dimensions}
     if study.initial.starts:
         coords["start"] = list(range(study.initial.starts))
-    return {"coords": coords, "attrs": provenance(study, "run")}
+    attrs = {**provenance(study, "run"), "method": " and ".join(chosen_of(study).words())}
+    return {"coords": coords, "attrs": attrs}
 
 
 def _failed(log: Sink) -> int:
@@ -215,8 +216,6 @@ def _compute(
     work = work_of(study)
     if lanes is None:
         lanes = choose_lanes(-(-work.plan.chains // workers))
-    if not work.compiled:
-        compiled_parts(lanes, work.variant)
     own: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with own as threads:
         passes = Passes(log, executor or threads, workers, lanes, watch, remote=executor is not None)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.app.planned import check_method, chosen_of
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import plan_of
@@ -22,6 +23,8 @@ from nsdrill.models.leaves import OPERATION, Values, values_at
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.schedule import Schedule
+from nsdrill.models.steepness import METHODS
+from nsdrill.models.steepness import implicit as implicit_points
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
 from nsdrill.store import read_point, read_results
@@ -139,6 +142,7 @@ def replay(
     if point["status"] == INFERRED:
         status = (there if isinstance(source, Results) else read_results(source, ["status"]))["status"]
         raise InputError(f"{path}: {_not_run(status, plan, number, units)}")
+    implicit = bool(chosen_of(study).points(np.array([number]))[0])
     here = values_at(study.parameters, study.initial, found)
     study = replace(study, parameters=here.parameters, axes={key: np.array([value]) for key, value in found.items()})
     schedule = Schedule(Operation(*here.operation), {})
@@ -148,7 +152,7 @@ def replay(
     if plan.starts:
         extra["start"] = begun
     initial = np.asarray(point["initial_state"], dtype=float)
-    result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra)
+    result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra, implicit)
     same = result.status == int(point["status"]) and bool(
         np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True)
     )
@@ -222,7 +226,9 @@ def _trace(
     sample: float,
     command: str,
     extra: dict[str, Any],
+    implicit: bool | None = None,
 ) -> Trajectory:
+    """The run with its trace; ``implicit`` or not as is given, else as the study's method says."""
     total = simulation.transient + simulation.observe
     if not sample > 0:
         raise InputError(f"--sample: found {_seconds(sample)}; allowed: more than 0 s.")
@@ -235,6 +241,11 @@ def _trace(
             f"--sample: {samples} samples of {total:g} s are more than {MOST_SAMPLES}. Sample more coarsely or shorten "
             "the run with --duration."
         )
+    if implicit is None:
+        implicit = _implicit(study, schedule)
+    method = METHODS[1] if implicit else METHODS[0]
+    simulation = replace(simulation, method=method)
+    study = replace(study, simulation=replace(study.simulation, method=method))
     run = (
         follow(study, schedule, total, initial, samples, sample)
         if schedule.ramps
@@ -259,6 +270,7 @@ def _trace(
         "transient": simulation.transient,
         "observe": simulation.observe,
         "rtol": simulation.rtol,
+        "method": method,
         "status": (BY_NAME["status"].flag_meanings or "").split()[status],
         "steps": accepted,
         "rejected": rejected,
@@ -273,6 +285,15 @@ def _trace(
     return Trajectory(Trace(time, {**shown, **model.outputs(study.parameters, point, state), **told}, attrs), status)
 
 
+def _implicit(study: Study, schedule: Schedule) -> bool:
+    """Whether a run is integrated implicitly: as the study asks, or as friction is steep at a knot of its ramps."""
+    check_method(study)
+    times = np.unique([0.0, *(time for ramp in schedule.ramps.values() for time in ramp.times)])
+    point = schedule.at(times)
+    points = Values(study.parameters, study.initial, (point.depth, point.wob, point.rotary_speed))
+    return bool(implicit_points(study.simulation.method, study.model, points).any())
+
+
 def _points(study: Study, operation: Operation) -> Values:
     return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
 
@@ -283,6 +304,8 @@ def _at_one_point(
     """As :func:`nsdrill.app.ramped.follow`, at one operating point and with the marks of ``simulation``."""
     model = model_named(study.model)
     fixed = model.variant(study.parameters)
+    if simulation.method == "implicit":
+        fixed = model.apart(fixed)
     points, rows = _points(study, operation), model.rows(fixed)
     store = trace_store(samples, interval, len(model.states(fixed)))
     parts = Compiled(model.right_hand_side(1, fixed), *make_tracer(1, rows))

@@ -117,7 +117,9 @@ class Description:
     choice: (key of the choice, its words with their units). ``compiled`` are keys of whole numbers that are fixed when
     the model is compiled, and may be an axis all the same. The template of a study shows ``example_axis``, a key with a
     least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from parameters,
-    initial state and axes.
+    initial state and axes. ``friction_rate`` gives of points (:class:`nsdrill.models.leaves.Values`) how fast friction
+    at its steepest brakes a slip [1/s], a number or an array; ``explicit_only`` says of parameters why their friction
+    cannot be integrated implicitly, None where it can.
     """
 
     name: str
@@ -150,6 +152,8 @@ class Description:
     example_slice: str = ""
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
+    friction_rate: Callable[[Any], Any] = lambda _: 0.0
+    explicit_only: Callable[[Any], str | None] = lambda _: "this model does not keep friction apart"
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
@@ -228,6 +232,8 @@ class Description:
             flag("trusted", "both checks find the same response and nearly the same features", "untrusted trusted",
                  "verify"),
             *(variable for check in CHECKS for variable in self._check(check)),
+            Variable("method", "i1", "1", "how friction was integrated", "run", flag_values=(0, 1),
+                     flag_meanings="explicit implicit", only="method"),
             Variable("steps", "i8", "1", "accepted steps", "run"),
             Variable("rejected", "i8", "1", "rejected steps", "run"),
             *self.peaks,

@@ -13,8 +13,8 @@ class Kept:
     """What is kept of each point beside features and labels: how many peaks and returns to the Poincare section, and
     whether the Lyapunov exponent; from how many states each operating point is started, 0 where from one only,
     without a dimension for it; whether there are checks of each point; the axes beside those of the operation; the
-    names of the states, () for those that the model has by default; the name of the model; and the words of its
-    options that bring variables."""
+    names of the states, () for those that the model has by default; the name of the model; the words of its
+    options that bring variables; and whether the method by which a point was integrated."""
 
     peaks: int = 0
     returns: int = 0
@@ -25,6 +25,7 @@ class Kept:
     states: tuple[str, ...] = ()
     model: str = MODEL
     options: tuple[str, ...] = ()
+    method: bool = False
 
     def __post_init__(self) -> None:
         model = described(self.model)

@@ -261,6 +261,7 @@ def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Containe
         states=states,
         model=model,
         options=tuple(options),
+        method="method" in names,
     )
 
 

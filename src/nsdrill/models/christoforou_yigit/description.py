@@ -10,6 +10,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.options import is_used
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.relations import ORDERS, relations
+from nsdrill.models.christoforou_yigit.steepness import explicit_only, friction_rate
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.leaves import values_at
 from nsdrill.variables import MODEL
@@ -76,6 +77,8 @@ DESCRIPTION = Description(
     relations=relations,
     units_by={"well.stiffness": ("well.law", {"linear": "N/m", "hertz": "N/m^1.5"})},
     compiled=("bit.lobes",),
+    friction_rate=friction_rate,
+    explicit_only=explicit_only,
     checks="nsdrill.models.christoforou_yigit.checks",
     charts="nsdrill.models.christoforou_yigit.charts",
     example_axis=("bit.rock_stiffness", "10 MN/m", "100 MN/m"),

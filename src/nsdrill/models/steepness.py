@@ -1,0 +1,29 @@
+"""Whether friction is so steep that it is better integrated implicitly, from the parameters alone.
+
+Friction of steepness eps brakes a slip at a rate of some (2/pi) eps mu N / m, which bounds the steps of an explicit
+method. An implicit step costs some three explicit ones and is bounded by accuracy alone: measured on stick-slip and on
+rolling, the two take the same time where that rate is between 4000 and 8000 1/s.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+
+from nsdrill.models.leaves import Values
+from nsdrill.models.registry import described
+
+Array = np.ndarray[Any, np.dtype[Any]]
+BREAK_EVEN = 6000.0  # 1/s
+METHODS: tuple[Literal["explicit"], Literal["implicit"]] = ("explicit", "implicit")  # by the values of the variable
+
+
+def implicit(method: str, model: str, points: Values) -> Array:
+    """Whether each point is integrated implicitly, shape (n,) or (), by a study's ``method``. Where the model cannot,
+    it is not, whatever the method."""
+    told = described(model)
+    if method == "explicit" or told.explicit_only(points.parameters) is not None:
+        return np.zeros(np.broadcast_shapes(*map(np.shape, points.operation)), dtype=bool)
+    rate = np.broadcast_arrays(np.asarray(told.friction_rate(points), dtype=float), *points.operation)[0]
+    return np.full(rate.shape, True) if method == "implicit" else rate > BREAK_EVEN
