@@ -27,6 +27,7 @@ from dataclasses import astuple, dataclass, replace
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, OBSERVER, RIGHT_HAND_SIDE, Rows, compiled
@@ -34,6 +35,7 @@ from nsdrill.elementary import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import decide
 from nsdrill.kernel.kennedy_carpenter import Additive
+from nsdrill.kernel.scheme import Scheme, square
 from nsdrill.kernel.text import indented, loops_over, places_of, verdict, weighted
 
 ROOM = 0.5  # of the step from which on a stage may have several solutions
@@ -59,6 +61,22 @@ class AdditivePair:
         """``rows`` with room for slopes and pushes at the stages but the first, and for how far positions would go."""
         inner = len(self.tableau.nodes) - 1
         return replace(rows, private=inner * (rows.slopes + len(rows.pushed)) + rows.slopes)
+
+    def scheme(self, rows: Rows) -> Scheme:
+        """The numbers of a step, in a buffer with these rows."""
+        pair, stages, width = self.tableau, len(self.tableau.nodes), rows.slopes + len(rows.pushed)
+        end = (*(0.0,) * (stages - 1), -pair.diagonal)
+        slopes = (rows.start_acceleration, *(rows.stepper + n * width for n in range(stages - 1)))
+        return Scheme(
+            np.array([*pair.nodes[1:], 1.0]),
+            square((*pair.explicit, pair.weights), stages),
+            square(pair.positions, stages),
+            square((*pair.pushes, end), stages),
+            square(pair.position_pushes, stages),
+            slopes,
+            tuple(row + rows.slopes for row in slopes),
+            pair.diagonal,
+        )
 
     def make(self, lanes: int, rows: Rows) -> Any:
         """The compiled stepper for a number of lanes and a row layout with this pair's rows."""

@@ -19,12 +19,14 @@ from dataclasses import astuple, dataclass, replace
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, OBSERVER, RIGHT_HAND_SIDE, Rows, compiled
 from nsdrill.elementary import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import decide
+from nsdrill.kernel.scheme import Scheme, square
 from nsdrill.kernel.tableau import Tableau
 from nsdrill.kernel.text import indented, loops_over, places_of, sum_of_slopes, verdict
 
@@ -47,6 +49,21 @@ class ExplicitPair:
         """``rows`` with room for the slopes at the inner stages and, once, for how far the positions would go."""
         inner = len(self.tableau.nodes) - 2
         return replace(rows, private=(inner + 1) * rows.slopes)
+
+    def scheme(self, rows: Rows) -> Scheme:
+        """The numbers of a step, in a buffer with these rows."""
+        pair, stages = self.tableau, len(self.tableau.matrix)
+        none = np.zeros((stages, stages))
+        slopes = (rows.start_acceleration, *(rows.stepper + n * rows.slopes for n in range(stages - 1)))
+        return Scheme(
+            np.array(pair.nodes[1:]),
+            square(pair.matrix, stages),
+            square(pair.positions, stages),
+            none,
+            none,
+            slopes,
+            (),
+        )
 
     def make(self, lanes: int, rows: Rows) -> Any:
         """The compiled stepper for a number of lanes and a row layout with this pair's rows."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from nsdrill.abi import inlined
-from nsdrill.elementary import fma
+from nsdrill.elementary import TWO_OVER_PI, direction_joined, direction_reduced, fma
 
 ROUND = 0.8  # from 0.64, right for large slips, to 1.57, right for small ones
 
@@ -32,6 +32,21 @@ def first_slip(free: float, relaxed: float, smoothing: float, decay: float, rise
     below = linear + root if linear > 0.0 else (2.0 * smoothing) * fast
     guess = above / below
     return -guess if free < 0.0 else guess
+
+
+@inlined
+def hyperbolic(slip: float, smoothing: float, decay: float, rise: float, dynamic: float) -> tuple[float, float]:
+    """(f, f') of the law g (rise / (1 + decay |v|) + dynamic) at a slip speed v. One division serves all quotients."""
+    scaled = smoothing * slip
+    flat = fma(scaled, scaled, 1.0)
+    above, below, base = direction_reduced(scaled, 1.0)
+    slower = fma(decay, abs(slip), 1.0)
+    inverse = 1.0 / (below * slower * flat)
+    decayed = below * flat * inverse
+    g = direction_joined(scaled, above * slower * flat * inverse, base)
+    level, fall = fma(rise, decayed, dynamic), rise * decay * decayed * decayed
+    steep = TWO_OVER_PI * smoothing * (below * slower * inverse)
+    return g * level, fma(steep, level, g * (fall if slip < 0.0 else -fall))
 
 
 @inlined

@@ -9,6 +9,7 @@ from nsdrill.kernel.additive import AdditivePair
 from nsdrill.kernel.dormand_prince import DORMAND_PRINCE
 from nsdrill.kernel.explicit import ExplicitPair
 from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
+from nsdrill.kernel.scheme import Scheme
 from nsdrill.kernel.tableau import TSITOURAS
 
 
@@ -29,6 +30,10 @@ class Stepper(Protocol):
 
     def rows(self, rows: Rows) -> Rows:
         """The row layout with the rows that are the stepper's own."""
+        ...
+
+    def scheme(self, rows: Rows) -> Scheme:
+        """The numbers of a step, in a buffer with these rows."""
         ...
 
     def make(self, lanes: int, rows: Rows) -> Any:

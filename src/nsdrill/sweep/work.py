@@ -118,8 +118,8 @@ class Work:
             yield self, units
             return
         chosen = self.chosen.points(units) if self.plan.chain_length == 1 else self.chosen.chains(units)
-        for number, method in enumerate(METHODS):
-            if (there := units[chosen == bool(number)]).size:
+        for method in METHODS:
+            if (there := units[chosen == (method == METHODS[1])]).size:
                 yield replace(self, simulation=replace(self.simulation, method=method)), there
 
     def new_gang(self, lanes: int, slots: int) -> Gang:
@@ -249,7 +249,7 @@ def make_watch(lanes: int, variant: Variant) -> tuple[Any, Any]:
     observer, marker = model.observer(lanes, variant.fixed, tangent=True, others=_others(model))
     measure = model.contact_functions(lanes, variant.fixed, place + RATES * contacts)
     tangent = model.tangent(1, variant.fixed, place)
-    landing = make_landing(lanes, rows, stepper.tableau, place, measure, tangent, contacts, identity)
+    landing = make_landing(lanes, rows, stepper.scheme(rows), place, measure, tangent, contacts, identity)
     growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
     columns = len(GROWTH_REPORT)
 

@@ -19,26 +19,22 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled, inlined
+from nsdrill.abi import BUFFER, RATES, Rows, compiled, inlined
 from nsdrill.elementary import TWO_OVER_PI, fma
-from nsdrill.kernel.slip import first_slip, kept
-from nsdrill.models.christoforou_yigit.friction import bit_factors, bit_slope, coefficient, slip_factors
+from nsdrill.kernel.slip import first_slip, hyperbolic, kept
+from nsdrill.models.christoforou_yigit.friction import bit_factors, bit_slope, slip_factors
 from nsdrill.models.christoforou_yigit.laws import HYPERBOLIC, LINEAR, RATIONAL
+from nsdrill.models.christoforou_yigit.lobes import multiple_cosine
 from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.scalar import STEP
 
 FEW = 8  # lanes of which the compiler would unroll a small loop in place of packing it
 # Auxiliary rows: bit speed and slip at the wall as they are found, the slip without friction and the normal force; what
-# each load takes from each slip; accelerations of a unit of friction.
-OWN = ("found_speed", "found_slip", "free_slip", "normal", "bb", "bw", "wb", "ww", "unit_x", "unit_y", "unit_turn")
-
-
-@inlined
-def wall_law(slip: float, smoothing: float, decay: float, rise: float, dynamic: float) -> tuple[float, float]:
-    """(f, f') of the wall at a slip speed."""
-    steep = smoothing * slip
-    flat = fma(steep, steep, 1.0)
-    g, decayed, per_flat = slip_factors(slip * flat, flat, smoothing, decay)
-    return coefficient(slip, g, decayed, per_flat, smoothing, decay, rise, dynamic)
+# each load takes from each slip; accelerations of a unit of friction; slopes of both laws and coefficient at the wall.
+OWN = (
+    "found_speed", "found_slip", "free_slip", "normal", "bb", "bw", "wb", "ww", "unit_x", "unit_y", "unit_turn",
+    "slope", "slope_w", "coefficient",
+)  # fmt: skip
 
 
 @inlined
@@ -95,7 +91,22 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
     cosine_, sine_, direction_, decay_ = (A[name] for name in ("cosine", "sine", "direction", "decay"))
     force_, torque_, radius_, slip_ = (A[name] for name in ("force", "torque", "radius", "slip"))
     radial_, tangential_, friction_ = A["radial"], A["tangential"], A["friction"]
-    omega_, rubbing_, free_, normal_, bb_, bw_, wb_, ww_, push_wx_, push_wy_, push_w_ = (A[name] for name in OWN)
+    (
+        omega_,
+        rubbing_,
+        free_,
+        normal_,
+        bb_,
+        bw_,
+        wb_,
+        ww_,
+        push_wx_,
+        push_wy_,
+        push_w_,
+        slope_,
+        slope_w_,
+        coefficient_,
+    ) = (A[name] for name in OWN)
     P = {name: W * (rows.parameter + i) for i, name in enumerate(columns)}
     gap_, k_w_, hertz = P["gap"], P["wall_stiffness"], options.hertz
     iml_, iJ_, q_, soft_, R_c_ = (
@@ -134,7 +145,7 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
         arm, slope, g, dg, decayed, ddecayed = bit_rates(
             law, omega, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
         )
-        f, slope_w = wall_law(slip, b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i])
+        f, slope_w = hyperbolic(slip, b[eps_w_ + i], b[tau_w_ + i], b[rise_w_ + i], b[mu_w_ + i])
         rest = b[speed_ + i] - fma(c_bw, f, fma(c_bb, arm, omega))
         rest_w = b[free_ + i] - fma(c_wb, arm, fma(c_ww, f, slip))
         one, two = fma(c_bb, slope, 1.0), fma(c_ww, slope_w, 1.0)
@@ -177,6 +188,8 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
                 b[speed_ + i] = fma(relax, push, b[speed_ + i])
                 b[direction_ + i] = fma(dg, step, g)
                 b[decay_ + i] = fma(ddecayed, step, decayed)
+                if tangent:
+                    b[slope_ + i] = slope
                 b[radial_ + i] = 0.0
                 b[tangential_ + i] = 0.0
                 b[friction_ + i] = 0.0
@@ -219,7 +232,11 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             b[friction_ + i] = friction
             b[direction_ + i] = fma(dg, step, g)
             b[decay_ + i] = fma(ddecayed, step, decayed)
-            b[rubbing_ + i] = slip + step_w
+            if tangent:
+                b[slope_ + i] = slope
+                b[slope_w_ + i] = slope_w
+                b[coefficient_ + i] = fma(slope_w, step_w, f)
+                b[slip_ + i] = (slip + step_w) * b[radius_ + i]
         for i in range(W):
             relax, torque, friction = b[relax_ + i], b[torque_ + i], b[friction_ + i]
             push_x = fma(b[push_wx_ + i], friction, b[push_x_ + i] * torque)
@@ -234,3 +251,96 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             b[speed_ + i] = fma(relax, push, b[speed_ + i])
 
     return solve
+
+
+@lru_cache
+def make_deviation(
+    lanes: int, options: Options, rows: Rows, columns: tuple[str, ...], aux: tuple[str, ...], place: int
+) -> Any:
+    """The compiled ``deviate(buffer)``, after :func:`make_solve` beside a deviation: moves the velocities of the
+    deviation as the solve has moved those of the motion, and leaves its pushes.
+
+    How unit loads, slip and normal force change with positions is the difference at two places, ``STEP`` times the
+    deviation to either side; how the loads change with the slips is exact. Contacts count as at the start of the step:
+    their functions stand among the observer's rows, at ``place``.
+    """
+    W, hertz, lobes, own = lanes, options.hertz, options.lobes, rows.own
+    x_, vx_, y_, vy_ = (W * (rows.stage + i) for i in range(4))
+    dx_, dvx_, dy_, dvy_, dz_, _, dphi_, domega_ = (W * (rows.stage + own + i) for i in range(8))
+    pushes = len(rows.pushed) // 2
+    dpush_x_, dpush_y_, dpush_ = (W * (rows.push + pushes + i) for i in range(3))
+    relax_ = W * rows.relax
+    A = {name: W * (rows.aux_now + i) for i, name in enumerate(aux)}
+    P = {name: W * (rows.parameter + i) for i, name in enumerate(columns)}
+    cosine_, sine_, force_, torque_, friction_ = (A[n] for n in ("cosine", "sine", "force", "torque", "friction"))
+    radius_ = A["radius"]
+    bb_, bw_, wb_, ww_, wx_, wy_, turn_w_ = (A[n] for n in ("bb", "bw", "wb", "ww", "unit_x", "unit_y", "unit_turn"))
+    slope_, slope_w_, coefficient_, normal_ = (A[n] for n in ("slope", "slope_w", "coefficient", "normal"))
+    iml_, iJ_, q_, soft_, R_c_, gap_, k_w_, k_c_, s0_ = (
+        P[name] for name in ("per_lateral_mass", "per_inertia", "unbalance_arm", "softening_torque", "collar_radius",
+                             "gap", "wall_stiffness", "rock_stiffness", "surface_amplitude")
+    )  # fmt: skip
+    rock_, wall_ = (W * (rows.observer + place + RATES * c) for c in range(2))
+
+    @inlined
+    def units(x, y, c, s, q, soft, radius, per_mass, per_inertia, vx, vy, gap, k_w):  # type: ignore[no-untyped-def]
+        # All that depends on positions: unit loads, the part of the slip that the collar's motion makes, normal force.
+        r = np.sqrt(max(fma(x, x, y * y), 1e-60))
+        per_r = 1.0 / r
+        bx, by, turn = unit_torque(x, y, c, s, q, soft, per_mass, per_inertia)
+        wx, wy, turn_w = unit_friction(x, y, per_r, c, s, q, radius, per_mass, per_inertia)
+        deep = max(r - gap, 0.0)
+        normal = k_w * deep * (np.sqrt(deep) if hertz else 1.0)
+        return bx, by, turn, wx, wy, turn_w, fma(x, vy, -(y * vx)) * per_r, normal
+
+    @compiled(types.void(BUFFER), W, *options, place)
+    def deviate(b):  # type: ignore[no-untyped-def]
+        for i in range(W):
+            x, vx, y, vy, relax = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[relax_ + i]
+            dx, dy, dvx, dvy, dphi = b[dx_ + i], b[dy_ + i], b[dvx_ + i], b[dvy_ + i], b[dphi_ + i]
+            c, s, q, soft, R_c = b[cosine_ + i], b[sine_ + i], b[q_ + i], b[soft_ + i], b[R_c_ + i]
+            per_mass, per_inertia, gap, k_w = b[iml_ + i], b[iJ_ + i], b[gap_ + i], b[k_w_ + i]
+            e = STEP
+            one = units(fma(e, dx, x), fma(e, dy, y), fma(-e * dphi, s, c), fma(e * dphi, c, s), q, soft, R_c, per_mass,
+                        per_inertia, vx, vy, gap, k_w)  # fmt: skip
+            two = units(fma(-e, dx, x), fma(-e, dy, y), fma(e * dphi, s, c), fma(-e * dphi, c, s), q, soft, R_c,
+                        per_mass, per_inertia, vx, vy, gap, k_w)  # fmt: skip
+            half = 0.5 / e
+            bx, by, turn = unit_torque(x, y, c, s, q, soft, per_mass, per_inertia)
+            on = 1.0 if (b[wall_ + i] > 0.0) and (b[radius_ + i] > gap) else 0.0
+            torque, friction, force = b[torque_ + i], on * b[friction_ + i], b[force_ + i]
+            # An arm of a bit off the rock does not matter: torque over force is taken where there is some.
+            surface = b[s0_ + i] * lobes * multiple_cosine(c, lobes)
+            dforce = b[k_c_ + i] * fma(surface, dphi, -b[dz_ + i]) if b[rock_ + i] > 0.0 else 0.0
+            dtorque = dforce * torque / max(force, 1e-300)
+            wx, wy, turn_w = on * b[wx_ + i], on * b[wy_ + i], on * b[turn_w_ + i]
+            steep, steep_w = b[slope_ + i], on * b[slope_w_ + i]
+            dslip = (one[6] - two[6]) * half
+            dfriction = fma(b[coefficient_ + i], (one[7] - two[7]) * half, b[normal_ + i] * steep_w * dslip) * on
+            push_x = half * fma(one[0] - two[0], torque, (one[3] - two[3]) * friction)
+            push_y = half * fma(one[1] - two[1], torque, (one[4] - two[4]) * friction)
+            push = half * fma(one[2] - two[2], torque, (one[5] - two[5]) * friction)
+            push_x = fma(bx, dtorque, fma(wx, dfriction, push_x))
+            push_y = fma(by, dtorque, fma(wy, dfriction, push_y))
+            push = fma(turn, dtorque, fma(turn_w, dfriction, push))
+            # The slips as they change with all velocities.
+            per_r = 1.0 / np.sqrt(max(fma(x, x, y * y), 1e-60))
+            free = fma(relax, push, b[domega_ + i])
+            free_x, free_y = fma(relax, push_x, dvx), fma(relax, push_y, dvy)
+            free_w = fma(R_c, free, fma(x, free_y, -(y * free_x)) * per_r)
+            a11, a12 = fma(b[bb_ + i], steep, 1.0), on * b[bw_ + i] * steep_w
+            a21, a22 = on * b[wb_ + i] * steep, fma(on * b[ww_ + i], steep_w, 1.0)
+            per_both = 1.0 / fma(a11, a22, -(a12 * a21))
+            domega = fma(a22, free, -(a12 * free_w)) * per_both
+            dslip = fma(a11, free_w, -(a21 * free)) * per_both
+            dtorque, dfriction = force * steep * domega, b[normal_ + i] * steep_w * dslip * on
+            push_x = fma(bx, dtorque, fma(wx, dfriction, push_x))
+            push_y = fma(by, dtorque, fma(wy, dfriction, push_y))
+            b[dpush_x_ + i] = push_x
+            b[dpush_y_ + i] = push_y
+            b[dpush_ + i] = fma(turn, dtorque, fma(turn_w, dfriction, push))
+            b[dvx_ + i] = fma(relax, push_x, dvx)
+            b[dvy_ + i] = fma(relax, push_y, dvy)
+            b[domega_ + i] = domega
+
+    return deviate
