@@ -47,6 +47,7 @@ DESCRIPTION = Description(
     initial=Initial,
     meanings=MEANINGS,
     states=states,
+    explicit_only=lambda parameters: "the stations of an elastic collar rub on the same modes, which couples them all",
     several_states=(STATE_SETS[USUAL], *(names for n, names in STATE_SETS.items() if n != USUAL)),
     labels=LUMPED.labels,
     features=(
