@@ -23,7 +23,7 @@ from nsdrill.models.leaves import OPERATION, Values, values_at
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.schedule import Schedule
-from nsdrill.models.steepness import METHODS
+from nsdrill.models.steepness import METHODS, advice
 from nsdrill.models.steepness import implicit as implicit_points
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
@@ -31,7 +31,7 @@ from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.units import Asked, readable
-from nsdrill.variables import INFERRED, OK, PENDING, SCHEDULED
+from nsdrill.variables import INFERRED, OK, PENDING, SCHEDULED, STEP_LIMIT
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MOST_SAMPLES = 50_000_000
@@ -40,12 +40,13 @@ MOST_SAMPLES = 50_000_000
 @dataclass(frozen=True)
 class Trajectory:
     """A trace, how its run ended (a status of the results file) and, for a replay, whether the end has the stored
-    bits, and what here is not as it was when the results were made, in words."""
+    bits, what here is not as it was when the results were made, in words, and what to do about a limit of steps."""
 
     trace: Trace
     status: int
     same_bits: bool | None = None
     differing: tuple[str, ...] = ()
+    advice: str = ""
 
 
 def simulate(
@@ -282,16 +283,22 @@ def _trace(
     point = history if schedule.ramps else start
     known = {variable.name for variable in described(study.model).trace}
     shown = {name: values for name, values in state.items() if name in known}
-    return Trajectory(Trace(time, {**shown, **model.outputs(study.parameters, point, state), **told}, attrs), status)
+    trace = Trace(time, {**shown, **model.outputs(study.parameters, point, state), **told}, attrs)
+    what = advice(method, study.model, _points_of(study, schedule)) if status == STEP_LIMIT else ""
+    return Trajectory(trace, status, advice=what)
 
 
 def _implicit(study: Study, schedule: Schedule) -> bool:
     """Whether a run is integrated implicitly: as the study asks, or as friction is steep at a knot of its ramps."""
     check_method(study)
+    return bool(implicit_points(study.simulation.method, study.model, _points_of(study, schedule)).any())
+
+
+def _points_of(study: Study, schedule: Schedule) -> Values:
+    """What a run has at the knots of its ramps."""
     times = np.unique([0.0, *(time for ramp in schedule.ramps.values() for time in ramp.times)])
     point = schedule.at(times)
-    points = Values(study.parameters, study.initial, (point.depth, point.wob, point.rotary_speed))
-    return bool(implicit_points(study.simulation.method, study.model, points).any())
+    return Values(study.parameters, study.initial, (point.depth, point.wob, point.rotary_speed))
 
 
 def _points(study: Study, operation: Operation) -> Values:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 # How a run can end early, and what one does about it.
 ENDINGS = {
     "diverged": "the motion grew without bound; the values of the study are far from any drill string",
-    "step_limit": "the run took more than simulation.max_steps steps; raise it, or lower the smoothing of the friction",
+    "step_limit": "the run took more than simulation.max_steps steps",
     "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower the stiffnesses",
 }
 
@@ -102,8 +102,6 @@ def finish(result: Trajectory, output: str, overwrite: bool) -> int:
     if result.status == OK:
         return 0
     status = str(result.trace.attrs["status"])
-    click.echo(
-        f"The run ended early ({status}): {ENDINGS.get(status, status)}. The trace holds what was computed before.",
-        err=True,
-    )
+    words = ENDINGS.get(status, status) + (f"; {result.advice}" if result.advice else "")
+    click.echo(f"The run ended early ({status}): {words}. The trace holds what was computed before.", err=True)
     return 3

@@ -117,8 +117,8 @@ class Description:
     choice: (key of the choice, its words with their units). ``compiled`` are keys of whole numbers that are fixed when
     the model is compiled, and may be an axis all the same. The template of a study shows ``example_axis``, a key with a
     least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from parameters,
-    initial state and axes. ``friction_rate`` gives of points (:class:`nsdrill.models.leaves.Values`) how fast friction
-    at its steepest brakes a slip [1/s], a number or an array; ``explicit_only`` says of parameters why their friction
+    initial state and axes. ``friction_rates`` gives of points (:class:`nsdrill.models.leaves.Values`) how fast
+    friction at its steepest brakes a slip [1/s], a number or an array by the key that makes it steep; ``explicit_only`` says of parameters why their friction
     cannot be integrated implicitly, None where it can.
     """
 
@@ -152,7 +152,7 @@ class Description:
     example_slice: str = ""
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
-    friction_rate: Callable[[Any], Any] = lambda _: 0.0
+    friction_rates: Callable[[Any], Mapping[str, Any]] = lambda _: {}
     explicit_only: Callable[[Any], str | None] = lambda _: "this model does not keep friction apart"
     checks: str = ""
     charts: str = ""

@@ -25,5 +25,19 @@ def implicit(method: str, model: str, points: Values) -> Array:
     told = described(model)
     if method == "explicit" or told.explicit_only(points.parameters) is not None:
         return np.zeros(np.broadcast_shapes(*map(np.shape, points.operation)), dtype=bool)
-    rate = np.broadcast_arrays(np.asarray(told.friction_rate(points), dtype=float), *points.operation)[0]
+    rates = [np.asarray(rate, dtype=float) for rate in told.friction_rates(points).values()]
+    rate = np.broadcast_arrays(np.max(np.broadcast_arrays(0.0, *rates), axis=0), *points.operation)[0]
     return np.full(rate.shape, True) if method == "implicit" else rate > BREAK_EVEN
+
+
+def advice(method: str, model: str, points: Values) -> str:
+    """What to do about runs that reach the limit of their steps, in a sentence without its end."""
+    told = described(model)
+    rates = {key: float(np.max(rate)) for key, rate in told.friction_rates(points).items()}
+    key, rate = max(rates.items(), key=lambda item: item[1], default=("", 0.0))
+    if rate <= BREAK_EVEN or method == "implicit":
+        return "raise simulation.max_steps"
+    found = f"the friction of {key} brakes the slip at up to {rate:.3g} 1/s, and explicit steps are no longer than that"
+    if (reason := told.explicit_only(points.parameters)) is not None:
+        return f"{found}; it cannot be integrated implicitly, as {reason}: lower {key}, or raise simulation.max_steps"
+    return f"{found}; set simulation.method: auto, or raise simulation.max_steps"

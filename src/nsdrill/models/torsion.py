@@ -174,10 +174,10 @@ class Torsion(ScalarModel):
         return {"bit_torque": rock, "surface_torque": -pipe(parameters.drillstring, point.depth)[1] * state["twist"]}
 
 
-def friction_rate(points: Values) -> Any:
+def friction_rates(points: Values) -> Mapping[str, Any]:
     """How fast friction at rest brakes the bit [1/s]: (2/pi) eps times the torque at rest over the inertia."""
     table = Torsion().columns(points, Thresholds())
-    return 2 / math.pi * table["smoothing"] * table["torque"] / table["inertia"]
+    return {"bit.friction.smoothing": 2 / math.pi * table["smoothing"] * table["torque"] / table["inertia"]}
 
 
 FEATURES = ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction")
@@ -188,7 +188,7 @@ DESCRIPTION = Description(
     initial=Initial,
     meanings={"drillstring": "The string: a pipe with an inertia at its end", "bit": "A disc that rubs on the rock"},
     states=lambda parameters: STATES,
-    friction_rate=friction_rate,
+    friction_rates=friction_rates,
     explicit_only=lambda parameters: None,
     responses=("stick_slip",),
     check_features=("stick_slip_index",),

@@ -188,8 +188,7 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
                 b[speed_ + i] = fma(relax, push, b[speed_ + i])
                 b[direction_ + i] = fma(dg, step, g)
                 b[decay_ + i] = fma(ddecayed, step, decayed)
-                if tangent:
-                    b[slope_ + i] = slope
+                b[slope_ + i] = slope
                 b[radial_ + i] = 0.0
                 b[tangential_ + i] = 0.0
                 b[friction_ + i] = 0.0
@@ -232,8 +231,8 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             b[friction_ + i] = friction
             b[direction_ + i] = fma(dg, step, g)
             b[decay_ + i] = fma(ddecayed, step, decayed)
+            b[slope_ + i] = slope
             if tangent:
-                b[slope_ + i] = slope
                 b[slope_w_ + i] = slope_w
                 b[coefficient_ + i] = fma(slope_w, step_w, f)
                 b[slip_ + i] = (slip + step_w) * b[radius_ + i]

@@ -10,7 +10,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.options import is_used
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.relations import ORDERS, relations
-from nsdrill.models.christoforou_yigit.steepness import explicit_only, friction_rate
+from nsdrill.models.christoforou_yigit.steepness import explicit_only, friction_rates
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.leaves import values_at
 from nsdrill.variables import MODEL
@@ -77,7 +77,7 @@ DESCRIPTION = Description(
     relations=relations,
     units_by={"well.stiffness": ("well.law", {"linear": "N/m", "hertz": "N/m^1.5"})},
     compiled=("bit.lobes",),
-    friction_rate=friction_rate,
+    friction_rates=friction_rates,
     explicit_only=explicit_only,
     checks="nsdrill.models.christoforou_yigit.checks",
     charts="nsdrill.models.christoforou_yigit.charts",

@@ -22,8 +22,8 @@ def explicit_only(parameters: Parameters) -> str | None:
     return None
 
 
-def friction_rate(points: Values) -> Any:
-    """How fast friction at rest brakes a slip [1/s], the faster of bit and wall: (2/pi) eps mu N over the mass that it
+def friction_rates(points: Values) -> dict[str, Any]:
+    """How fast friction at rest brakes a slip [1/s], of bit and wall, by their keys: (2/pi) eps mu N over the mass that it
     meets, with the weight on bit, and with the force that presses a rolling collar to the wall."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     k = derive(parameters, depth, wob, speed)
@@ -38,4 +38,5 @@ def friction_rate(points: Values) -> Any:
     modes = parameters.modes
     at_bit = wob * steep / k.J if modes.torsional == "free" else 0.0
     at_wall = 2 / math.pi * wall.smoothing * wall.static * pressed * meets if modes.lateral == "free" else 0.0
-    return np.maximum(at_bit, at_wall)
+    key = "b1" if parameters.bit.friction.law == "rational" else "smoothing"
+    return {f"bit.friction.{key}": at_bit, "well.friction.smoothing": at_wall}

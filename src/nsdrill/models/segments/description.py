@@ -57,7 +57,7 @@ def explicit_only(parameters: Parameters) -> str | None:
     return None
 
 
-def friction_rate(points: Values) -> Any:
+def friction_rates(points: Values) -> dict[str, Any]:
     """How fast the cutting torque under the weight on bit brakes the bit [1/s], at its steepest; see
     :mod:`nsdrill.models.segments.rhs`."""
     bit, (depth, wob, speed) = points.parameters.bit, points.operation
@@ -65,7 +65,8 @@ def friction_rate(points: Values) -> Any:
     advance = np.maximum(cut.c1 * wob * np.sqrt(speed) + cut.c2, 0.0)
     deep = 2 * math.pi * advance / bit.radius / np.sqrt(np.square(speed) + cut.slow**2)
     torque = wob * bit.radius * cut.zeta * np.sqrt(deep)
-    return 2 / math.pi * cut.smoothing * torque / string_of(points.parameters, depth).bit_inertia
+    rate = 2 / math.pi * cut.smoothing * torque / string_of(points.parameters, depth).bit_inertia
+    return {"bit.cutting.smoothing": rate if cut.speed == "mean" else 0.0}
 
 
 DESCRIPTION = Description(
@@ -74,7 +75,7 @@ DESCRIPTION = Description(
     parameters=Parameters,
     initial=Initial,
     operation=SegmentsOperation,
-    friction_rate=friction_rate,
+    friction_rates=friction_rates,
     explicit_only=explicit_only,
     meanings={
         "drillstring": "The string", "segments": "How the string is cut, and what there is at its ends",
