@@ -51,7 +51,8 @@ from nsdrill.variables import PENDING, STEP_LIMIT, has_failed
 @dataclass(frozen=True)
 class Outcome:
     """What became of a run: points in all and failed, seconds of computing, steps tried, points that were there before;
-    ``refinement`` has the root attributes that say how much was run of a refined sweep, ``advice`` what to do about points that reached the limit of their steps."""
+    ``refinement`` has the root attributes that say how much was run of a refined sweep, ``advice`` what to do about
+    points that reached the limit of their steps."""
 
     path: Path | None
     points: int

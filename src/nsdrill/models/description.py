@@ -117,9 +117,9 @@ class Description:
     choice: (key of the choice, its words with their units). ``compiled`` are keys of whole numbers that are fixed when
     the model is compiled, and may be an axis all the same. The template of a study shows ``example_axis``, a key with a
     least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from parameters,
-    initial state and axes. ``friction_rates`` gives of points (:class:`nsdrill.models.leaves.Values`) how fast
-    friction at its steepest brakes a slip [1/s], a number or an array by the key that makes it steep; ``explicit_only`` says of parameters why their friction
-    cannot be integrated implicitly, None where it can.
+    initial state and axes. ``friction_rates`` gives of points (:class:`nsdrill.models.leaves.Values`) how fast friction
+    at its steepest brakes a slip [1/s], a number or an array by the key that makes it steep; ``explicit_only`` says of
+    parameters why their friction cannot be integrated implicitly, None where it can.
     """
 
     name: str

@@ -37,7 +37,7 @@ def advice(method: str, model: str, points: Values) -> str:
     key, rate = max(rates.items(), key=lambda item: item[1], default=("", 0.0))
     if rate <= BREAK_EVEN or method == "implicit":
         return "raise simulation.max_steps"
-    found = f"the friction of {key} brakes the slip at up to {rate:.3g} 1/s, and explicit steps are no longer than that"
+    found = f"the friction of {key} brakes the slip at up to {rate:.3g} 1/s, which bounds the length of explicit steps"
     if (reason := told.explicit_only(points.parameters)) is not None:
         return f"{found}; it cannot be integrated implicitly, as {reason}: lower {key}, or raise simulation.max_steps"
     return f"{found}; set simulation.method: auto, or raise simulation.max_steps"

@@ -23,8 +23,8 @@ def explicit_only(parameters: Parameters) -> str | None:
 
 
 def friction_rates(points: Values) -> dict[str, Any]:
-    """How fast friction at rest brakes a slip [1/s], of bit and wall, by their keys: (2/pi) eps mu N over the mass that it
-    meets, with the weight on bit, and with the force that presses a rolling collar to the wall."""
+    """How fast friction at rest brakes a slip [1/s], of bit and wall, by their keys: (2/pi) eps mu N over the mass that
+    it meets, with the weight on bit, and with the force that presses a rolling collar to the wall."""
     parameters, (depth, wob, speed) = points.parameters, points.operation
     k = derive(parameters, depth, wob, speed)
     bit = bit_numbers(parameters, k)
