@@ -61,8 +61,8 @@ def main() -> None:
         [
             "# Friction smoothing",
             where(machine),
-            f"{POINTS} points each, relative tolerance 1e-6, {LANES} lanes, processor time of a simulated second in one "
-            "process, the least of three runs that take turns.",
+            f"{POINTS} points each, relative tolerance 1e-6, {LANES} lanes, processor time of a simulated second in "
+            "one process, the least of three runs that take turns.",
             *sections,
         ]
     )
