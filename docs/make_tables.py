@@ -24,17 +24,8 @@ from nsdrill.models.christoforou_yigit.further import further_figures
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
-from nsdrill.plot.kinds import (
-    ALIASES,
-    CHART_KINDS,
-    MAP_KINDS,
-    POINT_KINDS,
-    RAMP_KINDS,
-    SECTION_KINDS,
-    START_KINDS,
-    SWEEP_KINDS,
-    TRACE_KINDS,
-)  # fmt: skip
+from nsdrill.plot.kinds.value import ALIASES
+from nsdrill.plot.registry import GROUPS, VALUE, all_kinds
 from nsdrill.study.keys import MANY, MODEL_LEAF, SLICE, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
@@ -104,6 +95,14 @@ def allowed(leaf: Leaf) -> str:
         return ", ".join(map(code, leaf.choices)) + (", or `null`" if leaf.nullable else "")
     if leaf.kind == "switch":
         return "`true`, `false`"
+    if leaf.kind == "table":
+        return f"1 to {leaf.most} records of {', '.join(code(part.key.rpartition('.')[2]) for part in leaf.parts)}"
+    if leaf.kind == "list":
+        return f"1 to {leaf.most} values, {leaf.bound(leaf.low)} to {leaf.bound(leaf.high)} each" + (
+            ", or `null`" if leaf.nullable else ""
+        )
+    if leaf.words:
+        return f"{', '.join(map(code, leaf.words))}, or {leaf.bound(leaf.low)} to {leaf.bound(leaf.high)}"
     ends = [leaf.bound(leaf.low)] if leaf.low == leaf.high else [leaf.bound(leaf.low), leaf.bound(leaf.high)]
     return " to ".join(ends) + (", or `null`" if leaf.nullable else "")
 
@@ -111,7 +110,7 @@ def allowed(leaf: Leaf) -> str:
 def unit(leaf: Leaf) -> str:
     if leaf.kind == "whole":
         return "whole number"
-    return leaf.units or ("" if leaf.kind in ("choice", "switch") else "bare number")
+    return leaf.units or ("" if leaf.kind in ("choice", "switch", "table") else "bare number")
 
 
 def parameters() -> str:
@@ -221,6 +220,7 @@ ONLY = {
     "drive_speed": "drive.kind",
     "stabilizers": "stabilizer.clearance",
     "inclined": "well.inclination",
+    "drilled": "bit.cutting",
 }
 
 
@@ -282,11 +282,9 @@ def further() -> str:
 
 
 def kinds() -> str:
-    rows = (("a sweep over one axis", SWEEP_KINDS), ("a sweep with `record.poincare`", SECTION_KINDS),
-            ("one point of such a sweep", POINT_KINDS), ("several starts", START_KINDS),
-            ("a sweep over two or three axes", {k: v for k, v in MAP_KINDS.items() if k not in SECTION_KINDS}),
-            ("a trace", TRACE_KINDS), ("a trace of a ramp", RAMP_KINDS), ("a study (.yaml)", CHART_KINDS))  # fmt: skip
-    listed = [[code(name), of, words] for of, named in rows for name, words in named.items()]
+    every = all_kinds().values()
+
+    listed = [[code(kind.name), of, kind.words] for of in GROUPS if of != VALUE for kind in every if kind.of == of]
     short = ", ".join(f"{code(short)} for {code(long)}" for short, long in ALIASES.items())
     values = ["any feature by its name", "a sweep", f"one value along the axis, or as a map; short names: {short}"]
     return table(["kind", "of", "what it shows"], [*listed, values])

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         save,
         show,
         simulate,
+        view,
         window,
     )
     from nsdrill.errors import FileError, InputError, NsdrillError, RunWarning, StudyError
@@ -57,6 +58,7 @@ __all__ = [
     "save",
     "show",
     "simulate",
+    "view",
     "window",
 ]
 

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from nsdrill.app.trajectory import Trajectory
     from nsdrill.data import Results, Trace
     from nsdrill.study.study import Study
+    from nsdrill.web.notebook import View
 
     PathLike: TypeAlias = str | os.PathLike[str]
     StudyLike: TypeAlias = Study | PathLike | Mapping[str, Any]
@@ -327,8 +328,8 @@ def plot(
     """
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
-    from nsdrill.plot import cut, draw, draw_window, needed
-    from nsdrill.plot.kinds import is_study
+    from nsdrill.plot import draw, needed
+    from nsdrill.plot.registry import is_study
     from nsdrill.study.study import Study
 
     if is_study(data) or isinstance(data, Study):
@@ -359,10 +360,8 @@ def plot(
     behind = None if over is None else results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
 
     def picture() -> Figure:
-        if severity is not None:
-            assert not isinstance(drawn, Trace)
-            return draw_window(cut(drawn, chosen or None, start), severity, units=units)
-        return draw(drawn, kind, units=units, at=chosen or None, over=behind, start=start, states=states)
+        options = {"over": behind, "states": states, "severity": severity}
+        return draw(drawn, kind, units=units, at=chosen or None, start=start, **options)
 
     with of_whole("plot"):
         if ax is None:
@@ -405,20 +404,39 @@ def chart(
 
 
 @_in_words_of_python
+def view(path: PathLike, *, set: Settings = None, units: str = "si", height: int = 900) -> View:
+    """Explore results, an unfinished run or a study in the browser, as the command ``nsdrill view`` does.
+
+    A notebook shows the explorer in a frame of ``height`` pixels where it is the value of a cell; its ``url`` opens in
+    any browser on this machine. It goes on until its ``close()`` or the end of this process. ``set`` changes keys of a
+    study, as in :func:`load_study`; ``units`` are si or field. FileError where the file is no results and no study.
+    """
+    from nsdrill.plot.labels import check_units
+    from nsdrill.web.notebook import View
+    from nsdrill.web.server import Explorer
+    from nsdrill.web.session import Session
+
+    check_units(units)
+    if not is_whole(height) or not 100 <= height <= 10_000:
+        raise InputError(f"height: found {height!r}; allowed: 100 to 10000 pixels.")
+    return View(Explorer(Session(name_in(path, "path"), units, texts_in(set, "set"))), height)
+
+
+@_in_words_of_python
 def window(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
     """The safe window of results: where one may run whatever the history, as plain data in SI units.
 
     Safe are points without critical response in every procedure, or with ``severity`` those of which no severity
     exceeds it (0 to 4). The keys are those of ``nsdrill window --json``.
     """
-    from nsdrill.analysis.window import needed
+    from nsdrill.analysis.window import YIELDS, needed
     from nsdrill.app import window as app
 
     if severity is not None and (not is_whole(severity) or severity not in range(5)):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
     if not is_dataset(results):
         return app.window(name_in(results), severity)
-    return app.window(results_in(results, "window", ["status", *needed(severity)]), severity)
+    return app.window(results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity)
 
 
 @_in_words_of_python
@@ -548,7 +566,7 @@ def _warn_failed(failed: int, points: int) -> None:
 
 def _trace(result: Trajectory) -> Dataset:
     """The trace of a run, with a warning where it ended early."""
-    from nsdrill.cli.simulate import ENDINGS
+    from nsdrill.app.wording import ENDINGS
     from nsdrill.store.dataset import to_dataset
     from nsdrill.variables import OK
 

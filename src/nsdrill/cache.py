@@ -28,6 +28,7 @@ from numba.core.compiler import CompileResult
 from nsdrill.errors import CacheWarning
 
 _DIGEST = hashlib.sha256().digest_size
+NOWHERE = "<dynamic>"  # what numba calls the module of a function that is in none that is imported
 _told = False
 
 
@@ -88,6 +89,8 @@ class CodeCache(FunctionCache):
     def save_overload(self, sig: Any, data: Any) -> None:
         """Keep the compiled function ``data``; other processes see a whole file or none."""
         if data.library.has_dynamic_globals:  # addresses of this process
+            return
+        if data.fndesc.modname == NOWHERE:  # no other process could find the function
             return
         path = self._path(sig, data.codegen)
         code = serialize.dumps(data._reduce())

@@ -58,13 +58,14 @@ def asked() -> bool:
 
 @contextmanager
 def heeded() -> Iterator[None]:
-    """Work that calls :func:`look` several times a second, and saves what it has in hand when that raises."""
-    _state.heeded = True
+    """Work that calls :func:`look` several times a second, and saves what it has in hand when that raises; also within
+    other such work."""
+    before, _state.heeded = _state.heeded, True
     try:
         yield
         look()
     finally:
-        _state.heeded = False
+        _state.heeded = before
 
 
 @contextmanager

@@ -37,7 +37,12 @@ SHOWN: dict[str, tuple[str, str]] = {
     "N m s/rad": ("N m s/rad", "ft*lbf*s/rad"),
     "s/m": ("s/m", "s/ft"),
 }
-_SHOWN_OF_NAME = {"depth": ("m", "ft"), "well_inclination": ("deg", "deg")}
+_SHOWN_OF_NAME = {
+    "depth": ("m", "ft"),
+    "well_inclination": ("deg", "deg"),
+    "rate_of_penetration": ("m/h", "ft/h"),
+    "mechanical_specific_energy": ("MPa", "ksi"),
+}
 # Where people write a unit in another way than a study does.
 _SIGNS = {
     "kN*m": "kN m",
@@ -74,6 +79,8 @@ _LABELS = {
     "x_mean": "Mean $x$",
     "y_mean": "Mean $y$",
     "half_difference": "Disagreement of halves",
+    "rate_of_penetration": "Rate of penetration",
+    "mechanical_specific_energy": "Mechanical specific energy",
     "section_radius": "$r$",
     "section_whirl_angle": "Whirl angle from bit",
     "section_radial_velocity": "$\\dot r$",

@@ -24,9 +24,12 @@ def parameter(
     high: float,
     usual: str = "",
     meaning: str = "",
+    words: tuple[str, ...] = (),
+    most: int = 0,
 ) -> Any:
     """A field with its units, source and confidence, its range from ``low`` to ``high``, both allowed, in SI, and in
-    words what is ``usual`` in the field; ``meaning`` says what it is, where no table of meanings does."""
+    words what is ``usual`` in the field; ``meaning`` says what it is, where no table of meanings does. One of the
+    ``words`` may stand in place of a number; with ``most`` the value is a list of up to so many numbers, a tuple."""
     return field(
         default=default,
         metadata={
@@ -37,8 +40,16 @@ def parameter(
             "high": high,
             "usual": usual,
             **({"meaning": meaning} if meaning else {}),
+            **({"words": words} if words else {}),
+            **({"most": most} if most else {}),
         },
     )
+
+
+def records(kind: type, default: tuple[Any, ...], source: str, confidence: str, *, most: int, meaning: str) -> Any:
+    """A field that is a list of one to ``most`` records of the dataclass ``kind``, a tuple."""
+    meta = {"units": "", "source": source, "confidence": confidence, "meaning": meaning, "most": most, "record": kind}
+    return field(default=default, metadata=meta)
 
 
 def choice(default: str, source: str) -> Any:
@@ -66,8 +77,23 @@ def check_fields(record: Any) -> None:
         elif hint is bool:
             if not isinstance(value, bool):
                 raise ValueError(f"{item.name}: found {value!r:.60}, allowed: true or false")
+        elif "record" in item.metadata:
+            _check_length(item.name, value, item.metadata["most"])
+            for one in value:
+                check_fields(one)
+        elif "most" in item.metadata:
+            _check_length(item.name, value, item.metadata["most"])
+            for one in value:
+                _check_number(item.name, one, Real, item.metadata)
+        elif value in item.metadata.get("words", ()):
+            continue
         elif "low" in item.metadata:
             _check_number(item.name, value, Integral if hint is int else Real, item.metadata)
+
+
+def _check_length(name: str, value: Any, most: int) -> None:
+    if not isinstance(value, tuple) or not 1 <= len(value) <= most:
+        raise ValueError(f"{name}: found {value!r:.60}, allowed: one to {most} of them")
 
 
 def _check_number(name: str, value: Any, kind: type, meta: Any) -> None:

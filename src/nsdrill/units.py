@@ -30,6 +30,7 @@ USUAL: dict[str, tuple[str, ...]] = {
     "N/m": ("N/m", "kN/m", "MN/m", "lbf/in"),
     "N/m^1.5": ("N/m^1.5", "kN/m^1.5", "MN/m^1.5"),
     "N s/m": ("N*s/m", "kN*s/m", "lbf*s/ft"),
+    "N s^2/m^2": ("N*s^2/m^2", "kN*s^2/m^2", "lbf*s^2/ft^2"),
     "N m s/rad": ("N*m*s/rad", "kN*m*s/rad", "ft*lbf*s/rad"),
     "N m": ("N*m", "kN*m", "ft*lbf"),
     "1/s": ("1/s",),
@@ -53,7 +54,7 @@ CF = {
     "": "1", "percent": "percent", "m": "m", "N": "N", "rad/s": "rad s-1", "rad": "rad", "s": "s", "m/s": "m s-1",
     "m/s^2": "m s-2", "kg/m^3": "kg m-3", "Pa": "Pa", "N/m": "N m-1", "N/m^1.5": "N m-1.5", "N s/m": "N s m-1",
     "N m s/rad": "N m s rad-1", "N m": "N m", "1/s": "s-1", "s/m": "s m-1", "s/rad": "s rad-1",
-    "N m/rad": "N m rad-1", "kg m^2": "kg m2", "Hz": "Hz", "s^2/rad^2": "s2 rad-2",
+    "N s^2/m^2": "N s2 m-2", "N m/rad": "N m rad-1", "kg m^2": "kg m2", "Hz": "Hz", "s^2/rad^2": "s2 rad-2",
     "kg": "kg", "m^3/s": "m3 s-1", "Pa s": "Pa s", "A": "A", "H": "H", "ohm": "ohm", "V s/rad": "V s rad-1",
 }  # fmt: skip
 """Units as the attributes of files have them, by the SI units of a key."""

@@ -301,3 +301,17 @@ def test_from_a_file(shared: Path) -> None:
         nsdrill.window(shared / "small.h5", severity=5)
     with pytest.raises(FileError, match="no such file"):
         nsdrill.window(shared / "nowhere.h5")
+
+
+def test_what_the_points_yield_is_told() -> None:
+    """The fastest safe point is the third speed of the third weight among those that are safe in both."""
+    results = grid({"up": [UP], "down": [DOWN]}, SPEEDS, WEIGHTS)
+    rate = np.broadcast_to(WEIGHTS[:, None] * SPEEDS, results.shape)
+    rate = rate * np.array([0.5, 1.5])[:, None, None, None]  # the mean of both histories is told
+    results.variables["rate_of_penetration"] = rate
+    [one] = find_window(results)["maps"]
+    assert one["recommended"]["rate_of_penetration"] == 3.0 * 30e3
+    safe = {(w, s) for i, w in enumerate(WEIGHTS) for j, s in enumerate(SPEEDS) if UP[i][j] == DOWN[i][j] == "."}
+    weight, speed = max(safe, key=lambda at: at[0] * at[1])
+    assert one["fastest"] == {"rotary_speed": speed, "wob": weight, "rate_of_penetration": weight * speed}
+    assert find_window(grid({"up": [UP]}, SPEEDS, WEIGHTS))["maps"][0]["fastest"] is None

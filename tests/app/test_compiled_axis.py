@@ -60,8 +60,7 @@ def test_what_no_axis_of_this_kind_may_be_is_told() -> None:
 def test_the_elastic_collar_has_the_axis_too() -> None:
     study = """
 model: beam
-beam: {modes: 2}
-stations: {number: 2}
+beam: {modes: 2, stations: [{at: 0.1}, {at: 0.9}]}
 operation: {depth: 2000 m}
 sweep: {bit.lobes: [1, 2]}
 simulation: {transient: 1 s, observe: 1 s}

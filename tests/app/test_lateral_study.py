@@ -30,7 +30,10 @@ simulation: {transient: 100 s, observe: 40 s}
         ("stabilizer: {clearance: 70 mm}\nsweep: {well.diameter: [14 in, 15 in]}", r"below the gap .* 63.5 mm"),
         ("sweep: {stabilizer.clearance: [0 mm, 80 mm]}", "80 mm at the greatest of sweep.stabilizer.clearance"),
         ("stabilizer: {friction: {static: 0.4}}", "stabilizer.clearance: null does without"),
-        ("sweep: {stabilizer.friction.decay: [0 s/m, 3 s/m]}", "axis over friction of stabilisers"),
+        (
+            "sweep: {stabilizer.friction.decay: [0 s/m, 3 s/m]}",
+            "axis over stabilizer.friction.decay, which stabilizer.clearance: null does without",
+        ),
         (
             "stabilizer: {clearance: 0 mm, friction: {static: 0.2}}",
             "at least stabilizer.friction.dynamic, which is 0.3",

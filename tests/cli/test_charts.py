@@ -23,7 +23,7 @@ def test_every_kind_is_drawn(call: Call, small: Path, tmp_path: Path, kind: str)
 def test_kinds_of_a_study_are_listed(call: Call, small: Path) -> None:
     answer = call("plot", small, "--kind", "list")
     assert answer.code == 0
-    assert [line.split()[0] for line in answer.out.splitlines()] == list(KINDS)
+    assert [line.split()[0] for line in answer.out.splitlines()] == sorted(KINDS)
 
 
 def test_along_an_axis_of_the_study(call: Call, small: Path) -> None:

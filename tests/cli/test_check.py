@@ -28,7 +28,7 @@ def test_json(call: Call, small: Path) -> None:
     assert answer.err == ""
     report = json.loads(answer.out)
     assert list(report["coefficients"]) == NAMES
-    assert report["size"]["disk"] == {"value": 16 * record_dtype(Kept(4)).itemsize, "units": "B"}
+    assert report["size"]["disk"] == {"value": 16 * record_dtype(Kept(4, options=("drilled",))).itemsize, "units": "B"}
     for coefficient in report["coefficients"].values():
         assert set(coefficient) == {"value", "units"}
     for name, value in KNOWN.items():

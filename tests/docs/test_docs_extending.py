@@ -9,6 +9,7 @@ import re
 import subprocess
 import sys
 import textwrap
+import types
 from pathlib import Path
 from typing import Any
 
@@ -172,3 +173,31 @@ def test_a_feature_a_label_and_a_panel_of_ones_own(blocks: list[Path], tmp_path:
         made = command(tmp_path, path, "run", "study.yaml", "-o", "other.h5", "--overwrite")
         assert made.returncode == 2
         assert f"the model spring: {words}" in made.stderr
+
+
+def test_a_command_of_ones_own(
+    blocks: list[Path],
+    shared: Path,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The last block of the page, put in its place: it is listed, does what it says, and refuses a trace in words."""
+    import nsdrill
+    from nsdrill.cli.main import COMMANDS, group
+    from nsdrill.errors import InputError
+    from nsdrill.store import read_results
+
+    module = types.ModuleType("nsdrill.cli.effort")
+    vars(module).update(run(blocks[-1]))
+    monkeypatch.setitem(sys.modules, "nsdrill.cli.effort", module)
+    monkeypatch.setitem(COMMANDS, "effort", "Say how many steps the points of a results file took.")
+    results, trace = shared / "small.h5", tmp_path / "trace.h5"
+    group.main(["effort", str(results)], standalone_mode=False)
+    steps = read_results(results)["steps"]
+    assert capsys.readouterr().out == f"{int(steps.sum())} steps at {steps.size} points\n"
+    group.main(["--help"], standalone_mode=False)
+    assert "how many steps the points" in capsys.readouterr().out
+    nsdrill.save(nsdrill.simulate(shared / "small.yaml", duration=1.0), trace)
+    with pytest.raises(InputError, match="found a trace"):
+        group.main(["effort", str(trace)], standalone_mode=False)

@@ -36,6 +36,7 @@ class Collar:
     C_D: float = 1.0
     D_well: float = 0.381
     k_w: float = 25e6
+    walls: list[tuple[float, float, float]] | None = None  # gap, stiffness, drag of each station
     a: float = 1.0
     mu_w: tuple[float, float] = (0.35, 0.30)
     mu_b: tuple[float, float] = (0.5, 0.2)
@@ -46,7 +47,7 @@ class Collar:
     c_t: float = 50.0
     e: list[float] = field(default_factory=lambda: [0.0127, 0, 0, 0, 0])
     zeta: float = 0.0
-    softening: str = "force"
+    softening: str | float = "force"
     factor: float = 1.0
     steel_only: bool = False
     cutting: float = 1.0
@@ -71,6 +72,7 @@ class Collar:
         self.J = self.rho * 2 * (second * self.L_c + pipe_second * length / 3)
         self.k_t = self.G * 2 * pipe_second / length
         self.gap = (self.D_well - self.D_o) / 2
+        self.walls = self.walls or [(self.gap, self.k_w, self.d)] * len(self.at)
         eccentric = np.array(self.e, dtype=float)
         self.q = self.m_e * eccentric / self.m
         self.J_e = self.J + np.sum(self.m_e * eccentric * (eccentric - self.q))
@@ -89,21 +91,20 @@ class Collar:
         angle = twist + self.Omega * t + 0.5 * self.ramp * t * t
         force = self.k_c * max(self.s0 * math.sin(self.n_b * angle) - z, 0.0)
         torque = force * (2 / 3 * self.r_h * law(w, *self.mu_b) + self.arm * 2 / math.pi * math.atan(500.0 * w))
-        axial, twisting = {"force": (force, 0.0), "live": (force, torque), "static": (self.W, 0.0), "none": (0, 0)}[
-            self.softening
-        ]
+        known = {"force": (force, 0.0), "live": (force, torque), "static": (self.W, 0.0)}
+        axial, twisting = known[self.softening] if isinstance(self.softening, str) else (self.softening, 0.0)
         k = self.k - self.per_P * axial - self.per_T * twisting
         F_x, F_y, rubbing = -k * x - self.c * vx, -k * y - self.c * vy, 0.0
-        for phi in self.phi:
+        for phi, (gap, stiffness, drag) in zip(self.phi, self.walls, strict=True):
             X, V_x, Y, V_y = phi @ x, phi @ vx, phi @ y, phi @ vy
             r, v = math.hypot(X, Y), math.hypot(V_x, V_y)
-            N_j = self.k_w * max(r - self.gap, 0.0) ** self.a
+            N_j = stiffness * max(r - gap, 0.0) ** self.a
             T_j = 0.0
             c, d = (X / r, Y / r) if r > 0 else (0.0, 0.0)
             if N_j > 0:
                 T_j = N_j * law(w * self.D_o / 2 + (X * V_y - Y * V_x) / r, *self.mu_w)
-            F_x = F_x + phi * (-N_j * c + T_j * d - self.d * v * V_x)
-            F_y = F_y + phi * (-N_j * d - T_j * c - self.d * v * V_y)
+            F_x = F_x + phi * (-N_j * c + T_j * d - drag * v * V_x)
+            F_y = F_y + phi * (-N_j * d - T_j * c - drag * v * V_y)
             rubbing += T_j
         moment = -torque - self.c_t * w - self.k_t * twist - rubbing * self.D_o / 2
         alpha = (moment - np.sum(self.q * (F_y * math.cos(angle) - F_x * math.sin(angle)))) / self.J_e

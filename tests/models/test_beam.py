@@ -24,9 +24,8 @@ drillstring:
   collar: {outer_diameter: 0.2 m, inner_diameter: 0 m, span: 20 m}
   material: {density: 7860 kg/m^3, young_modulus: 200 GPa}
   eccentricity: 0 m
-  lateral_softening: static
   torsional_damping: 0 N*m*s/rad
-stations: {number: 1, first: 0.1}
+beam: {stations: [{at: 0.1}], axial_load: static}
 mud: {density: 0 kg/m^3}
 well: {diameter: 0.22 m, law: hertz, stiffness: 6.78e11 N/m^1.5, friction: {static: 0, dynamic: 0}}
 bit: {surface_amplitude: 0 m, friction: {static: 0, dynamic: 0}, cutting: {zeta: 0}}
@@ -63,20 +62,28 @@ def slopes(of: Any, t: np.ndarray, states: np.ndarray, lanes: int) -> np.ndarray
 CASES = {
     "default": ({}, Collar()),
     "one mode": (
-        {"beam.modes": 1, "stations.number": 1, "stations.first": 0.5, "drillstring.lateral_softening": "live"},
+        {"beam.modes": 1, "beam.stations": "[{at: 0.5}]", "beam.torque": "cy"},
         Collar(N=1, at=[0.5], e=[0.0127], softening="live"),
     ),
     "everything": (
-        {"beam.modes": 3, "stations.number": 2, "stations.first": 0.2, "stations.last": 0.55, "well.law": "hertz",
+        {"beam.modes": 3, "beam.stations": "[{at: 0.2}, {at: 0.55}]", "well.law": "hertz",
          "well.stiffness": "25e7 N/m^1.5", "drillstring.eccentricity_shape": "uniform", "beam.damping_ratio": 0.01,
-         "drillstring.lateral_softening": "live", "drillstring.eccentric_mass": "steel",
+         "beam.torque": "cy", "drillstring.eccentric_mass": "steel",
          "beam.modal_mass_factor": 2, "bit.lobes": 4},
         Collar(N=3, at=[0.2, 0.55], a=1.5, k_w=25e7, zeta=0.01, softening="live", steel_only=True, factor=2.0, n_b=4,
                e=[4 * 0.0127 / math.pi, 0.0, 4 * 0.0127 / (3 * math.pi)]),
     ),
     "static load": (
-        {"beam.modes": 2, "stations.number": 1, "stations.first": 0.3, "drillstring.lateral_softening": "static"},
+        {"beam.modes": 2, "beam.stations": "[{at: 0.3}]", "beam.axial_load": "static"},
         Collar(N=2, at=[0.3], e=[0.0127, 0.0], softening="static"),
+    ),
+    "stations of their own": (
+        {"beam.modes": 4, "beam.axial_load": "50 kN", "beam.eccentricity_modes": "[12.7 mm, -4 mm, 0 mm, 3 mm]",
+         "beam.stations": "[{at: 0.2, gap: 40 mm}, {at: 0.45, stiffness: 80 MN/m, drag: 900 N*s^2/m^2}, "
+                          "{at: 0.8, stiffness: 0 N/m, drag: 0 N*s^2/m^2}]"},
+        Collar(N=4, at=[0.2, 0.45, 0.8], e=[0.0127, -0.004, 0.0, 0.003], softening=50e3,
+               walls=[(0.04, 25e6, Collar(N=4, at=[0.2, 0.45, 0.8], e=[0.0] * 4).d),
+                      (0.0762, 80e6, 900.0), (0.0762, 0.0, 0.0)]),
     ),
 }  # fmt: skip
 
@@ -107,7 +114,8 @@ def test_the_compiled_slopes_are_those_of_the_equations(case: str) -> None:
     single = np.concatenate([slopes(of, t[k : k + 1], given[k : k + 1], 1) for k in range(40)])
     assert found.tobytes() == single.tobytes()
     assert np.max(np.abs(found - expected) / np.abs(expected).max(axis=0)) < 1e-13
-    touching = np.array([np.hypot(collar.phi @ s[:N], collar.phi @ s[2 * N : 3 * N]) > collar.gap for s in states])
+    gaps = np.array([gap for gap, _, _ in collar.walls])
+    touching = np.array([np.hypot(collar.phi @ s[:N], collar.phi @ s[2 * N : 3 * N]) > gaps for s in states])
     assert 0.1 < touching.mean() < 0.9
 
 
@@ -116,9 +124,7 @@ def test_a_trace_is_that_of_another_integrator() -> None:
 
     Friction at the wall is steep, and the errors of either side grow with the whirl; found 4e-10 of the gap.
     """
-    of = study(
-        operation__rotary_speed="7 rad/s", initial__x_1="80 mm", initial__vy_1="-0.3 m/s", simulation__rtol=1e-11
-    )
+    of = study(operation__rotary_speed="7 rad/s", initial__x="80 mm", initial__vy="-0.3 m/s", simulation__rtol=1e-11)
     trace = simulate(of, duration=4.0, sample=0.05).trace
     collar = Collar(Omega=7.0)
     start = np.zeros(24)
@@ -138,7 +144,7 @@ def test_a_ramp_of_the_speed_is_that_of_another_integrator() -> None:
     linearly. To 1e-7 of the gap: a ramp is made of segments, each with its own drive."""
     of = study(
         operation__rotary_speed="{ramp: [[0 s, 5 rad/s], [4 s, 7 rad/s]]}", bit__cutting__zeta=0,
-        initial__x_1="78 mm", initial__vy_1="-0.3 m/s", simulation__rtol=1e-11,
+        initial__x="78 mm", initial__vy="-0.3 m/s", simulation__rtol=1e-11,
     )  # fmt: skip
     trace = simulate(of, duration=4.0, sample=0.05).trace
     collar = Collar(Omega=5.0, ramp=0.5, cutting=0.0)
@@ -219,8 +225,8 @@ def test_a_free_mode_rebounds_as_hertz_says() -> None:
     """One mode that nothing bends, 2469.3 kg at 0.1 m/s: it goes (5 m v^2 / (4 k))^(2/5) = 72.996 um deep, is in
     contact for 2.94321 of that over v = 2.148 ms, and leaves as fast as it came (Johnson, Contact Mechanics, 11.4)."""
     of = study(
-        PAPER, beam__modes=1, stations__first=0.5, drillstring__lateral_softening="none", simulation__rtol=1e-11,
-        drillstring__material__young_modulus="1 MPa", initial__x_1="9.9 mm", initial__vx_1="0.1 m/s",
+        PAPER, beam__modes=1, beam__stations="[{at: 0.5}]", beam__axial_load="0 N", simulation__rtol=1e-11,
+        drillstring__material__young_modulus="1 MPa", initial__x="9.9 mm", initial__vx="0.1 m/s",
     )  # fmt: skip
     trace = simulate(of, duration=4e-3, sample=1e-6).trace
     mass = 2469.291826
@@ -247,14 +253,23 @@ def defect(of: Any, trace: Any) -> tuple[float, float]:
     return float(np.max(np.abs(held[::2] - held[0] - work))), float(simpson(sum(np.abs(p) for p in fed.values()), x=t))
 
 
-@pytest.mark.parametrize("softening", ["force", "live", "static", "none"])
-def test_energy_balances_through_all_contacts(softening: str) -> None:
+OWN = "[{at: 0.2, gap: 60 mm}, {at: 0.5, stiffness: 40 MN/m, drag: 900 N*s^2/m^2}, {at: 0.8, stiffness: 0 N/m}]"
+
+
+@pytest.mark.parametrize(
+    ("load", "torque", "stations"),
+    [
+        ("live", "none", "[{at: 0.1}, {at: 0.5}, {at: 0.9}]"), ("live", "cy", "[{at: 0.1}, {at: 0.5}, {at: 0.9}]"),
+        ("static", "none", OWN), ("0 N", "none", OWN), ("150 kN", "cy", OWN),
+    ],
+)  # fmt: skip
+def test_energy_balances_through_all_contacts(load: str, torque: str, stations: str) -> None:
     """What drive and rock feed in, less what mud, walls and damping take, is what the collar holds: 6 s at 66.72 kN and
     7 rad/s with an eccentricity of the odd modes. Simpson's rule over the kinks of the contacts leaves some 1e-8."""
     of = study(
-        beam__modes=3, stations__number=3, drillstring__eccentricity_shape="uniform", beam__damping_ratio=0.005,
-        drillstring__lateral_softening=softening, operation__wob="66.72 kN", operation__rotary_speed="7 rad/s",
-        simulation__rtol=1e-10, initial__x_1="70 mm", initial__vx_1="0.5 m/s", initial__vz="0.3 m/s",
+        beam__modes=3, beam__stations=stations, drillstring__eccentricity_shape="uniform", beam__damping_ratio=0.005,
+        beam__axial_load=load, beam__torque=torque, operation__wob="66.72 kN", operation__rotary_speed="7 rad/s",
+        simulation__rtol=1e-10, initial__x="70 mm", initial__vx="0.5 m/s", initial__vz="0.3 m/s",
     )  # fmt: skip
     trace = simulate(of, duration=6.0, sample=1.25e-4).trace
     off, through = defect(of, trace)
@@ -281,7 +296,7 @@ def test_synchronous_whirl_without_drag() -> None:
     """x_n = q_n W^2 / (k_n / m - W^2) with the eccentricities 4 e0 / (n pi) of the odd modes turns with the string: the
     derivative of this state is what turning it makes of it."""
     of = study(
-        mud__drag=0, drillstring__eccentricity_shape="uniform", drillstring__lateral_softening="none",
+        mud__drag=0, drillstring__eccentricity_shape="uniform", beam__axial_load="0 N",
         bit__friction__static=0, bit__friction__dynamic=0, bit__cutting__zeta=0, bit__surface_amplitude="0 m",
     )  # fmt: skip
     k = coefficients(of.parameters, 5000.0, 22.24e3, 3.0)
@@ -313,7 +328,7 @@ def test_ten_times_the_mass_is_a_tenth_of_the_wall() -> None:
 
 
 def test_the_watched_place_is_the_station_nearest_to_the_middle() -> None:
-    of = study(stations__first=0.2, stations__last=0.95, stations__number=4)
+    of = study(beam__stations="[{at: 0.2}, {at: 0.45}, {at: 0.7}, {at: 0.95}]")
     trace = simulate(of, duration=1.0, sample=0.1).trace
     state = states(trace, of)
     assert trace["x"] == pytest.approx(at_place(of.parameters, state, 0.45)["x"], abs=1e-15)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 import subprocess
@@ -16,21 +17,21 @@ from kernel.test_compilation import has_wide_registers
 import nsdrill
 from nsdrill.errors import StudyError
 
-ONE = {"model": "beam", "beam.modes": 1, "stations.number": 1, "stations.first": 0.5}
+ONE = {"model": "beam", "beam.modes": 1, "beam.stations": [{"at": 0.5}]}
 ROLLING = """
-initial: {{{x}: 78 mm, {vy}: -0.8 m/s}}
-operation: {{depth: 5000 m, wob: 66.72 kN}}
-sweep: {{rotary_speed: [2 rad/s, 7 rad/s]}}
-simulation: {{transient: 1 s, observe: 4 s, rtol: 1.0e-9}}
-record: {{peaks: 8, poincare: 4}}
+initial: {x: 78 mm, vy: -0.8 m/s}
+operation: {depth: 5000 m, wob: 66.72 kN}
+sweep: {rotary_speed: [2 rad/s, 7 rad/s]}
+simulation: {transient: 1 s, observe: 4 s, rtol: 1.0e-9}
+record: {peaks: 8, poincare: 4}
 """
 
 
 @pytest.fixture(scope="module")
 def both() -> tuple[nsdrill.Dataset, nsdrill.Dataset]:
     """The lumped model and a collar of one mode with a wall at mid-span, through wall contacts and bit-bounce."""
-    lumped = nsdrill.run(ROLLING.format(x="x", vy="vy"))
-    collar = nsdrill.run(ROLLING.format(x="x_1", vy="vy_1"), set={**ONE, "drillstring.lateral_softening": "live"})
+    lumped = nsdrill.run(ROLLING)
+    collar = nsdrill.run(ROLLING, set={**ONE, "beam.torque": "cy"})
     return lumped, collar
 
 
@@ -72,7 +73,7 @@ def test_one_mode_has_the_labels_returns_and_peaks_of_the_lumped_model(both: tup
 
 def test_features_are_those_of_the_trace() -> None:
     """Five modes and five walls, from near the wall at 7 rad/s: a trace with a sample every 50 us, 2 s."""
-    study = "model: beam\ninitial: {x_1: 78 mm, vy_1: -0.8 m/s}\n"
+    study = "model: beam\ninitial: {x: 78 mm, vy: -0.8 m/s}\n"
     study += "operation: {rotary_speed: 7 rad/s}\nsimulation: {transient: 0 s, observe: 2 s, rtol: 1.0e-9}\n"
     found = nsdrill.run(study)
     trace = nsdrill.simulate(study, duration=2.0, sample=5e-5)
@@ -92,8 +93,7 @@ def test_features_are_those_of_the_trace() -> None:
 
 STUDY = """\
 model: beam
-beam: {modes: 3}
-stations: {number: 3}
+beam: {modes: 3, stations: [{at: 0.1}, {at: 0.5}, {at: 0.9}]}
 sweep: {rotary_speed: [4 rad/s, 7 rad/s], procedure: up}
 simulation: {transient: 2 s, observe: 4 s}
 record: {peaks: 4, poincare: 4}
@@ -123,12 +123,18 @@ def test_every_command_knows_the_collar(
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"stations.first": 0.95}, "the first before the last"),
-        ({"stations.number": 1, "stations.last": 0.7}, "with one station"),
-        ({"initial.wall_force": "1 kN", "initial.x_1": "2 mm"}, "the force bends all modes"),
+        ({"beam.stations": [{"at": 0.5}, {"at": 0.4}]}, "above the place before it, 0.5"),
+        ({"beam.stations": []}, "an empty list"),
+        ({"beam.stations": [{"at": 0.5, "width": "1 mm"}]}, "at, gap, stiffness, drag"),
+        ({"beam.stations": [{"at": 0.5, "stiffness": "1 GN/m^1.5"}]}, r"in N/m\^1.5"),
+        ({"beam.axial_load": "dead"}, "live, static or a number with its unit"),
+        ({"beam.eccentricity_modes": ["1 mm", "1 mm", "1 mm", "1 mm"]}, "4 values, with 3 modes"),
+        ({"beam.eccentricity_modes": ["1 mm"], "drillstring.eccentricity": "2 mm"}, "left out"),
+        ({"initial.wall_force": "1 kN", "initial.x": "2 mm"}, "the force bends all modes"),
         ({"record.section": "lobe"}, "revolution, with the model beam"),
         ({"beam.modes": 11}, "at most 10"),
-        ({"beam.modes": 4, "stations.number": 1, "stations.first": 0.5, "operation.wob": "3 MN"}, "without end"),
+        ({"beam.modes": 4, "beam.stations": [{"at": 0.5}], "operation.wob": "3 MN"}, "without end"),
+        ({"beam.axial_load": "3 MN", "beam.stations": [{"at": 0.5, "stiffness": "0 N/m"}]}, "without end"),
         ({"drive.kind": "stiff"}, "unknown key"),
     ],
 )
@@ -140,7 +146,34 @@ def test_what_does_not_fit_together_is_told(changes: dict[str, object], words: s
 def test_a_buckled_collar_that_its_walls_hold_is_no_fault() -> None:
     """At twice the buckling load mode 1 bends away from the axis; a wall at mid-span holds it. With four modes at 3 MN,
     mode 2 would go on for ever, as that wall is at its node."""
-    nsdrill.check(STUDY, set={"stations.number": 1, "stations.first": 0.5, "operation.wob": "1.4 MN"})
+    nsdrill.check(STUDY, set={"beam.stations": [{"at": 0.5}], "operation.wob": "1.4 MN"})
+
+
+def test_the_load_is_an_axis() -> None:
+    """A sweep over the load has the bits of single runs with it."""
+    both = nsdrill.run(STUDY, set={"sweep": {"beam.axial_load": ["0 kN", "300 kN"]}})
+    for load in (0.0, 300e3):
+        alone = nsdrill.run(STUDY, set={"sweep": None, "beam.axial_load": f"{load} N"})
+        assert np.array_equal(both.sel(beam_axial_load=load).final_state, np.squeeze(alone.final_state)), load
+
+
+def test_the_force_is_that_of_the_wall_that_presses_most() -> None:
+    """Walls of different gaps and stiffness: the greatest force of any is that of a trace."""
+    study = (
+        "model: beam\nbeam: {modes: 2, stations: [{at: 0.3, gap: 50 mm, stiffness: 5 MN/m}, {at: 0.6, gap: 70 mm}]}\n"
+    )
+    study += "initial: {x: 80 mm, vy: -0.8 m/s}\noperation: {rotary_speed: 7 rad/s}\n"
+    study += "simulation: {transient: 0 s, observe: 1 s, rtol: 1.0e-9}\n"
+    found = nsdrill.run(study)
+    trace = nsdrill.simulate(study, duration=1.0, sample=5e-5)
+    at = [sum(math.sin(n * math.pi * xi) * np.array([trace[f"x_{n}"], trace[f"y_{n}"]]) for n in (1, 2))
+          for xi in (0.3, 0.6)]  # fmt: skip
+    force = [5e6 * (np.hypot(*at[0]) - 0.05), 25e6 * (np.hypot(*at[1]) - 0.07)]
+    assert np.max(force[0]) > 0
+    assert np.max(force[1]) > 0
+    assert float(found.wall_force_max.squeeze()) == pytest.approx(np.max(force), rel=1e-3)
+    on = np.maximum(*force) > 0
+    assert float(found.wall_contact_fraction.squeeze()) == pytest.approx(on.mean(), abs=2e-3)
 
 
 def test_the_exponent_leaves_the_motion_as_it_is() -> None:
@@ -166,7 +199,7 @@ print("".join(function.inspect_asm().values()))
 
 
 @pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
-@pytest.mark.parametrize("what", ["rhs 1 1", "rhs 2 1", "rhs 5 1", "rhs 5 5", "rhs 4 3 1 3 1 1", "step 5 5"])
+@pytest.mark.parametrize("what", ["rhs 1 1", "rhs 2 1", "rhs 5 1", "rhs 5 5", "rhs 4 3 1 3 5 1", "step 5 5"])
 def test_loops_over_modes_and_stations_are_packed(what: str, tmp_path: Path) -> None:
     """Compiled afresh, as code from the cache shows no assembly."""
     done = subprocess.run(

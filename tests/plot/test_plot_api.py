@@ -36,7 +36,7 @@ def test_few_values_of_a_second_axis_stand_side_by_side() -> None:
 
 def test_every_kind_is_described(speeds: Results, plane: Results, trace: Trace) -> None:
     for data in (speeds, plane, trace):
-        assert set(plot.kinds_for(data)) <= set(plot.DESCRIPTIONS)
+        assert set(plot.kinds_for(data)) <= set(plot.all_kinds())
 
 
 def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds: Results) -> None:
@@ -46,7 +46,7 @@ def test_unknown_kind_lists_the_kinds_with_a_line_each(speeds: Results) -> None:
     assert "Did you mean 'bifurcation'?" in message
     for kind in plot.kinds_for(speeds):
         assert f"{kind} " in message
-        assert plot.DESCRIPTIONS[kind] in message
+        assert plot.all_kinds()[kind].words in message
 
 
 @pytest.mark.parametrize("kind", ["bifurcation", "summary", "orbit"])

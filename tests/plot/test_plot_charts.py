@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import nsdrill
 from nsdrill.errors import InputError
-from nsdrill.plot.charts import DRIVES
+from nsdrill.plot.kinds.drive_card import DRIVES
 
 STUDY = {"title": "A string", "operation": {"wob": "66.72 kN"}, "drillstring": {"lateral_softening": "static"},
          "sweep": {"rotary_speed": ["2 rad/s", "8 rad/s"]}}  # fmt: skip

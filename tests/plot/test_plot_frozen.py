@@ -12,7 +12,7 @@ from nsdrill import plot
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import described, drawn_in
-from nsdrill.plot.poincare import section_of
+from nsdrill.plot.kinds.section import section_of
 
 
 def frozen(*modes: str) -> dict[str, Any]:
@@ -81,7 +81,7 @@ def test_of_a_ramp() -> None:
 def test_the_orbit_of_a_string_without_lateral_motion_is_refused(trace: Trace) -> None:
     alone = Trace(trace.time, trace.variables, trace.attrs | frozen("lateral"))
     assert "orbit" not in plot.kinds_for(alone)
-    with pytest.raises(InputError, match="'orbit', which does not fit a trace of a string whose lateral motion is fro"):
+    with pytest.raises(InputError, match=r"'orbit', which does not fit a trace \(the lateral motion is frozen"):
         plot.draw(alone, "orbit")
 
 

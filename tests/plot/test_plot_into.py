@@ -100,7 +100,7 @@ def test_figures_after_one_into_axes_are_figures_of_their_own(plane: Results) ->
         ({"kind": "mapp"}, r"plot kind: found 'mapp', which is not known\. Did you mean 'map'\?"),
         ({"units": "metric"}, "found 'metric'; allowed: si, field"),
         ({"start": 1}, "start: found 1; allowed: nothing"),
-        ({"states": ("z", "vz")}, "states: found with the kind 'map'; allowed: with basin"),
+        ({"states": ("z", "vz")}, "states: found with kind='map'; allowed: with kind='basin'"),
         ({"severity": 1}, "severity: found with kind=None; allowed: with kind='window'"),
         ({"severity": 7, "kind": "window"}, "severity: found 7; allowed: 0 to 4"),
         ({"rotary_speed": "300 rpm"}, "rotary_speed: found .*; allowed: .* as the sweep"),

@@ -11,7 +11,7 @@ from made_up import make_results, make_trace
 from nsdrill import plot
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.ramp import local_maxima
+from nsdrill.plot.kinds.ramp import local_maxima
 
 
 def ramped(name: str = "rotary_speed", values: tuple[float, ...] = (3.0, 8.0, 8.0, 3.0), trace: Trace | None = None):
@@ -37,7 +37,7 @@ def test_the_kind_is_offered_for_a_ramp_only() -> None:
     assert "ramp" not in plot.kinds_for(make_trace())
     assert plot.kinds_for(ramped())[0] == "trace"
     assert plot.kinds_for(ramped())[-1] == "ramp"
-    with pytest.raises(InputError, match="at one operating point"):
+    with pytest.raises(InputError, match="it shows a run along a ramp"):
         plot.draw(make_trace(), "ramp")
 
 
@@ -99,5 +99,5 @@ def test_a_sweep_that_does_not_fit_is_refused() -> None:
         plot.draw(ramped(), over=make_results(depth=(1000.0, 2000.0)))
     with pytest.raises(InputError, match=r"found a sweep at 22\.24 kN; allowed: one at 66\.72 kN"):
         plot.draw(ramped(), over=make_results(rotary_speed=(1.0, 5.0)))
-    with pytest.raises(InputError, match="found with a sweep"):
+    with pytest.raises(InputError, match="--over: found with --kind bifurcation; allowed: with --kind ramp"):
         plot.draw(make_results(), over=make_results())

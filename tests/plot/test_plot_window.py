@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from nsdrill import plot
 from nsdrill.analysis.window import find_window
 from nsdrill.data import Results
-from nsdrill.plot.window import CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR
+from nsdrill.plot.kinds.window import CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLOUR
 from nsdrill.variables import WHIRL
 
 
@@ -99,7 +99,7 @@ def test_nothing_safe_is_still_a_picture(both: Results) -> None:
 def test_by_severity(both: Results) -> None:
     both["whirl_severity"][:] = 2
     assert find_window(both, 1)["safe"] == 0
-    [axes] = panels(plot.draw_window(both, 2))
+    [axes] = panels(plot.draw(both, "window", severity=2))
     cells = next(c for c in axes.collections if c.get_gid() == "cells").get_array()
     assert (np.asarray(cells) == 2).all()
 

@@ -25,8 +25,9 @@ def string(**values: Any) -> Parameters:
     return with_values(Parameters(), {key.replace("__", "."): value for key, value in values.items()})
 
 
-QUIET = {"bit__surface_amplitude": 0.0, "mud__pulsation": 0.0}
-RINGING = {**QUIET, "mud__flow": 0.0, "mud__viscosity": 0.0, "mud__density": 0.0, "bit__friction__level": 0.0,
+QUIET = {"bit__surface_amplitude": 0.0, "segments__hydraulics__pulsation": 0.0}
+RINGING = {**QUIET, "segments__hydraulics__flow": 0.0, "mud__viscosity": 0.0, "mud__density": 0.0,
+           "bit__friction__level": 0.0,
            "bit__cutting__zeta": 0.0, "segments__material_damping__axial": 0.0,
            "segments__material_damping__torsional": 0.0}  # fmt: skip
 

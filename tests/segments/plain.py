@@ -67,7 +67,7 @@ class Plain:
     c_rt: float = 0.0
     stiff: bool = False
     gains: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 0.0)
-    control_from: float = 0.0
+    on_at: float = 0.0
     torques: bool = True
     n: int = field(init=False)
 
@@ -140,7 +140,7 @@ class Plain:
 
     def voltage(self, t: float, state: Any) -> float:
         _, _, th, w, current = self.parts(state)
-        if t < self.control_from:
+        if t < self.on_at:
             return self.V0
         K_I, K_1, K_2, K_3, K_4 = self.gains
         return self.V0 - (

@@ -23,8 +23,11 @@ CASES = [
     ({"segments__pipe": 5, "segments__collar": 2, "drive__kind": "stiff"},
      {"pipes": 5, "collars": 2, "stiff": True}),
     ({"segments__pipe": 2, "segments__collar": 3, "drive__kind": "lqr",
-      "drive__control_from": 2.0, "drive__table_damping": 70.0, "segments__top__damping": 9e3, "bit__lobes": 3},
-     {"pipes": 2, "collars": 3, "control_from": 2.0, "c_rt": 70.0, "c_top": 9e3, "lobes": 3}),
+      "drive__on_at": 2.0, "drive__table_damping": 70.0, "segments__top__damping": 9e3, "bit__lobes": 3},
+     {"pipes": 2, "collars": 3, "on_at": 2.0, "c_rt": 70.0, "c_top": 9e3, "lobes": 3}),
+    ({"segments__pipe": 2, "segments__collar": 1, "drive__gains": (0.3, 40.0, 2.0, -30.0, 13.0), "drive__on_at": 2.0,
+      "segments__hydraulics__annulus_factor": 0.0, "segments__hydraulics__bore_factor": 0.0},
+     {"pipes": 2, "collars": 1, "gains": (0.3, 40.0, 2.0, -30.0, 13.0), "on_at": 2.0, "f_out": 0.0, "f_in": 0.0}),
     ({"segments__pipe": 2, "segments__collar": 3, "bit__cutting__speed": "mean",
       "segments__rock_damping": 0.0}, {"pipes": 2, "collars": 3, "live": False, "c_c": 0.0}),
 ]  # fmt: skip
@@ -118,7 +121,7 @@ def test_steady_drilling() -> None:
 
 def test_the_mud_damps_axial_motion_as_the_derivative_of_its_drag() -> None:
     """2 a Q/A_o + 2 b Q/A_b, summed over all segments: 36797 N s/m."""
-    parameters = string(**{**RINGING, "mud__flow": 0.022, "mud__density": 1198.0})
+    parameters = string(**{**RINGING, "segments__hydraulics__flow": 0.022, "mud__density": 1198.0})
     slopes, plain = Slopes(parameters), Plain(pulsation=0.0)
     lifted = slopes.steady()
     lifted[2 * slopes.nodes - 2] = 1.0

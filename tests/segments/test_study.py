@@ -102,6 +102,34 @@ def test_a_stiff_drive_turns_with_the_set_speed_of_each_point_of_a_chain() -> No
     )
 
 
+def test_a_string_at_rest_and_one_without_flow() -> None:
+    """Words for what the numbers say as well."""
+    head = STUDY.partition("initial:")[0] + "operation: {depth: 2200 m}\nsimulation: {transient: 1 s, observe: 1 s}\n"
+    head = head.replace("operation: {depth: 2200 m, wob: 100 kN}\n", "")
+    word = parse_study(f"{head}initial: {{start: rest}}\n").initial
+    assert (word.twist, word.bit_speed) == (None, None)
+    still = [api.run(f"{head}initial: {text}\n", progress=False)["initial_state"].to_numpy()
+             for text in ("{start: rest}", "{twist: 0 rad, bit_speed: 0 rad/s}")]  # fmt: skip
+    np.testing.assert_array_equal(*still)
+    off = parse_study(head.replace("collar: 2}", "collar: 2, hydraulics: null}")).parameters.segments.hydraulics
+    assert (off.annulus_factor, off.bore_factor, off.flow) == (0.0, 0.0, 0.022)
+
+
+@pytest.mark.parametrize(
+    ("drive", "words"),
+    [
+        ("{gains: [1, 2, 3]}", "five: K_I, K_1, K_2, K_3, K_4, or null"),
+        ("{on_at: 3 s}", "a time without drive.gains"),
+        ("{kind: lqr, gains: [1, 2, 3, 4, 5]}", "which the drive lqr does not read"),
+        ("{gains: 3}", "a list of one to 5"),
+        ("{gains: [1, 2, 3, 4, x]}", "found 'x'"),
+    ],
+)
+def test_gains_that_do_not_fit(drive: str, words: str) -> None:
+    with pytest.raises(StudyError, match=words):
+        parse_study(f"{STUDY}drive: {drive}\n")
+
+
 def test_lobes_are_an_axis() -> None:
     head = STUDY.replace("20 s", "2 s").partition("sweep:")[0] + "simulation: {transient: 2 s, observe: 2 s}\n"
     both = api.run(f"{head}sweep: {{bit.lobes: [1, 3]}}\n", progress=False)["axial_max"].to_numpy().ravel()
@@ -112,7 +140,7 @@ def test_lobes_are_an_axis() -> None:
 def test_steady_drilling_returns_once_a_revolution() -> None:
     """The section is a whole turn of the bit. Without pulsation steady drilling on a low lobe repeats with each turn,
     and on flat rock it is an equilibrium."""
-    quiet = {"segments__pipe": 2, "segments__collar": 2, "mud__pulsation": 0.0}
+    quiet = {"segments__pipe": 2, "segments__collar": 2, "segments__hydraulics__pulsation": 0.0}
     keep, simulation = Record(peaks=4, poincare=16), Simulation(150.0, 20.0)
     done = run(string(**quiet, bit__surface_amplitude=2e-4), simulation, record=keep, rotary_speed=60.0)
     assert (done["motion"][0], done["period"][0]) == (PERIODIC, 1)

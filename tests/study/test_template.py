@@ -13,6 +13,7 @@ from nsdrill.study import json_schema, parse_study, template_text
 from nsdrill.study.document import parse
 from nsdrill.study.keys import SLICE, keys_of
 from nsdrill.study.meanings import MEANINGS
+from nsdrill.study.uncertain import HOW
 
 SWEEP_KEYS = {f"sweep.{name}" for name in ("depth", "wob", "rotary_speed", "procedure", "along", "refine")}
 
@@ -43,7 +44,12 @@ def test_every_key_has_a_meaning_and_every_meaning_a_key() -> None:
     groups = {key.rpartition(".")[0] for key in keys_of().leaves}
     groups = (groups | {group.rpartition(".")[0] for group in groups}) - {""}
     sections = set(keys_of().sections)
-    assert set(MEANINGS) == set(keys_of().leaves) | groups | sections | SWEEP_KEYS | {"title", "sweep", SLICE}
+    unknowns = {"uncertain", *(f"uncertain.{name}" for name in HOW)}
+    assert set(MEANINGS) == set(keys_of().leaves) | groups | sections | SWEEP_KEYS | unknowns | {
+        "title",
+        "sweep",
+        SLICE,
+    }
 
 
 def test_defaults_as_text_read_back_exactly() -> None:
@@ -60,7 +66,7 @@ def test_the_json_schema() -> None:
     schema = json.loads(json.dumps(json_schema(), allow_nan=False))
     assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
     assert "required" not in schema  # without a sweep a study is one operating point
-    assert set(schema["properties"]) == {"title", "model", "sweep", *keys_of().sections}
+    assert set(schema["properties"]) == {"title", "model", "sweep", "uncertain", *keys_of().sections}
     for part in objects(schema):
         assert part["additionalProperties"] is False
         assert all("description" in value for value in part["properties"].values())

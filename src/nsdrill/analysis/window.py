@@ -32,8 +32,9 @@ class Classes:
 
     ``bits`` are the responses that occur in any history; ``failed`` and ``distrusted`` say whether any history (or the
     check of one that was safe) failed or has not run, or is not to be trusted; ``failed_runs`` how many there are of
-    the first; ``safe_in`` how many points are safe in each procedure by itself. ``y`` and ``third`` are None where no
-    such axis is swept; their length is then 1.
+    the first; ``safe_in`` how many points are safe in each procedure by itself. ``yields`` [third, y, x] is what the
+    points yield (:data:`YIELDS`), the mean of their histories, NaN where none has run; of old files there is none.
+    ``y`` and ``third`` are None where no such axis is swept; their length is then 1.
     """
 
     results: Results
@@ -47,10 +48,14 @@ class Classes:
     histories: int
     failed_runs: int
     safe_in: dict[str, int]
+    yields: dict[str, Array]
 
     def values(self, axis: str | None) -> Array:
         """The values of an axis; a single zero for one that is not there."""
         return np.zeros(1) if axis is None else np.asarray(self.results.coords[axis], dtype=float)
+
+
+YIELDS = ("rate_of_penetration", "mechanical_specific_energy")  # told of a point where the file has them
 
 
 def needed(severity: int | None) -> tuple[str, ...]:
@@ -105,6 +110,7 @@ def classes(results: Results, severity: int | None = None) -> Classes:
         text(name): int(np.count_nonzero(one.all(axis=tuple(range(3, one.ndim)))))
         for name, one in zip(results.coords["procedure"], each, strict=True)
     }
+    yields = {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables}
     return Classes(
         results,
         swept[0],
@@ -117,7 +123,16 @@ def classes(results: Results, severity: int | None = None) -> Classes:
         safe.shape[-1],
         int(np.count_nonzero(failed)),
         safe_in,
+        yields,
     )
+
+
+def _mean(values: Array) -> Array:
+    """The mean over the last axis of what is finite; NaN where nothing is."""
+    there = np.isfinite(values)
+    count = there.sum(axis=-1)
+    total = np.where(there, values, 0.0).sum(axis=-1)
+    return np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
 def find_window(results: Results, severity: int | None = None) -> dict[str, Any]:
@@ -183,7 +198,31 @@ def _map(found: Classes, state: Array, number: int | None) -> dict[str, Any]:
         if found.y:
             area[found.y] = [float(y[top]), float(y[bottom])]
         areas.append(area)
-    return {**_counts(state), "regions": areas, "recommended": _recommended(found, state, number)}
+    best = _recommended(found, state, number)
+    return {**_counts(state), "regions": areas, "recommended": best, "fastest": _fastest(found, state, number)}
+
+
+def _yields(found: Classes, number: int | None, cell: tuple[int, int]) -> dict[str, float]:
+    """What a point yields; over all values of the third axis, ``number`` None, the mean of them."""
+    all_ = {name: _mean(array[:, *cell]) if number is None else array[number, *cell]
+            for name, array in found.yields.items()}  # fmt: skip
+    return {name: float(value) for name, value in all_.items() if np.isfinite(value)}
+
+
+def _fastest(found: Classes, state: Array, number: int | None) -> dict[str, Any] | None:
+    """The safe point with the greatest rate of penetration, whatever room it has; None where no rate is known."""
+    name = YIELDS[0]
+    if name not in found.yields:
+        return None
+    rate = _mean(np.moveaxis(found.yields[name], 0, -1)) if number is None else found.yields[name][number]
+    rate = np.where((state == SAFE) & np.isfinite(rate), rate, -1.0)
+    row, column = (int(place) for place in np.unravel_index(np.argmax(rate), rate.shape))
+    if rate[row, column] < 0.0:
+        return None
+    point = {found.x: float(found.values(found.x)[column])}
+    if found.y:
+        point[found.y] = float(found.values(found.y)[row])
+    return {**point, **_yields(found, number, (row, column))}
 
 
 def _recommended(found: Classes, state: Array, number: int | None) -> dict[str, Any] | None:
@@ -197,7 +236,7 @@ def _recommended(found: Classes, state: Array, number: int | None) -> dict[str, 
     if found.y:
         point[found.y] = float(y[row])
         limits[found.y] = _limits(found, state, number, y, row, lambda place: (place, column))
-    return {**point, "margin": margin, "margins": limits}
+    return {**point, **_yields(found, number, (row, column)), "margin": margin, "margins": limits}
 
 
 def _limits(found: Classes, state: Array, number: int | None, values: Array, here: int, at: Any) -> dict[str, Any]:

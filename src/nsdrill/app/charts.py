@@ -17,14 +17,14 @@ from nsdrill.errors import InputError
 from nsdrill.models.leaves import OPERATION, with_values
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES, described
-from nsdrill.plot.kinds import CHART_KINDS
+from nsdrill.plot.registry import STUDY, kinds_of
 from nsdrill.variables import dimension_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from nsdrill.models.numbers import CriticalSpeeds
-    from nsdrill.plot.charts import Chart
+    from nsdrill.plot.charts import Numbers
     from nsdrill.study.study import Study
 
 VALUES = 181  # along an axis
@@ -35,29 +35,31 @@ LEAST_INCLINATION = math.radians(0.5)
 def draw_chart(study: Study, kind: str | None, along: str | None = None, *, units: str = "si") -> Figure:
     """The chart ``kind`` of a study as a figure. InputError where the kind is not known, or the study lacks what it
     shows."""
-    from nsdrill.plot.charts import draw
+    from nsdrill.plot import draw
+    from nsdrill.plot.charts import Chart
 
-    chart = chart_of(study, kind, along)
+    numbers = chart_of(study, kind, along)
     attrs = {
         "title": study.title,
         OVERRIDES: json_text(list(study.overrides)),
         "study_resolved": json_text(study.resolved),
     }
     operation = operation_of(study)
-    axis = getattr(chart, "axis", None)
+    axis = getattr(numbers, "axis", None)
     point = {name: getattr(operation, name) for name in OPERATION if name != axis}
-    return draw(chart, attrs, point, units, ends_of(study, "rotary_speed"))
+    return draw(Chart(numbers, attrs, point, ends_of(study, "rotary_speed")), units=units)
 
 
-def chart_of(study: Study, kind: str | None, along: str | None = None) -> Chart:
+def chart_of(study: Study, kind: str | None, along: str | None = None) -> Numbers:
     """The numbers of the chart ``kind``, in SI, ``along`` an axis that the study sweeps; by default along the depth,
     ``buckling`` along the inclination of the hole. InputError where the kind is not known, or the study does not have
     what it shows."""
     name = (kind or "").replace("_", "-")  # as other kinds are written
-    if name not in CHART_KINDS:
-        near = difflib.get_close_matches(name, CHART_KINDS, n=1)
+    known = kinds_of(STUDY)
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1)
         hint = f" Did you mean {near[0]!r}?" if near else ""
-        listing = "\n".join(f"  {name:<24} {words}" for name, words in CHART_KINDS.items())
+        listing = "\n".join(f"  {name:<24} {one.words}" for name, one in known.items())
         found = "a study without a kind" if kind is None else f"{kind!r} with a study"
         raise InputError(f"plot kind: found {found}.{hint} Allowed of a study, which is not run:\n{listing}")
     home = described(study.model).charts

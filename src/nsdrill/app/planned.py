@@ -16,6 +16,11 @@ def plan_of(study: Study) -> Plan:
     return Plan(study.axes, study.procedure, study.along, study.initial.starts)
 
 
+def _derived(model: str) -> tuple[str, ...]:
+    """The words of what is made from features, which files of any age need not have."""
+    return tuple(dict.fromkeys(one.only for one in described(model).derived if one.only))
+
+
 def kept_of(study: Study) -> Kept:
     """What is kept of each point of a study."""
     record, model = study.record, described(study.model)
@@ -28,7 +33,7 @@ def kept_of(study: Study) -> Kept:
         study.more,
         model.states(study.parameters),
         study.model,
-        model.options(values_at(study.parameters, study.initial, study.axes).parameters),
+        (*model.options(values_at(study.parameters, study.initial, study.axes).parameters), *_derived(study.model)),
         len(chosen_of(study).words()) > 1,
     )
 

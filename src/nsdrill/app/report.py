@@ -75,7 +75,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
             for i, procedure in enumerate(summary["procedures"])
         }
     summary["settled"] = int(np.count_nonzero(results["settled"][ok]))
-    for name in model.shown:
+    for name in (name for name in model.shown if name in results.variables):
         values = results[name][ok]
         values = values[np.isfinite(values)]
         if values.size:

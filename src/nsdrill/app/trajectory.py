@@ -250,15 +250,10 @@ def _trace(
     run = (
         follow(study, schedule, total, initial, samples, sample)
         if schedule.ramps
-        else _at_one_point(study, schedule.operation, simulation, initial, samples, sample)
+        else run_at(study, schedule.operation, simulation, initial, samples, sample)
     )
     taken, status, accepted, rejected, final = run
     time = np.arange(len(taken)) * sample
-    model = model_named(study.model)
-    names = model.states(model.variant(study.parameters))
-    state = {name: taken[:, i].copy() for i, name in enumerate(names)}
-    state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
-    history = schedule.at(time)
     if schedule.ramps:
         knots = {name: [ramp.times, ramp.values] for name, ramp in schedule.ramps.items()}
         extra = {**extra, "ramps": json_text(knots)}
@@ -279,13 +274,23 @@ def _trace(
         "final_state": final,
         **extra,
     }
+    what = advice(method, study.model, _points_of(study, schedule)) if status == STEP_LIMIT else ""
+    return Trajectory(Trace(time, traced(study, schedule, initial, time, taken), attrs), status, advice=what)
+
+
+def traced(study: Study, schedule: Schedule, initial: Array, time: Array, taken: Array) -> dict[str, Array]:
+    """The variables of a trace from the states ``taken`` [samples, states] at ``time`` [s] of a run from
+    ``initial``."""
+    model = model_named(study.model)
+    names = model.states(model.variant(study.parameters))
+    state = {name: taken[:, i].copy() for i, name in enumerate(names)}
+    state["drive_angle"] = initial[-1] + schedule.drive_angle(time)
+    history = schedule.at(time)
     told = {SCHEDULED[name]: values for name, values in vars(history).items() if SCHEDULED[name] not in state}
-    point = history if schedule.ramps else start
+    point = history if schedule.ramps else schedule.start
     known = {variable.name for variable in described(study.model).trace}
     shown = {name: values for name, values in state.items() if name in known}
-    trace = Trace(time, {**shown, **model.outputs(study.parameters, point, state), **told}, attrs)
-    what = advice(method, study.model, _points_of(study, schedule)) if status == STEP_LIMIT else ""
-    return Trajectory(trace, status, advice=what)
+    return {**shown, **model.outputs(study.parameters, point, state), **told}
 
 
 def _implicit(study: Study, schedule: Schedule) -> bool:
@@ -305,10 +310,17 @@ def _points(study: Study, operation: Operation) -> Values:
     return Values(study.parameters, study.initial, (operation.depth, operation.wob, operation.rotary_speed))
 
 
-def _at_one_point(
-    study: Study, operation: Operation, simulation: Simulation, initial: np.ndarray, samples: int, interval: float
+def run_at(
+    study: Study,
+    operation: Operation,
+    simulation: Simulation,
+    initial: np.ndarray,
+    samples: int,
+    interval: float,
+    begin: float = 0.0,
 ) -> tuple[np.ndarray, int, int, int, np.ndarray]:
-    """As :func:`nsdrill.app.ramped.follow`, at one operating point and with the marks of ``simulation``."""
+    """As :func:`nsdrill.app.ramped.follow`, at one operating point and with the marks of ``simulation``; sampled from
+    ``begin`` [s] on, which changes nothing in the run."""
     model = model_named(study.model)
     fixed = model.variant(study.parameters)
     if simulation.method == "implicit":
@@ -323,7 +335,7 @@ def _at_one_point(
         stages[1:] = [(stages[1][0], _lasting(simulation, total - switch))] if switch < total else []
     state, accepted, rejected = initial, 0, 0
     for number, (table, stage) in enumerate(stages):
-        store[BEGAN] = 0.0 if number == 0 else switch
+        store[BEGAN] = (0.0 if number == 0 or switch is None else switch) - begin
         gang = Gang(1, 1, rows, store, 0, replace(stage, max_steps=max(1, stage.max_steps - accepted - rejected)))
         gang.add(np.array([0]), model.runs(table, fixed, state[np.newaxis]))
         done = gang.run_alone(parts)

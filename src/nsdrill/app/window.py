@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from nsdrill.analysis.window import find_window, needed
+from nsdrill.analysis.window import YIELDS, find_window, needed
 from nsdrill.app.overrides import with_overrides
 from nsdrill.data import IN_MEMORY, Results
 from nsdrill.errors import FileError, InputError
@@ -24,7 +24,7 @@ def read_for_window(source: Results | str | os.PathLike[str], severity: int | No
     if severity is not None and severity not in range(5):
         raise InputError(f"severity: found {severity!r}; allowed: 0 to 4.")
     path = IN_MEMORY if isinstance(source, Results) else source
-    results = source if isinstance(source, Results) else read_results(source, [*needed(severity), *TRUST])
+    results = source if isinstance(source, Results) else read_results(source, [*needed(severity), *YIELDS, *TRUST])
     if lacking := [name for name in needed(severity) if name not in results.variables]:
         raise FileError(
             f"{path}: found no {' and no '.join(lacking)}, which the first versions of nsdrill did not write; allowed: "

@@ -1,9 +1,17 @@
-"""Messages that name options of the command line, in the words of a call from Python."""
+"""Words that the command line, Python and the explorer share; and messages that name options of the command line, in
+the words of a call from Python."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
+
+# How a run can end early, and what one does about it.
+ENDINGS = {
+    "diverged": "the motion grew without bound; the values of the study are far from any drill string",
+    "step_limit": "the run took more than simulation.max_steps steps",
+    "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower the stiffnesses",
+}
 
 
 def _setting(found: re.Match[str]) -> str:

@@ -19,6 +19,8 @@ COMMANDS = {
     "simulate": "Simulate one operating point and write its trajectory.",
     "replay": "Run one point of a results file again, with its trajectory.",
     "plot": "Draw a results or trace file.",
+    "view": "Explore results or a study in the browser.",
+    "report": "Write results as one page of HTML to send.",
     "window": "Say where one may run whatever the history.",
     "show": "Say what is in a results or trace file, in words and numbers.",
     "diff": "Say what differs between two results or trace files.",

@@ -59,8 +59,8 @@ def command(
     is not run."""
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
-    from nsdrill.plot import DESCRIPTIONS, check_suffix, cut, draw, kinds_for, needed, save
-    from nsdrill.plot.kinds import is_study
+    from nsdrill.plot import all_kinds, check_suffix, cut, draw, kinds_for, needed, save
+    from nsdrill.plot.registry import is_study
 
     if is_study(file):
         unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
@@ -73,7 +73,7 @@ def command(
     if kind == "list":
         data = outline(file)
         for name in kinds_for(data if isinstance(data, Trace) else cut(data, chosen, start)):
-            click.echo(f"{name:<24} {DESCRIPTIONS.get(name, 'values of this variable')}")
+            click.echo(f"{name:<24} {all_kinds()[name].words}")
         return 0
     if output is None:
         raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
@@ -109,11 +109,11 @@ def _chart(
     """A chart of the study in ``file``."""
     from nsdrill.cli.reading import load
     from nsdrill.plot import check_suffix, save
-    from nsdrill.plot.kinds import CHART_KINDS
+    from nsdrill.plot.registry import STUDY, kinds_of
 
     if kind == "list":
-        for name, words in CHART_KINDS.items():
-            click.echo(f"{name:<24} {words}")
+        for name, one in kinds_of(STUDY).items():
+            click.echo(f"{name:<24} {one.words}")
         return 0
     if output is None:
         raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")

@@ -8,17 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from nsdrill.app.wording import ENDINGS
 from nsdrill.cli import options
 
 if TYPE_CHECKING:
     from nsdrill.app.trajectory import Trajectory
-
-# How a run can end early, and what one does about it.
-ENDINGS = {
-    "diverged": "the motion grew without bound; the values of the study are far from any drill string",
-    "step_limit": "the run took more than simulation.max_steps steps",
-    "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower the stiffnesses",
-}
 
 
 @click.command(

@@ -56,8 +56,8 @@ def command(results: str, units: str, as_json: bool, output: str | None, severit
         for line in lines(note, units):
             click.echo(line)
     if output is not None:
-        from nsdrill.plot import draw_window, save
+        from nsdrill.plot import draw, save
 
-        save(draw_window(data, severity, units=units), output, overwrite=overwrite)
+        save(draw(data, "window", units=units, severity=severity), output, overwrite=overwrite)
         click.echo(f"{output}: drawn.", err=True)
     return 0

@@ -195,7 +195,7 @@ def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
             f"{spans}{others}."
         )
     best = one["recommended"]
-    yield f"Recommended: {', '.join(w.value(axis, best[axis]) for axis in axes)}."
+    yield f"Recommended: {', '.join(w.value(axis, best[axis]) for axis in axes)}.{_yields(best, w)}"
     for axis in axes:
         other = "" if len(axes) == 1 else f", the {name_of(next(a for a in axes if a != axis))} held"
         yield f"  {name_of(axis)}{other}:"
@@ -204,7 +204,18 @@ def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
     sides = [side for axis in axes for side in best["margins"][axis].values()]
     if any(side["margin"] == 0.0 for side in sides):
         yield "It has no room to one side or more: a hint, not a setting. A finer map around it would tell."
+    fastest = one["fastest"]
+    if fastest is not None and any(fastest[axis] != best[axis] for axis in axes):
+        where = ", ".join(w.value(axis, fastest[axis]) for axis in axes)
+        yield f"Fastest safe point, whatever room it has: {where}.{_yields(fastest, w)}"
     yield "Limits lie between the last safe point and the next one; finer axes bring them closer together."
+
+
+def _yields(point: dict[str, Any], w: Writer) -> str:
+    """What drilling there yields, in a sentence of its own; "" where the file does not say."""
+    words = {"rate_of_penetration": "rate of penetration", "mechanical_specific_energy": "specific energy"}
+    told = [f"{word} {w.value(name, point[name])}" for name, word in words.items() if name in point]
+    return f" {told[0][0].upper()}{', '.join(told)[1:]}." if told else ""
 
 
 def _limit(axis: str, limit: dict[str, Any], w: Writer) -> str:

@@ -163,6 +163,11 @@ class Model(ABC):
         """The features of finished runs by their names, each an array [n]: ``report`` holds the observer's columns,
         ``table`` the lane parameters, ``observe`` is the length of the window [s]."""
 
+    def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
+        """What follows from these features and the numbers of the study at the points, by name: the ``derived``
+        variables of the description, each an array [n]. None here."""
+        return {}
+
     @abstractmethod
     def peaks(self, report: Array, record: Record) -> dict[str, Array]:
         """The last local maxima by the names of their variables, each an array [n, peaks], NaN where fewer."""

@@ -110,16 +110,18 @@ class Description:
     ``check_features`` are the features from which the responses are made, ``shown`` those whose range ``show`` prints,
     ``told`` those that are told of an attractor. By the features ``compared`` two runs of a point are compared, and the
     starts of a point told apart, each in the scale of this name (:meth:`nsdrill.models.base.Model.scales`), None for a
-    fraction of time; ``grouped`` are more features by which starts are told apart.
+    fraction of time; ``grouped`` are more features by which starts are told apart. ``derived`` are variables made from
+    the features and the numbers of the study (:meth:`nsdrill.models.base.Model.derived`).
 
     ``orders`` and ``relations`` say what values must satisfy together: ``relations(check)`` yields the faults of a
     study, ``check`` is a :class:`nsdrill.study.relations.Checker`. ``units_by`` has the keys whose units depend on a
     choice: (key of the choice, its words with their units). ``compiled`` are keys of whole numbers that are fixed when
     the model is compiled, and may be an axis all the same. The template of a study shows ``example_axis``, a key with a
     least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from parameters,
-    initial state and axes. ``friction_rates`` gives of points (:class:`nsdrill.models.leaves.Values`) how fast friction
-    at its steepest brakes a slip [1/s], a number or an array by the key that makes it steep; ``explicit_only`` says of
-    parameters why their friction cannot be integrated implicitly, None where it can.
+    initial state and axes. ``hole`` gives the radii [m] of the hole and of the collar in it, where the path of the
+    collar centre is that in a round hole. ``friction_rates`` gives of points (:class:`nsdrill.models.leaves.Values`)
+    how fast friction at its steepest brakes a slip [1/s], a number or an array by the key that makes it steep;
+    ``explicit_only`` says of parameters why their friction cannot be integrated implicitly, None where it can.
     """
 
     name: str
@@ -135,6 +137,7 @@ class Description:
     untraced: tuple[Variable, ...] = ()
     operation: type[Operation] = Operation
     labels: tuple[Variable, ...] = ()
+    derived: tuple[Variable, ...] = ()
     peaks: tuple[Variable, ...] = ()
     section: tuple[Variable, ...] = ()
     responses: tuple[str, ...] = RESPONSES
@@ -151,6 +154,7 @@ class Description:
     example_axis: tuple[str, str, str] = ("", "", "")
     example_slice: str = ""
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
+    hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
     friction_rates: Callable[[Any], Mapping[str, Any]] = lambda _: {}
     explicit_only: Callable[[Any], str | None] = lambda _: "this model does not keep friction apart"
@@ -225,6 +229,7 @@ class Description:
                      "attractor of the start, numbered alike along the axes: 1 has most starts, 0 none", "label",
                      only="starts"),
             *self.features,
+            *self.derived,
             feature("half_difference", "1", "largest disagreement between the halves of the observed window"),
             feature("zero_one", "1", "0-1 test for chaos on the returns: near 0 regular, near 1 chaotic", "returns"),
             feature("lyapunov_exponent", "s-1", "largest Lyapunov exponent", "exponent"),

@@ -34,7 +34,8 @@ def further_axes(model: str) -> dict[str, tuple[str, str]]:
     found: dict[str, tuple[str, str]] = {}
 
     def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
-        if isinstance(value, float) or (value is None and "units" in meta) or key in told.compiled:
+        number = isinstance(value, float) or (value is None and "units" in meta and "most" not in meta)
+        if number or "words" in meta or key in told.compiled:
             units = next(iter(told.units_by[key][1].values())) if key in told.units_by else meta.get("units", "")
             found[dimension_of(key)] = (key, units)
 

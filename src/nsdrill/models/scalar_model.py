@@ -175,13 +175,17 @@ class ScalarModel(Model):
         if initial.starts:
             checked_starts(initial, number)
         if initial.slice:
-            values |= slice_points(initial, names, number)
+            values |= self.sliced(points, number)
         elif initial.starts:
             values |= self.drawn(points, hypercube(initial.seed, initial.starts, len(names))[number])
         full, names = self.started(points, values), (*self.states(variant), "drive_angle")
         columns = [np.atleast_1d(np.asarray(full[name], dtype=float)) for name in names]
         points_of = np.broadcast_arrays(*columns, *(np.atleast_1d(value) for value in points.operation), number)
         return np.stack(points_of[: len(names)], axis=1)
+
+    def sliced(self, points: Values, number: Array) -> dict[str, Array]:
+        """The two states that the study's slice varies, at the starts of these numbers."""
+        return slice_points(points.initial, self.start_names(self.variant(points.parameters)), number)
 
     def given(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
         """The states of the start that the study gives, by these names."""

@@ -2,8 +2,8 @@
 
 Friction of steepness eps brakes a slip at a rate of some (2/pi) eps mu N / m, which bounds the steps of an explicit
 method. An implicit step costs some three explicit ones and is bounded by accuracy alone: measured on stick-slip and on
-rolling, the two take the same time where that rate is about 3000 1/s. The bound is twice that, so that a string with the
-default smoothing is explicit under usual loads.
+rolling, the two take the same time where that rate is about 3000 1/s. The bound is twice that, so that a string with
+the default smoothing is explicit under usual loads.
 """
 
 from __future__ import annotations

@@ -1,73 +1,58 @@
 """Pictures of sweeps and traces: data in memory in, a matplotlib figure out; opens no file of data.
 
-matplotlib is imported when something is drawn, and pyplot never: no window, no global state.
+matplotlib is imported when something is drawn or asked for, and pyplot never: no window, no global state.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from inspect import Signature, signature
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
-from nsdrill.data import Results, Trace
+from nsdrill.data import Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
-from nsdrill.plot.kinds import (
-    DESCRIPTIONS,
-    START_KINDS,
-    SWEEP_KINDS,
-    choose_kind,
-    fits_columns,
-    kinds_for,
-    variables_for,
-)  # fmt: skip
 from nsdrill.plot.labels import UNIT_SYSTEMS, check_units
+from nsdrill.plot.registry import all_kinds, check_options, choose_kind, kinds_for, variables_for
 from nsdrill.plot.saving import FORMATS, check_suffix, save
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "DESCRIPTIONS", "FORMATS", "UNIT_SYSTEMS", "check_suffix", "cut", "draw", "draw_window", "kinds_for", "needed",
-    "save",
-]  # fmt: skip
+__all__ = ["FORMATS", "UNIT_SYSTEMS", "all_kinds", "check_suffix", "cut", "draw", "kinds_for", "needed", "save"]
 
 
 def draw(
-    data: Results | Trace, kind: str | None = None, *, units: str = "si", at: Mapping[str, float] | None = None,
-    over: Results | None = None, start: int | None = None, states: Sequence[str] | None = None,
-) -> Figure:  # fmt: skip
+    data: Any,
+    kind: str | None = None,
+    *,
+    units: str = "si",
+    at: Mapping[str, float] | None = None,
+    start: int | None = None,
+    **options: Any,
+) -> Figure:
     """Draw ``data`` in one of its :func:`kinds_for`, the first of them if ``kind`` is None.
 
     ``units`` are ``si`` (as engineers write it: kN, mm) or ``field``. ``at`` holds axes of a sweep at one of their
-    values, in SI: ``{"wob": 22240.0}`` draws the cut of a map. ``over`` is a sweep for the kind ``ramp`` to be drawn
-    over. ``start`` draws one start of every operating point, where there are several; ``states`` are the two over which
-    an ensemble's ``basin`` is drawn.
+    values, in SI: ``{"wob": 22240.0}`` draws the cut of a map. ``start`` draws one start of every operating point,
+    where there are several. Other ``options`` are those that the kind takes (None is as not given): ``over``, a sweep
+    to draw a ``ramp`` over; ``states``, the two over which an ensemble's ``basin`` is drawn; ``severity`` of a
+    ``window``.
     """
     check_units(units)
+    given = {name: value for name, value in options.items() if value is not None}
+    if isinstance(data, Results):
+        data = cut(data, at, start)
+    if kind is None and "over" in given and "ramp" in kinds_for(data):
+        kind = "ramp"
+    chosen = choose_kind(data, kind)
+    check_options(chosen, given)
     from nsdrill.plot.style import house_style, settle
 
     with house_style():
-        if isinstance(data, Trace):
-            figure = _draw_trace(data, kind, units, over)
-        else:
-            if over is not None:
-                raise InputError("--over: found with a sweep; allowed: with the trace of a ramp and --kind ramp.")
-            figure = _draw_sweep(cut(data, at, start), kind, units, states)
-        settle(figure)
-    return figure
-
-
-def draw_window(data: Results, severity: int | None = None, *, units: str = "si") -> Figure:
-    """The kind ``window``, by severity where that is given: see :func:`nsdrill.analysis.window.find_window`."""
-    check_units(units)
-    from nsdrill.plot import window
-    from nsdrill.plot.style import house_style, settle
-
-    with house_style():
-        figure = window.draw(cut(data, None), units, severity)
+        figure = chosen.draw(data, units, **given)
         settle(figure)
     return figure
 
@@ -76,7 +61,7 @@ def needed(
     outline: Results, kind: str | None = None, at: Mapping[str, float] | None = None, start: int | None = None
 ) -> tuple[str, ...]:
     """The variables that :func:`draw` uses of a sweep with these coordinates; ``outline`` has no numbers in it."""
-    names = variables_for(choose_kind(cut(outline, at, start), kind), model_in(outline.attrs))
+    names = variables_for(choose_kind(cut(outline, at, start), kind).name, model_in(outline.attrs))
     return tuple(name for name in names if name in outline.variables)
 
 
@@ -92,44 +77,6 @@ def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None)
         found, allowed = (", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes))
         raise InputError(f"--at: found {found}; allowed: {allowed}.")
     return ordered(data if start is None else one_start(data, start), at)
-
-
-def _draw_trace(trace: Trace, kind: str | None, units: str, over: Results | None) -> Figure:
-    from nsdrill.plot import poincare, ramp, traces
-
-    kind = choose_kind(trace, "ramp" if over is not None and kind is None else kind)
-    if kind == "ramp":
-        return ramp.draw(trace, units, over)
-    if over is not None:
-        raise InputError(f"--over: found with --kind {kind}; allowed: with --kind ramp.")
-    if kind == "section":
-        return poincare.draw_trace(trace, units, traces.title_of(trace, units))
-    return traces.draw(trace, kind, units)
-
-
-def _draw_sweep(data: Results, kind: str | None, units: str, states: Sequence[str] | None) -> Figure:
-    from nsdrill.plot import basin, bifurcation, coexisting, maps, motion, poincare, shares, summary, window
-
-    kind = choose_kind(data, kind)
-    if states and kind != "basin":
-        raise InputError(f"--states: found with the kind {kind!r}; allowed: with basin.")
-    if kind == "basin":
-        return basin.draw(data, units, states)
-    if kind in START_KINDS:
-        return shares.draw(data, units) if kind == "shares" else coexisting.draw(data, units)
-    if kind == "window":
-        return window.draw(data, units)
-    if kind == "bifurcation":
-        return bifurcation.draw(data, units)
-    if kind == "poincare":
-        return poincare.draw(data, units)
-    if kind == "section":
-        return poincare.draw_point(data, units)
-    if kind == "motion" and fits_columns(data):
-        return motion.draw(data, units)
-    if kind in SWEEP_KINDS or len(data.swept) < 2:
-        return summary.draw(data, kind, units)
-    return maps.draw(data, kind, units)
 
 
 class _Room(ModuleType):

@@ -11,7 +11,6 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nsdrill.analysis.hysteresis import differences, spans
@@ -19,6 +18,7 @@ from nsdrill.analysis.outcome import FAILED_POINT
 from nsdrill.data import Results
 from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
+from nsdrill.plot.legend import marker_entry, response_entries
 from nsdrill.plot.slices import Line, edges, line, spaced
 from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, SHADE, new_figure, put_title
 
@@ -117,49 +117,17 @@ def is_open(procedure: str, procedures: Sequence[str]) -> bool:
     return procedure == "down" and len(procedures) > 1
 
 
-def legend_below(figure: Figure, handles: Sequence[Artist], columns: int) -> None:
-    """A legend below all, in so many columns or in as many as the width of the figure has room for."""
-    for count in range(min(columns, len(handles)), 0, -1):
-        legend = figure.legend(handles=list(handles), loc="outside lower center", ncols=count)
-        if count == 1 or legend.get_window_extent().width <= figure.bbox.width:
-            return
-        legend.remove()
-
-
 def outcome_handles(lines: Sequence[Line], *, markers: bool) -> list[Artist]:
     """Legend entries for the responses that occur, and for failed and doubtful points with their number."""
     outcomes = np.concatenate([one.outcome.ravel() for one in lines])
     handles: list[Artist] = []
-    for code, style in enumerate(RESPONSES):
-        if not (outcomes == code).any():
-            continue
-        if markers:
-            handles.append(
-                Line2D(
-                    [],
-                    [],
-                    color=style.colour,
-                    marker=style.marker,
-                    linestyle="none",
-                    markersize=4.5,
-                    markeredgewidth=0,
-                    label=style.name,
-                )
-            )
-        else:
-            handles.append(Patch(facecolor=style.colour, label=style.name))
+    present = [code for code in range(len(RESPONSES)) if (outcomes == code).any()]
+    if markers:
+        handles += response_entries(present)
+    else:
+        handles += [Patch(facecolor=RESPONSES[code].colour, label=RESPONSES[code].name) for code in present]
     failed = int((outcomes == FAILED_POINT).sum())
     if failed:
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color="k",
-                marker="x",
-                linestyle="none",
-                markersize=4,
-                label=f"failed ({failed} of {outcomes.size})",
-            )
-        )
+        handles.append(marker_entry(f"failed ({failed} of {outcomes.size})", "x", "k", size=4, edge=1.0))
     verdicts = [one.verdicts.ravel() for one in lines if one.verdicts is not None]
     return handles + (doubt_handles(np.concatenate(verdicts)) if verdicts else [])

@@ -22,11 +22,13 @@ from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT, outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.observe.trust import verdict
+from nsdrill.plot import equal
 from nsdrill.plot.bands import bounds
-from nsdrill.plot.columns import legend_below
 from nsdrill.plot.doubts import doubt_handles, draw_doubts
-from nsdrill.plot.kinds import MAX_PANELS, value_name
+from nsdrill.plot.equal import RATE
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
+from nsdrill.plot.legend import legend_below
+from nsdrill.plot.registry import MAX_PANELS
 from nsdrill.plot.slices import edges, robust_limits, spaced
 from nsdrill.plot.style import (
     FULL_WIDTH,
@@ -103,11 +105,25 @@ class Planes:
         return self.results.coords[self.panel]
 
 
-def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
+def lies_across(results: Results) -> str:
+    """The axis along x of a map."""
+    return Planes.of(results).x
+
+
+def draw_categories_map(results: Results, variable: str, units: str) -> Figure:
+    """A map of ``response``, ``whirl_kind`` or ``motion``, by the colours of :data:`CATEGORIES`."""
+    return _draw(results, variable, None, units)
+
+
+def draw_values_map(results: Results, name: str, units: str) -> Figure:
+    """A map of the feature ``name``."""
+    return _draw(results, "response", name, units)
+
+
+def _draw(results: Results, variable: str, name: str | None, units: str) -> Figure:
     planes = Planes.of(results)
     outcomes = outcome(planes["status"], planes["response"])
-    name = value_name(kind)
-    variable = "response" if name or kind == "map" else kind
+    named = variable == "response" and name is None
     inferred = planes["status"] == INFERRED
     if variable != "response":  # all that is known of an inferred point
         outcomes = np.where(inferred, PENDING_POINT, outcomes)
@@ -116,7 +132,7 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
     number = len(planes.procedures) * len(planes.panel_values)
     if number > MAX_PANELS:
         raise InputError(
-            f"plot kind {kind!r}: found {len(planes.panel_values)} values of {planes.panel} beside {planes.y} and "
+            f"a map: found {len(planes.panel_values)} values of {planes.panel} beside {planes.y} and "
             f"{planes.x}, which would be {number} panels; allowed: {MAX_PANELS}. Select one value of {planes.panel}."
         )
     if number + len(planes.panel_values) > MAX_PANELS:
@@ -130,22 +146,28 @@ def draw(results: Results, kind: str = "map", units: str = "si") -> Figure:
     verdicts = verdict(planes) if "trusted" in results.variables else None
     across = FULL_WIDTH / len(grid[0]) / len(cells[0])
     cell = 72 * min(across, (figure.get_figheight() - WORDS) / len(grid) / len(cells[1]))
+    lines = False
     for row in range(len(planes.panel_values)):
         for column in range(len(planes.procedures)):
-            if kind == "map":
+            if named:
                 hatch(grid[row][column], cells, inferred[column, row], "....", "none", "white", "inferred")
             if verdicts is not None:
                 draw_doubts(grid[row][column], *cells, verdicts[column, row], cell)
             hatch(
                 grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000", "failed"
             )
+            if named and RATE in results.variables:
+                x, y = (results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y))
+                lines |= equal.draw_lines(grid[row][column], x, y, planes[RATE][column, row], units)
         if differs is not None:
             axes = grid[row][-1]
             hatch(axes, cells, differs[row] == 0, "", "#EDEDED", "none", "same")
             hatch(axes, cells, differs[row] == 1, "//////", SHADE, "#404040", "differs")
-    handles += _remarks(outcomes, differs, inferred, named=kind == "map")
+    handles += _remarks(outcomes, differs, inferred, named=named)
     if verdicts is not None:
         handles += doubt_handles(verdicts)
+    if lines:
+        handles.append(equal.handle(units))
     legend_below(figure, handles, 4 if len(handles) != 5 else 5)
     return figure
 

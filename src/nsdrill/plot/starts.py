@@ -4,6 +4,7 @@ words."""
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,13 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.style import RESPONSES
+
+USED = ("attractor", "whirl_kind", "settled")  # variables that say what an attractor is
+
+
+def has_starts(data: Any) -> bool:
+    """Whether these are results with several starts of every operating point."""
+    return isinstance(data, Results) and "start" in data.coords
 
 
 def along(results: Results) -> tuple[str, list[tuple[list[Attractor], dict[str, int]]]]:

@@ -250,7 +250,9 @@ def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Containe
     each point."""
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     states = tuple(coords["state"].tolist())
-    options = {v.only: None for v in described(model).features if v.only and v.only not in states and v.name in names}
+    told = described(model)
+    optional = (v for v in (*told.features, *told.derived) if v.only and v.only not in states)
+    options = dict.fromkeys(v.only for v in optional if v.only and v.name in names)
     return Kept(
         peaks,
         returns,

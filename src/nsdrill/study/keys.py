@@ -25,20 +25,24 @@ from nsdrill.units import USUAL, QuantityError, quoted
 from nsdrill.variables import MODEL
 
 MANY = 12  # choices that no message lists
+BARE = ("", "percent")  # units of which a bare number is
 
+AROUND = ("sweep", "uncertain")  # sections whose keys are those of others
 SLICE = "initial.slice"  # its values are ranges of states, as the axes of the sweep are: no leaf
 
 
 @dataclass(frozen=True)
 class Leaf:
-    """One key that takes a value. ``kind`` is quantity (with ``units``), number, whole, choice (of ``choices``) or
-    switch (true or false).
+    """One key that takes a value. ``kind`` is quantity (with ``units``), number, whole, choice (of ``choices``), switch
+    (true or false), list (of up to ``most`` values of the leaf ``each``) or table (of up to ``most`` records with the
+    leaves ``parts``).
 
-    The range runs from ``low`` to ``high``, in SI; ``usual`` says what is met in the field.
+    The range runs from ``low`` to ``high``, in SI; ``usual`` says what is met in the field. One of the ``words`` may
+    stand in place of a quantity or number.
     """
 
     key: str
-    kind: Literal["quantity", "number", "whole", "choice", "switch"]
+    kind: Literal["quantity", "number", "whole", "choice", "switch", "list", "table"]
     default: Any
     units: str = ""
     choices: tuple[str, ...] = ()
@@ -49,6 +53,14 @@ class Leaf:
     confidence: str = ""
     usual: str = ""
     meaning: str = ""
+    words: tuple[str, ...] = ()
+    most: int = 0
+    parts: tuple[Leaf, ...] = ()
+
+    @property
+    def each(self) -> Leaf:
+        """The leaf of one value of a list."""
+        return replace(self, kind="number" if self.units in BARE else "quantity", nullable=False, most=0, default=0.0)
 
     @property
     def default_text(self) -> str:
@@ -61,12 +73,36 @@ class Leaf:
             return "null"
         if self.kind == "switch":
             return str(value).lower()
+        if self.kind == "list":
+            return f"[{', '.join(map(self.each.text, value))}]"
+        if self.kind == "table":
+            return f"[{', '.join(map(self._record_text, value))}]"
+        if isinstance(value, str):
+            return value
         if self.kind == "quantity":
             return si.exact_text(value, self.units)
         return f"{value:g}" if isinstance(value, float) and float(f"{value:g}") == value else str(value)
 
+    def _record_text(self, record: Any) -> str:
+        """A record of a table, without the values that are the defaults."""
+        found = record if isinstance(record, dict) else vars(record)
+        given = ((part, found[part.key.rpartition(".")[2]]) for part in self.parts)
+        told = [
+            f"{part.key.rpartition('.')[2]}: {part.text(value)}"
+            for number, (part, value) in enumerate(given)
+            if number == 0 or value != part.default
+        ]
+        return f"{{{', '.join(told)}}}"
+
     def allowed(self) -> str:
         """What may stand here, in words."""
+        if self.kind == "table":
+            names = ", ".join(part.key.rpartition(".")[2] for part in self.parts)
+            return f"a list of one to {self.most} mappings with the keys {names}"
+        if self.kind == "list":
+            return f"a list of one to {self.most} of {self.each.allowed()}{', or null' if self.nullable else ''}"
+        if self.words:
+            return f"{', '.join(self.words)} or {replace(self, words=()).allowed()}"
         if self.kind == "choice":
             return (
                 _either(self.choices)
@@ -86,6 +122,13 @@ class Leaf:
             return None
         if self.kind == "choice":
             return self._choice(raw)
+        if self.kind in ("list", "table"):
+            if not isinstance(raw, list) or not 1 <= len(raw) <= self.most:
+                empty = "an empty list" if raw == [] else f"{len(raw)} of them" if isinstance(raw, list) else shown(raw)
+                raise QuantityError(empty, self.allowed())
+            return raw if self.kind == "table" else [self.each.read(one) for one in raw]
+        if isinstance(raw, str) and raw in self.words:
+            return raw
         if self.kind == "switch":
             if not isinstance(raw, bool):
                 raise QuantityError(shown(raw), self.allowed())
@@ -164,6 +207,11 @@ def leaf(key: str, item: Field[Any], hint: Any, meaning: str, model: Description
     if key in model.units_by:  # those of the first choice; the validation knows what the choice asks for
         meta["units"] = next(iter(model.units_by[key][1].values()))
     assert item.default is not MISSING, f"{key} has no default"
+    if "record" in meta:
+        kind = meta.pop("record")
+        hints = typing.get_type_hints(kind)
+        parts = tuple(leaf(f"{key}.{of.name}", of, hints[of.name], "", model) for of in fields(kind))
+        return Leaf(key, "table", item.default, parts=parts, **meta)
     if typing.get_origin(hint) is Literal:
         return Leaf(key, "choice", item.default, choices=typing.get_args(hint), **meta)
     if hint is bool:
@@ -171,7 +219,9 @@ def leaf(key: str, item: Field[Any], hint: Any, meaning: str, model: Description
     nullable = type(None) in typing.get_args(hint)
     if hint is int:
         return Leaf(key, "whole", item.default, **meta)
-    bare = meta.get("units", "") in ("", "percent")
+    if "most" in meta:
+        return Leaf(key, "list", item.default, nullable=nullable, **meta)
+    bare = meta.get("units", "") in BARE
     return Leaf(key, "number" if bare else "quantity", item.default, nullable=nullable, **meta)
 
 
@@ -204,9 +254,14 @@ class Keys:
     def leaf(self, key: str, resolved: Mapping[str, Any]) -> Leaf:
         """The leaf of ``key``, whose units may depend on a choice of the ``resolved`` study."""
         found = self.leaves[key]
-        if key not in self.model.units_by:
+        return self._in_its_units(
+            replace(found, parts=tuple(self._in_its_units(part, resolved) for part in found.parts)), resolved
+        )
+
+    def _in_its_units(self, found: Leaf, resolved: Mapping[str, Any]) -> Leaf:
+        if found.key not in self.model.units_by:
             return found
-        choice, units = self.model.units_by[key]
+        choice, units = self.model.units_by[found.key]
         value: Any = resolved
         for part in choice.split("."):
             value = value[part]
@@ -227,7 +282,7 @@ def keys_of(model: str = MODEL) -> Keys:
     numbers = {key.partition(".")[0] for key, one in every.items() if one.kind in ("quantity", "number")}
     physical = tuple(name for name in (*found.sections, "operation", "initial") if name in numbers)
     axes = {
-        key.removeprefix("operation."): replace(one, nullable=False)
+        key.removeprefix("operation."): replace(one, nullable=False, words=())
         for key, one in every.items()
         if (one.kind in ("quantity", "number") and key.partition(".")[0] in physical and key != "initial.spread")
         or key in found.compiled
@@ -235,8 +290,9 @@ def keys_of(model: str = MODEL) -> Keys:
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
     groups = {".".join(parts[:end]) for key in every for parts in [key.split(".")] for end in range(1, len(parts))}
     there = {"title", *every, *groups, SLICE}
-    meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] == "sweep"}
+    meanings = {key: words for key, words in told.items() if key in there or key.partition(".")[0] in AROUND}
     meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
+    meanings |= {part.key: part.meaning for one in every.values() for part in one.parts}
     return Keys(found, sections, every, axes, physical, meanings)
 
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import reduce
 from itertools import pairwise
+from operator import getitem
 from pathlib import Path
 from typing import Any
 
 from nsdrill.errors import Fault, StudyError
 from nsdrill.observe.thresholds import Thresholds
+from nsdrill.sampling import CUT, KINDS, NAMED
 from nsdrill.study import overrides as setting
 from nsdrill.study.document import Document, KeyPath, dotted, parse, read_text
 from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, did_you_mean, keys_of, shown
@@ -18,6 +22,7 @@ from nsdrill.study.ramps import EXAMPLE, take_ramps
 from nsdrill.study.relations import Checker
 from nsdrill.study.resolved import build, study_from_resolved
 from nsdrill.study.study import Study
+from nsdrill.study.uncertain import HOW, draws, take_uncertain
 from nsdrill.units import QuantityError
 from nsdrill.variables import AXES
 
@@ -49,8 +54,9 @@ def parse_study(text: str, name: str = "<study>", overrides: Sequence[str] = ())
     given, faults, faulty = _validate(document, keys)
     resolved, axis_faults = _resolve(document, given, keys)
     faulty |= {fault.key for fault in axis_faults}
+    drawn = draws(resolved["uncertain"], keys) if "uncertain" in resolved else {}
     faults += axis_faults
-    faults += Checker(keys.model, document, resolved, keys.leaves, faulty).faults()
+    faults += Checker(keys.model, document, resolved, keys.leaves, faulty, drawn).faults()
     faults += document.faults
     if faults:
         raise StudyError(name, _in_file_order(faults))
@@ -128,8 +134,16 @@ def _validated(data: Any, keys: Keys) -> dict[str, Any]:
         chosen[choice] = value if isinstance(value, str) and value in units else None
     sweep = data.get("sweep")
     axes = frozenset(keys.axes).intersection(sweep if isinstance(sweep, dict) else ())
-    made = study_model(axes, keys.model.name).model_validate(data, context=chosen)
+    unknowns = _unknowns(data.get("uncertain"), keys)
+    made = study_model(axes, keys.model.name, unknowns).model_validate(data, context=chosen)
     return made.model_dump(exclude_unset=True, by_alias=True)
+
+
+def _unknowns(section: Any, keys: Keys) -> frozenset[str]:
+    """The numbers that the section ``uncertain`` names, as unknowns or in its table."""
+    section = section if isinstance(section, dict) else {}
+    table = section.get("table")
+    return frozenset(keys.axes).intersection((*section, *(table if isinstance(table, dict) else ())))
 
 
 def _path(loc: tuple[str | int, ...]) -> KeyPath:
@@ -140,10 +154,16 @@ def _path(loc: tuple[str | int, ...]) -> KeyPath:
 
 
 def _whole(path: KeyPath) -> KeyPath:
-    """The path of the range or ramp that ``path`` lies in, as one without one of its values is none; else itself."""
+    """The path of the range, ramp or list that ``path`` lies in, as one without one of its values is none or another;
+    else itself."""
     if path[0] in ("sweep", "operation"):
         return path[:2]
-    return path[:3] if path[:2] == ("initial", "slice") else path
+    if path[0] == "uncertain":
+        return path[: 3 if path[1:2] == ("table",) else 2]
+    if path[:2] == ("initial", "slice"):
+        return path[:3]
+    numbers = [place for place, part in enumerate(path) if isinstance(part, int)]
+    return path[: numbers[0]] if numbers else path
 
 
 def _without(data: Any, paths: list[KeyPath]) -> Any:
@@ -172,9 +192,13 @@ def _fault(document: Document, path: KeyPath, detail: Any, keys: Keys) -> Fault:
         found, allowed, suggestion = "an unknown key", _listed(dotted(path[:-1]), keys), _nearest(path, keys)
         if path[0] == "sweep" and len(path) == 2:
             found, allowed, suggestion = _no_axis(str(path[1]), keys)
+        elif path[0] == "uncertain" and len(path) == 2 + (path[1] == "table"):
+            found, allowed, suggestion = _no_axis(str(path[-1]), keys, HOW)
     elif kind == "missing":
         found = "nothing"
         allowed = "all of from, to and points"
+        if path[0] == "uncertain":
+            allowed = f"all of {' and '.join(NAMED[str(path[-2])])}"
         if path[0] == "operation":
             allowed = EXAMPLE
     elif kind in ("model_type", "model_attributes_type", "dict_type"):
@@ -191,8 +215,11 @@ def _children(prefix: str, keys: Keys) -> list[str]:
         return [*_RANGE, *(["spacing"] if prefix.startswith("sweep.") else [])]
     if prefix.startswith("operation."):
         return ["ramp"]
+    if prefix.startswith("uncertain.") and prefix != "uncertain.table":
+        return [*NAMED[kind], *CUT] if (kind := prefix.rpartition(".")[2]) in NAMED else list(KINDS)
     if prefix == SLICE:
         return list(keys.slices)
+    prefix = re.sub(r"\[\d+\]", "", prefix)  # of a record of a list
     start = f"{prefix}." if prefix else ""
     return [key[len(start) :] for key in keys.meanings if key.startswith(start) and "." not in key[len(start) :]]
 
@@ -212,15 +239,20 @@ def _nearest(path: KeyPath, keys: Keys) -> str | None:
     return f"Did you mean {' or '.join(elsewhere[:3])}?" if elsewhere else None
 
 
-def _no_axis(name: str, keys: Keys) -> tuple[str, str, str | None]:
-    """What is wrong with a key of the sweep that is no axis: what was found, what is allowed, what may be meant."""
+def _no_axis(
+    name: str, keys: Keys, others: Sequence[str] = ("procedure", "along", "refine")
+) -> tuple[str, str, str | None]:
+    """What is wrong with a key that is no axis of the sweep, or no unknown: what was found, what is allowed beside the
+    ``others``, what may be meant."""
     leaf = keys.leaves.get(name)
     allowed = (
         f"{', '.join(AXES)} or another number of {', '.join(keys.physical)} by its key, as "
-        f"{keys.model.example_axis[0]}; procedure, along, refine"
+        f"{keys.model.example_axis[0]}; {', '.join(others)}"
     )
     if name.startswith("operation.") and name.removeprefix("operation.") in AXES:
         return f"{name} in full", allowed, f"Write {name.removeprefix('operation.')}."
+    if others == HOW and name in keys.model.compiled:
+        return f"{name}, which is compiled in", allowed, f"Sweep it: sweep.{name} with procedure: same."
     if leaf is None:
         return "an unknown key", allowed, _near_axis(name, keys)
     what = (
@@ -244,7 +276,13 @@ def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dic
     ramps, faults = take_ramps(document, given.get("operation", {}))
     resolved: dict[str, Any] = {"title": given.get("title", ""), "model": keys.model.name}
     for section, cls in keys.sections.items():
-        resolved[section] = _merged(asdict(cls()), given.get(section, {}))
+        resolved[section] = _merged(_plain(asdict(cls())), given.get(section, {}))
+    for leaf in keys.leaves.values():
+        if leaf.kind == "table":  # a record that is given has the defaults of a record
+            *sections, name = leaf.key.split(".")
+            holder = reduce(getitem, sections, resolved)
+            empty = {part.key.rpartition(".")[2]: part.default for part in leaf.parts}
+            holder[name] = [{**empty, **record} for record in holder[name]]
     if ramps:
         resolved["ramps"] = ramps
     sweep = given.get("sweep", {})
@@ -271,6 +309,10 @@ def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dic
                 found = found[part]
             allowed = f"it with {of}: {word.default}; else run a study for each value, with --set {key}=..."
             faults.append(Fault(f"sweep.{key}", f"an axis with {of}: {found}", allowed, place.line, place.column))
+    uncertain, more = take_uncertain(document, given.get("uncertain", {}), made, keys)
+    faults += more
+    if uncertain is not None:
+        resolved["uncertain"] = uncertain
     ranges = given.get("initial", {}).get("slice", {})
     plane: dict[str, Any] = {}
     resolved["initial"]["slice"] = plane
@@ -286,6 +328,13 @@ def _resolve(document: Document, given: dict[str, Any], keys: Keys) -> tuple[dic
         along = next(iter(made))
     resolved["sweep"] = {**made, "procedure": procedure, "along": along, "refine": sweep.get("refine", 0)}
     return resolved, faults
+
+
+def _plain(value: Any) -> Any:
+    """Nested data with lists in place of tuples, as a file gives it back."""
+    if isinstance(value, dict):
+        return {name: _plain(one) for name, one in value.items()}
+    return [_plain(one) for one in value] if isinstance(value, list | tuple) else value
 
 
 def _merged(defaults: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:

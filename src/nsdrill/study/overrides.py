@@ -7,7 +7,7 @@ from typing import Any
 
 from nsdrill.errors import Fault, StudyError
 from nsdrill.study.document import Document, KeyPath, Place, dotted, odd_character, parse
-from nsdrill.study.keys import axes_of_all, shown
+from nsdrill.study.keys import AROUND, axes_of_all, shown
 
 
 def apply(document: Document, overrides: Sequence[str]) -> None:
@@ -32,12 +32,15 @@ def apply(document: Document, overrides: Sequence[str]) -> None:
 
 
 def path_of(key: str) -> KeyPath:
-    """The place of a dotted key; an axis of the sweep is one part, however many dots it has."""
+    """The place of a dotted key; an axis of the sweep, or an unknown, is one part, however many dots it has."""
     first, *rest = key.split(".")
+    before: KeyPath = (first,)
+    if first == "uncertain" and rest[:1] == ["table"]:
+        before, rest = (first, "table"), rest[1:]
     for length in range(len(rest), 1, -1):
-        if first == "sweep" and ".".join(rest[:length]) in axes_of_all():
-            return (first, ".".join(rest[:length]), *rest[length:])
-    return (first, *rest)
+        if first in AROUND and ".".join(rest[:length]) in axes_of_all():
+            return (*before, ".".join(rest[:length]), *rest[length:])
+    return (*before, *rest)
 
 
 def _put(document: Document, path: KeyPath, value: Any, place: Place) -> None:

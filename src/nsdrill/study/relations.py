@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import pairwise
 from typing import Any
+
+import numpy as np
 
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description, Order
@@ -16,6 +18,7 @@ from nsdrill.study.resolved import axis_values, refined_axes
 from nsdrill.units import USUAL
 from nsdrill.variables import AXES
 
+Array = np.ndarray[Any, np.dtype[Any]]
 MOST_POINTS = 10**8
 MOST_STARTS = 10**5  # of one operating point: they are compared with each other
 
@@ -34,7 +37,8 @@ _ORDERS = tuple(
 class Checker:
     """Checks the relations of one study of a ``model``: ``resolved`` is complete, ``leaves`` are its keys, ``faulty``
     holds those already known to be wrong (their values are stand-ins, so nothing is said about them). A model has more
-    relations of its own, which ask the public functions here."""
+    relations of its own, which ask the public functions here. An uncertain number, with its samples in ``drawn``, is to
+    them an axis with these values."""
 
     def __init__(
         self,
@@ -43,9 +47,11 @@ class Checker:
         resolved: dict[str, Any],
         leaves: dict[str, Leaf],
         faulty: Iterable[str] = (),
+        drawn: Mapping[str, Array] | None = None,
     ) -> None:
         self.model, self.document, self.resolved, self.leaves = model, document, resolved, leaves
         self.faulty = tuple(faulty)
+        self.drawn = drawn or {}
 
     def faults(self) -> Iterator[Fault]:
         """All of them."""
@@ -73,6 +79,10 @@ class Checker:
     def _in_order(self, one: Order, swept: bool) -> Iterator[Fault]:
         """Whether the lower is less than the upper; with ``swept`` at all values of their axes."""
         lower, upper, equal, factor = one.lower, one.upper, one.equal, one.factor
+        if swept and lower in self.drawn and upper in self.drawn:  # they go together, sample by sample
+            room = factor * self.drawn[upper] - self.drawn[lower]
+            if np.all(room >= 0.0 if equal else room > 0.0):
+                return
         small = self.ends(lower)[1] if swept else self.value(lower)
         big = factor * (self.ends(upper)[0] if swept else self.value(upper))
         if small < big or (equal and small == big):
@@ -95,8 +105,10 @@ class Checker:
         )
 
     def axis(self, key: str) -> str | None:
-        """The axis of the sweep that varies ``key``, if one does."""
+        """The axis of the sweep that varies ``key``, or the unknown that it is, if it is one of them."""
         name = key.removeprefix("operation.")
+        if name in self.drawn:
+            return name
         return name if name in self.resolved.get("sweep", {}) and self.sound(f"sweep.{name}") else None
 
     def ends(self, key: str) -> tuple[float, float]:
@@ -104,6 +116,8 @@ class Checker:
         axis = self.axis(key)
         if axis is None:
             return self.value(key), self.value(key)
+        if axis in self.drawn:
+            return float(self.drawn[axis].min()), float(self.drawn[axis].max())
         values = self.resolved["sweep"][axis]
         return (values["from"], values["to"]) if isinstance(values, dict) else (values[0], values[-1])
 
@@ -114,6 +128,9 @@ class Checker:
                 yield from self._depths_above(one)
 
     def _depths_above(self, one: Order) -> Iterator[Fault]:
+        if "depth" in self.drawn:
+            yield from self._in_order(one, swept=True)
+            return
         axis = self.resolved["sweep"].get("depth")
         yield from self._greater(
             one, [(("operation", "depth", "ramp", i, 1), value) for i, value in enumerate(self._ramp_of_depth())]
@@ -155,6 +172,10 @@ class Checker:
     def _starts(self) -> Iterator[Fault]:
         """An ensemble or a slice, not both, without carried state, and nothing given that it would not use."""
         plane, count = self.value(SLICE), self.value("initial.ensemble")
+        if self.drawn and (plane or count > 1):
+            found = "with uncertain numbers, whose samples are then several runs of every operating point too"
+            yield self.fault(SLICE if plane else "initial.ensemble", found, "several starts or samples, not both")
+            return
         if any(bad.startswith((SLICE, "initial.ensemble")) for bad in self.faulty) or (not plane and count < 2):
             return
         key = SLICE if plane else "initial.ensemble"
@@ -188,7 +209,7 @@ class Checker:
         if not swept and sweep["procedure"] != "same":
             allowed = f"at least one axis to sweep: {', '.join(AXES)} or another number by its key"
             yield self.fault("sweep", f"no axis along which the state is carried {sweep['procedure']}", allowed)
-        if not swept and not sweep["refine"] and sweep["along"] is None:
+        if not swept and not sweep["refine"] and sweep["along"] is None and not self.drawn:
             return
         for axis in swept:
             if axis.startswith("initial.") and self._starts_of_a_point() > 1:
@@ -205,8 +226,10 @@ class Checker:
                 yield self.fault(f"sweep.{axis}", found, "with sweep.procedure: same", ("sweep", axis))
         refined, starts = refined_axes(sweep), self._starts_of_a_point()
         total = math.prod(size(sweep[axis], sweep["refine"] if axis in refined else 0) for axis in swept) * starts
+        total *= len(next(iter(self.drawn.values()))) if self.drawn else 1
         if total > MOST_POINTS:
-            of = "over all axes" + (" and starts" if starts > 1 else "") + (", refined" if refined else "")
+            of = "over all axes" + (" and starts" if starts > 1 else "") + (" and samples" if self.drawn else "")
+            of += ", refined" if refined else ""
             yield self.fault("sweep", f"{total:.3g} points {of}", f"at most {bound_text(MOST_POINTS)}")
         if sweep["refine"] and starts > 1:
             allowed = "0 with several starts of each operating point, whose responses may all differ"
@@ -230,11 +253,23 @@ class Checker:
         return math.prod(size(axis) for axis in plane.values()) if plane else max(1, self.value("initial.ensemble"))
 
     def fault(self, key: str, found: str, allowed: str, path: KeyPath | None = None) -> Fault:
-        """A fault at the place of ``key``."""
+        """A fault at the place of ``key``; what a relation says of an axis, of an unknown where it is one."""
+        if path is not None and path[0] == "sweep" and path[-1] in self.drawn:
+            table = path[-1] in self.resolved["uncertain"]["table"]
+            path = ("uncertain", "table", path[-1]) if table else ("uncertain", path[-1])
+            key, found = dotted(path), _of_unknown(found)
         place = self.document.place(path if path is not None else tuple(key.split(".")))
         if place.override:
             found = f"{found} ({place.override})"
         return Fault(key, found, allowed, place.line, place.column)
+
+    def unread(self, key: str, why: str, allowed: str) -> Iterator[Fault]:
+        """A fault where ``key``, which nothing reads, is an axis or has another value than its default; ``why`` says
+        what it is that does not read it."""
+        if self.axis(key):
+            yield self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key))
+        elif self.value(key) != self.leaves[key].default:
+            yield self.fault(key, f"{self.text(key)}, {why}", allowed)
 
     def sound(self, *keys: str) -> bool:
         return not any(key == bad or key.startswith((f"{bad}.", f"{bad}[")) for key in keys for bad in self.faulty)
@@ -259,13 +294,22 @@ class Checker:
         if end is not None and (axis := self.axis(key)):
             leaf = self.leaves[key]
             text = leaf.text(self.ends(key)[end]) if leaf.units in USUAL else f"{self.ends(key)[end]:g}"
-            return f"{text} at {'the greatest' if end else 'the least'} of sweep.{axis}"
+            of = f"the samples of {axis}" if axis in self.drawn else f"sweep.{axis}"
+            return f"{text} at {'the greatest' if end else 'the least'} of {of}"
         if self.given(key):
             return shown(self.raw(tuple(key.split("."))))
         leaf = self.leaves[key]
         value = self.value(key)
         text = f"{value:g}" if leaf.units not in USUAL else leaf.text(value)
         return f"{text} (the default)" if value == leaf.default else text
+
+
+def _of_unknown(found: str) -> str:
+    """What is said of an axis, of an unknown."""
+    for old, new in {"the ": "an uncertain ", "a ": "an uncertain ", "": "the uncertain "}.items():
+        if f"an axis over {old}" in found:
+            return found.replace(f"an axis over {old}", new, 1)
+    return found
 
 
 def size(axis: Any, refine: int = 0) -> int:

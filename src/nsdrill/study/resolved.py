@@ -19,8 +19,9 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import check_fields
-from nsdrill.study.keys import MODEL_LEAF, Leaf, keys_of
+from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_of
 from nsdrill.study.study import Procedure, Study
+from nsdrill.study.uncertain import draws, uncertain_of
 from nsdrill.variables import AXES, Axis
 
 LATER = ("drive", "modes", "stabilizer")  # sections that the first studies did not have
@@ -37,8 +38,8 @@ LAW_KEYS = ("law", "dynamic_from", "b0", "b1", "b2", "b3")  # of bit.friction; t
 def study_from_resolved(
     resolved: dict[str, Any], text: str = "", source: str = "", overrides: Sequence[str] = (), *, most: int = 10**8
 ) -> Study:
-    """The study that ``resolved`` describes, with at most ``most`` values of an axis. :class:`FileError` where it is
-    not a resolved study of this version."""
+    """The study that ``resolved`` describes, with at most ``most`` values of an axis and as many samples.
+    :class:`FileError` where it is not a resolved study of this version."""
     try:
         keys = keys_of(MODEL_LEAF.read(resolved.get("model", MODEL_LEAF.default)))
         known = _with_law(resolved, keys.leaves)
@@ -66,11 +67,14 @@ def study_from_resolved(
             if not leaves[axis].low <= values[0] <= values[-1] <= leaves[axis].high:
                 raise ValueError(f"{axis}: found {values[0]} to {values[-1]}, allowed: {leaves[axis].range()}")
         more = [leaves[axis] for axis in swept if axis not in AXES]
+        drawn = _drawn(resolved, keys, axes, most)
         if sweep["procedure"] not in get_args(Procedure) or sweep["along"] not in (None, *swept):
             raise ValueError(f"sweep: found {sweep['procedure']} along {sweep['along']}")
         initial = build(keys.model.initial, resolved["initial"], lenient=True)
         if initial.starts and sweep["procedure"] != "same":
             raise ValueError(f"sweep: found {sweep['procedure']} with {initial.starts} starts")
+        if initial.starts and drawn:
+            raise ValueError(f"uncertain: found with {initial.starts} starts")
         return Study(
             title=str(resolved.get("title", "")),
             model=keys.model.name,
@@ -99,15 +103,30 @@ def study_from_resolved(
             ramps=ramps,
             refine=sweep["refine"],
             refined=refined,
-            more=tuple(
-                Axis(leaf.key, keys.leaf(leaf.key, resolved).units, f"{leaf.meaning} ({leaf.key})") for leaf in more
-            ),
+            more=tuple(_axis(leaf, keys, resolved) for leaf in more),
+            drawn=drawn,
+            unknowns=tuple(_axis(leaves[key], keys, resolved) for key in drawn),
         )
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError) as error:
         name = source or "the resolved study"
         raise FileError(
             f"{name}: does not hold a study that this version can use ({type(error).__name__}: {error})."
         ) from error
+
+
+def _drawn(resolved: dict[str, Any], keys: Keys, axes: dict[str, np.ndarray], most: int) -> dict[str, np.ndarray]:
+    """The samples of the unknowns by key; none where the study has none. ValueError where they are not such."""
+    if "uncertain" not in resolved:
+        return {}
+    unknown = uncertain_of(resolved["uncertain"])
+    swept = [key for key in unknown.keys if len(axes.get(key, ())) > 1]
+    if unknown.runs > most or unknown.samples < 1 or swept:
+        raise ValueError(f"uncertain: found {unknown.runs} samples of {', '.join(unknown.keys)}")
+    return draws(resolved["uncertain"], keys)
+
+
+def _axis(leaf: Leaf, keys: Keys, resolved: dict[str, Any]) -> Axis:
+    return Axis(leaf.key, keys.leaf(leaf.key, resolved).units, f"{leaf.meaning} ({leaf.key})")
 
 
 def _known(resolved: dict[str, Any], section: str, cls: type) -> dict[str, Any]:
@@ -136,7 +155,13 @@ def build(cls: type, data: dict[str, Any], lenient: bool = False) -> Any:
         if item.name in data:
             made = item.default_factory() if callable(item.default_factory) else None
             value = data[item.name]
-            values[item.name] = build(type(made), value, lenient) if is_dataclass(made) else value
+            if is_dataclass(made):
+                value = build(type(made), value, lenient)
+            elif record := item.metadata.get("record"):
+                value = tuple(build(record, one) for one in value)
+            elif "most" in item.metadata and value is not None:
+                value = tuple(value)
+            values[item.name] = value
     made = cls(**values)
     check_fields(made)  # not every class does so itself
     return made

@@ -24,11 +24,13 @@ from pydantic import (
     create_model,
 )
 
+from nsdrill.sampling import CUT, NAMED
 from nsdrill.study.document import odd_character
 from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, Leaf, keys_of, shown
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME, knots, pair
 from nsdrill.study.study import Procedure
+from nsdrill.study.uncertain import CUT_WORDS, DESIGN, EXAMPLES, FACTOR, SAMPLES, SEED, correlation
 from nsdrill.units import USUAL, QuantityError
 from nsdrill.variables import MODEL
 
@@ -42,13 +44,26 @@ PROCEDURE = Leaf(
 REFINE = Leaf("sweep.refine", "whole", 0, low=0, high=6, meaning=MEANINGS["sweep.refine"])
 SPACING = Leaf("spacing", "choice", "linear", choices=("linear", "log"))
 
+SHORT = {"type": ["string", "number"]}  # a value in the JSON Schema of an unknown, whose key tells the rest elsewhere
+DISTRIBUTION = {
+    "type": "object",
+    "additionalProperties": False,
+    "minProperties": 1,
+    "maxProperties": 1,
+    "properties": {
+        kind: {"type": "object" if kind in NAMED else "array", "description": form} for kind, form in EXAMPLES.items()
+    },
+}
+
 _STRICT = ConfigDict(extra="forbid", populate_by_name=False, defer_build=True)
 
 
 @lru_cache(maxsize=8)
-def study_model(axes: frozenset[str] | None = None, model: str = MODEL) -> type[BaseModel]:
-    """The pydantic model of a whole study file of the model of this name; with ``axes`` of one whose sweep has no
-    others, which is made twice as fast."""
+def study_model(
+    axes: frozenset[str] | None = None, model: str = MODEL, unknowns: frozenset[str] | None = None
+) -> type[BaseModel]:
+    """The pydantic model of a whole study file of the model of this name; with ``axes`` and ``unknowns`` of one that
+    has no others in its sections sweep and uncertain, which is made several times as fast."""
     keys = keys_of(model)
     text = WithJsonSchema({"type": "string", "maxLength": LONGEST_TITLE})
     sections: dict[str, Any] = {
@@ -62,6 +77,10 @@ def study_model(axes: frozenset[str] | None = None, model: str = MODEL) -> type[
                 Annotated[made, BeforeValidator(_empty)],
                 Field(default=None, description=MEANINGS["sweep"]),
             )
+            sections["uncertain"] = (
+                Annotated[_uncertain_model(unknowns, keys), BeforeValidator(_empty)],
+                Field(default=None, description=MEANINGS["uncertain"]),
+            )
         sections[name] = _section(name, cls, keys)
     return create_model("Study", __config__=_STRICT, **sections)
 
@@ -72,6 +91,11 @@ def json_of(found: Leaf) -> dict[str, Any]:
         return {"enum": list(found.choices)}
     if found.kind == "switch":
         return {"type": "boolean"}
+    if found.kind == "list":
+        many: dict[str, Any] = {"type": "array", "items": json_of(found.each), "minItems": 1, "maxItems": found.most}
+        return {"anyOf": [many, {"type": "null"}]} if found.nullable else many
+    if found.words:
+        return {"anyOf": [{"enum": list(found.words)}, json_of(replace(found, words=(), default=None))]}
     if found.kind == "quantity":
         usual = USUAL.get(found.units, USUAL["N/m"])
         example = found.text(found.default if found.default is not None else 1.0)
@@ -89,7 +113,7 @@ def json_of(found: Leaf) -> dict[str, Any]:
 def description(found: Leaf) -> str:
     """Meaning, unit, default and source in one paragraph."""
     parts = [found.meaning]
-    if found.units:
+    if found.units and found.kind != "table":
         parts.append(f"In {found.units}")
     if found.kind in ("quantity", "number", "whole"):
         parts.append(f"Range: {found.range()}" + (f" (in the field: {found.usual})" if found.usual else ""))
@@ -99,8 +123,8 @@ def description(found: Leaf) -> str:
     return ". ".join(parts) + "."
 
 
-def _section(prefix: str, cls: type, keys: Keys) -> tuple[Any, Any]:
-    """The field of a section: an empty one (null) is one with all its defaults."""
+def _section(prefix: str, cls: type, keys: Keys, off: Mapping[str, Any] | None = None) -> tuple[Any, Any]:
+    """The field of a section: an empty one (null) is one with all its defaults, or with the values ``off``."""
     hints = typing.get_type_hints(cls)
     members: dict[str, Any] = {}
     for item in fields(cls):
@@ -108,7 +132,9 @@ def _section(prefix: str, cls: type, keys: Keys) -> tuple[Any, Any]:
         if key == SLICE:
             members[item.name] = _slice_model(keys)
         elif is_dataclass(hint) and isinstance(hint, type):
-            members[item.name] = _section(key, hint, keys)
+            members[item.name] = _section(key, hint, keys, item.metadata.get("off"))
+        elif "record" in item.metadata:
+            members[item.name] = _table(keys.leaves[key], keys)
         elif prefix == "operation":
             members[item.name] = _operating(keys.leaves[key])
         else:
@@ -118,17 +144,32 @@ def _section(prefix: str, cls: type, keys: Keys) -> tuple[Any, Any]:
         if section == prefix:
             members = {name: members.pop(name), **members}
     model = create_model(cls.__name__, __config__=_STRICT, **members)
-    annotated = Annotated[model, BeforeValidator(_empty)]  # type: ignore[valid-type]
+    annotated = Annotated[model, BeforeValidator(lambda raw: (off or {}) if raw is None else raw)]  # type: ignore[valid-type]
     return annotated, Field(default=None, description=keys.meanings[prefix])
+
+
+def _table(found: Leaf, keys: Keys) -> tuple[Any, Any]:
+    """A list of records, each with its defaults."""
+    members: dict[str, Any] = {}
+    for part in found.parts:
+        members[part.key.rpartition(".")[2]] = _leaf(part, keys)
+    record = create_model("".join(word.title() for word in found.key.split(".")), __config__=_STRICT, **members)
+    many = Annotated[list[record], BeforeValidator(found.read)]  # type: ignore[valid-type]
+    extra: dict[str, Any] = {"default": found.default_text}
+    return many, Field(default=None, description=description(found), json_schema_extra=extra)
 
 
 def _leaf(found: Leaf, keys: Keys | None = None) -> tuple[Any, Any]:
     validator: Callable[..., Any] = found.read
     if keys is not None and found.key in keys.model.units_by:
         choice, units = keys.model.units_by[found.key]
+        beside = found.key.rpartition(".")[0] == choice.rpartition(".")[0]
 
-        def validator(raw: Any, info: ValidationInfo) -> float:
-            return _in_units_of(found, raw, info.data.get(choice.rpartition(".")[2]), choice, units)
+        def validator(raw: Any, info: ValidationInfo) -> float | None:
+            if raw is None and found.nullable:
+                return None
+            word = info.data.get(choice.rpartition(".")[2]) if beside else (info.context or {}).get(choice)
+            return _in_units_of(found, raw, word, choice, units)
 
     extra = {"default": _json_default(found)}
     annotated = Annotated[Any, PlainValidator(validator), WithJsonSchema(json_of(found))]
@@ -156,6 +197,8 @@ def _operating(found: Leaf) -> tuple[Any, Any]:
 
 def _json_default(found: Leaf) -> Any:
     """As it would stand in the file: quantities as text."""
+    if found.kind in ("list", "table"):
+        return None if found.default is None else found.default_text
     return found.default_text if found.kind == "quantity" and found.default is not None else found.default
 
 
@@ -198,14 +241,7 @@ def along(keys: Keys) -> Leaf:
 
 def _axis(name: str, value: Leaf, keys: Keys) -> tuple[Any, Any]:
     """An axis: {from, to, points}, a list of quantities, or one quantity."""
-    validator: Callable[..., Any] = value.read
-    if value.key in keys.model.units_by:
-        choice, words = keys.model.units_by[value.key]
-
-        def validator(raw: Any, info: ValidationInfo) -> float:
-            return _in_units_of(value, raw, (info.context or {}).get(choice), choice, words)
-
-    one = Annotated[Any, PlainValidator(validator), WithJsonSchema(json_of(value))]
+    one = _number(value, keys)
     span = _range(name.replace(".", "_"), one, spacing=True)
     annotated = Annotated[
         Annotated[span, Tag("range")] | Annotated[list[one], Tag("list")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
@@ -215,6 +251,59 @@ def _axis(name: str, value: Leaf, keys: Keys) -> tuple[Any, Any]:
     units = f", in {value.units}" if value.units else ""
     text = f"{meaning}{units}: {{from, to, points}}, a list, or one value."
     return annotated, Field(default=None, alias=name, description=text)
+
+
+def _number(value: Leaf, keys: Keys, schema: dict[str, Any] | None = None) -> Any:
+    """The type of one value of an axis or an unknown, in the JSON Schema as that of the leaf or as ``schema``."""
+    validator: Callable[..., Any] = value.read
+    if value.key in keys.model.units_by:
+        choice, words = keys.model.units_by[value.key]
+
+        def validator(raw: Any, info: ValidationInfo) -> float:
+            return _in_units_of(value, raw, (info.context or {}).get(choice), choice, words)
+
+    return Annotated[Any, PlainValidator(validator), WithJsonSchema(schema or json_of(value))]
+
+
+def _uncertain_model(unknowns: frozenset[str] | None, keys: Keys) -> type[BaseModel]:
+    """The section of the unknowns: their distributions by key, a joint table of samples, and how they are drawn."""
+    members: dict[str, Any] = {}
+    columns: dict[str, Any] = {}
+    for name, value in keys.axes.items():
+        if (unknowns is None or name in unknowns) and name not in keys.model.compiled:
+            place, one = name.replace(".", "_"), _number(value, keys, SHORT)
+            units = f", in {value.units}" if value.units else ""
+            told = Field(default=None, alias=name, description=f"{value.meaning} ({name}){units}: its distribution.")
+            made = _distribution_model(place, value, one, keys)
+            members[place] = (Annotated[made, WithJsonSchema(DISTRIBUTION)], told)
+            column: Any = list[one]  # type: ignore[valid-type]
+            columns[place] = (column, Field(default=None, alias=name, description=value.meaning))
+    table = create_model("Table", __config__=_STRICT, **columns)
+    told = Field(default=None, description=MEANINGS["uncertain.table"])
+    members["table"] = (Annotated[table, BeforeValidator(_empty)], told)
+    pairs = list[Annotated[Any, PlainValidator(correlation)]]
+    text = WithJsonSchema({"type": "array", "items": {"type": "array", "minItems": 3, "maxItems": 3}})
+    told = Field(default=None, description=MEANINGS["uncertain.correlations"])
+    members["correlations"] = (Annotated[pairs, text], told)
+    for found in (SAMPLES, SEED, DESIGN):
+        members[found.key.partition(".")[2]] = _leaf(found)
+    return create_model("Uncertain", __config__=_STRICT, **members)
+
+
+def _distribution_model(place: str, value: Leaf, one: Any, keys: Keys) -> type[BaseModel]:
+    spread = _number(replace(value, low=0.0, high=value.high - value.low), keys, SHORT)
+    factor = Annotated[Any, PlainValidator(FACTOR.read), WithJsonSchema({"type": "number"})]
+    numbers = {"mean": one, "deviation": spread, "median": one, "factor": factor}
+    kinds: dict[str, Any] = {}
+    for kind, form in EXAMPLES.items():
+        if kind in NAMED:
+            given: dict[str, Any] = {name: (numbers[name], Field(description=name)) for name in NAMED[kind]}
+            given |= {end: (one, Field(default=None, description=f"Cut off {CUT_WORDS[end]} this")) for end in CUT}
+            made: Any = create_model(f"{kind.capitalize()}_{place}", __config__=_STRICT, **given)
+        else:
+            made = list[one]
+        kinds[kind] = (made, Field(default=None, description=form))
+    return create_model(f"Unknown_{place}", __config__=_STRICT, **kinds)
 
 
 def _value_or_mapping(raw: Any) -> str:

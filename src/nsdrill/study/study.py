@@ -28,7 +28,8 @@ class Study:
     state is carried, None for procedure ``same``. ``text`` is the YAML as read, ``overrides`` the ``--set`` texts,
     ``resolved`` the complete study, defaults filled in and in SI, as plain data, ``sha256`` the digest of that.
     ``refined`` names the axes whose values are those of a grid refined ``refine`` times, of which every
-    ``2**refine``-th is run first.
+    ``2**refine``-th is run first. ``drawn`` holds the samples of the uncertain numbers by key, each [samples], and
+    ``unknowns`` describes them; a single simulation takes the values of their own sections.
     """
 
     title: str
@@ -52,6 +53,18 @@ class Study:
     refined: tuple[str, ...] = ()
     more: tuple[Axis, ...] = ()
     ramps: dict[str, Ramp] = field(default_factory=dict)
+    drawn: dict[str, np.ndarray] = field(default_factory=dict)
+    unknowns: tuple[Axis, ...] = ()
+
+    @property
+    def samples(self) -> int:
+        """With how many samples of the uncertain numbers each point is run; 0 where no number is uncertain."""
+        return len(next(iter(self.drawn.values()))) if self.drawn else 0
+
+    @property
+    def varied(self) -> dict[str, np.ndarray]:
+        """The values of all numbers that differ from run to run, by key: of the axes and of the unknowns."""
+        return {**self.axes, **self.drawn}
 
     @property
     def ramped(self) -> tuple[str, ...]:

@@ -6,11 +6,13 @@ import json
 from collections.abc import Iterable
 from typing import Any
 
+from nsdrill.sampling import KINDS, NAMED
 from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME
 from nsdrill.study.resolved import differences
 from nsdrill.study.template import line, section
+from nsdrill.study.uncertain import FACTOR, HOW
 
 
 def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
@@ -32,6 +34,8 @@ def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
                     ]
                 )
             )
+            if "uncertain" in resolved:
+                parts.append(_uncertain(keys, resolved))
         parts.append("\n".join(section(keys, name, lambda leaf: _needed(resolved, leaf))))
         if name == "initial" and (plane := resolved["initial"].get("slice")):
             ranges = [
@@ -56,6 +60,8 @@ def value_text(resolved: dict[str, Any], key: str) -> str | None:
         knots = zip(*resolved["ramps"][name], strict=True)
         leaf = keys.leaf(key, resolved)
         return f"{{ramp: [{', '.join(f'[{TIME.text(time)}, {leaf.text(value)}]' for time, value in knots)}]}}"
+    if key.startswith("uncertain."):
+        return _of_unknowns(keys, resolved, key.removeprefix("uncertain."))
     value: Any = resolved
     section, _, axis = key.partition(".")
     for part in (section, axis) if section == "sweep" else key.split("."):
@@ -79,6 +85,43 @@ def value_text(resolved: dict[str, Any], key: str) -> str | None:
     return value if isinstance(value, str) else json.dumps(value, allow_nan=False)
 
 
+def _uncertain(keys: Keys, resolved: dict[str, Any]) -> str:
+    """The section of the unknowns."""
+    found = resolved["uncertain"]
+    names = [key for key in found if key not in HOW]
+    told = {key: keys.axes[key].meaning for key in names} | {name: MEANINGS[f"uncertain.{name}"] for name in HOW}
+    written = [*names, *(name for name in ("seed", "design", "correlations", "table") if found[name] not in ([], {}))]
+    lines = [line("  ", key, _of_unknowns(keys, resolved, key) or "", told[key]) for key in written if key != "table"]
+    if found["table"]:
+        lines.append(line("  ", "table", "", told["table"]))
+        lines += [f"    {key}: {_values(keys, resolved, key, values)}" for key, values in found["table"].items()]
+    else:
+        lines.insert(len(names), line("  ", "samples", str(found["samples"]), told["samples"]))
+    return "\n".join([line("", "uncertain", "", MEANINGS["uncertain"]), *lines])
+
+
+def _of_unknowns(keys: Keys, resolved: dict[str, Any], name: str) -> str | None:
+    """What the section of the unknowns says of ``name``, in flow style; None where it has no such key."""
+    table, _, column = name.partition(".")
+    found = resolved.get("uncertain", {})
+    if table == "table" and column:
+        return _values(keys, resolved, column, found["table"][column]) if column in found.get("table", {}) else None
+    if name not in found:
+        return None
+    if name in HOW:
+        return json.dumps(found[name]).replace('"', "") if name != "table" else None
+    ((kind, numbers),) = found[name].items()
+    if isinstance(numbers, list):
+        return f"{{{kind}: {_values(keys, resolved, name, numbers)}}}"
+    leaf = keys.leaf(keys.axes[name].key, resolved)
+    texts = (f"{of}: {FACTOR.text(v) if of == 'factor' else leaf.text(v)}" for of, v in numbers.items())
+    return f"{{{kind}: {{{', '.join(texts)}}}}}"
+
+
+def _values(keys: Keys, resolved: dict[str, Any], key: str, values: list[float]) -> str:
+    return f"[{', '.join(map(keys.leaf(keys.axes[key].key, resolved).text, values))}]"
+
+
 def _key_of(entry: str) -> str:
     """The key of a study file whose value holds the ``entry`` of a resolved study."""
     parts = entry.split(".")
@@ -86,7 +129,18 @@ def _key_of(entry: str) -> str:
         return f"operation.{parts[1]}"
     if parts[0] == "sweep":
         return entry.removesuffix(".from").removesuffix(".to").removesuffix(".points").removesuffix(".spacing")
+    if parts[0] == "uncertain":
+        return _unknown_of(entry)
     return ".".join(parts[:3] if entry.startswith(f"{SLICE}.") else parts)
+
+
+def _unknown_of(entry: str) -> str:
+    """Without the kind and the numbers of a distribution: ``uncertain.bit.rock_stiffness``."""
+    head, _, last = entry.rpartition(".")
+    if last in KINDS and not entry.startswith("uncertain.table."):
+        return head
+    above, _, kind = head.rpartition(".")
+    return above if kind in NAMED else entry
 
 
 def _sweep_keys(resolved: dict[str, Any]) -> list[str]:

@@ -188,6 +188,7 @@ class Work:
             bias = self.simulation.rtol * done.accepted / duration
             growth = done.report[:, -len(GROWTH_REPORT) :]
             measured |= _where(ok, exponent_of(growth, self.simulation.observe, bias))
+        measured |= _where(ok, model.derived(measured, self.at(self.plan.values(done.job))))
         size = model.sizes(done.parameters, self.variant.fixed)
         if record.poincare:
             measured |= _where(ok, model.section(done.report, record, done.parameters, self.variant.fixed))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.beam.columns import as_lumped, places, shape, stiffnesses
+from nsdrill.models.beam.columns import as_lumped, shape, stiffnesses
 from nsdrill.models.beam.columns import coefficients as lumped_coefficients
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.christoforou_yigit import figures as lumped
@@ -70,12 +70,11 @@ def _undamped(parameters: Parameters) -> str | None:
     """The modes that nothing damps: their nodes are at all stations, where the mud drags."""
     if np.any(np.asarray(parameters.beam.damping_ratio) > 0):
         return None
-    along = places(parameters.stations)
     drags = parameters.mud.density * parameters.mud.drag if not np.ndim(parameters.mud.density) else 1.0
+    along = [station.at for station in parameters.beam.stations if station.drag or (station.drag is None and drags)]
+    drags = len(along) > 0
     free = [
-        n
-        for n in range(1, parameters.beam.modes + 1)
-        if not drags or all(np.all(np.abs(shape(place, n)) < NODE) for place in along)
+        n for n in range(1, parameters.beam.modes + 1) if all(np.all(np.abs(shape(place, n)) < NODE) for place in along)
     ]
     if not free or not drags:  # without mud nothing is meant to be damped
         return None

@@ -10,13 +10,15 @@ from typing import Any, cast
 
 import numpy as np
 
-from nsdrill.models.beam.options import Options, options_of
-from nsdrill.models.beam.parameters import Initial, Parameters, Stations
+from nsdrill.models.beam.options import Options, options_of, unbalanced_modes
+from nsdrill.models.beam.parameters import Beam, Initial, Parameters
 from nsdrill.models.beam.rhs import columns_of
 from nsdrill.models.christoforou_yigit import rhs as lumped
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, one_by_one, power
 from nsdrill.models.christoforou_yigit.parameters import Parameters as LumpedParameters
 from nsdrill.models.leaves import Values
+
+NO_WALL = 1e6  # m, the gap of a station without one
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
@@ -30,8 +32,11 @@ def coefficients(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any
 def as_lumped(parameters: Parameters) -> LumpedParameters:
     """The lumped model with the same numbers, some of which may be arrays over points, and none of its options."""
     made: LumpedParameters = _poured(LumpedParameters(), parameters)
-    if parameters.drillstring.lateral_softening == "force":  # the lumped model knows it with the torque only
-        object.__setattr__(made.drillstring, "lateral_softening", "none")
+    beam = parameters.beam
+    softening = "none"  # the lumped model knows no load without the torque
+    if isinstance(beam.axial_load, str):
+        softening = "static" if beam.axial_load == "static" else "live" if beam.torque == "cy" else "none"
+    object.__setattr__(made.drillstring, "lateral_softening", softening)
     return made
 
 
@@ -45,22 +50,45 @@ def _poured(into: Any, source: Any) -> Any:
     return made
 
 
-def places(stations: Stations) -> list[Any]:
-    """Where the stations are, as fractions of the span: numbers, or arrays over points."""
-    number, first, last = stations.number, stations.first, stations.last
-    return [first + (last - first) * (j / (number - 1)) if j else first for j in range(number)]
+def places(beam: Beam) -> list[float]:
+    """Where the stations are, as fractions of the span."""
+    return [station.at for station in beam.stations]
 
 
-def watched(stations: Stations) -> Any:
+def watched(beam: Beam) -> Any:
     """Where radius and whirl are measured, as a fraction of the span."""
-    if stations.watched is not None:
-        return stations.watched
-    found = places(stations)
-    nearest, *others = found
-    for place in others:
-        nearer = np.abs(np.asarray(place) - 0.5) < np.abs(np.asarray(nearest) - 0.5) - 1e-9
-        nearest = np.where(nearer, place, nearest)
-    return nearest if np.ndim(nearest) else float(nearest)
+    if beam.watched is not None:
+        return beam.watched
+    return min(places(beam), key=lambda place: round(abs(place - 0.5), 9))
+
+
+def walls(parameters: Parameters, gap: Any) -> list[tuple[Any, Any]]:
+    """Gap [m] and stiffness of the wall at each station, those of the well where it has none of its own; the stiffness
+    0 where there is no wall. ``gap`` is that of the well."""
+    return [
+        (
+            gap if station.gap is None else station.gap,
+            parameters.well.stiffness if station.stiffness is None else station.stiffness,
+        )
+        for station in parameters.beam.stations
+    ]
+
+
+def drags(parameters: Parameters, whole: Any) -> list[Any]:
+    """The drag at each station [N s^2/m^2]: its own, or the one with which the first mode has that of the lumped model,
+    ``whole``, if all stations have it."""
+    cubes = sum(power(np.abs(shape(place, 1)), 3) for place in places(parameters.beam))
+    return [whole / cubes if station.drag is None else station.drag for station in parameters.beam.stations]
+
+
+def eccentricities(parameters: Parameters) -> dict[int, Any]:
+    """The distance of the mass centre from the axis [m] of each mode that has one."""
+    given, string = parameters.beam.eccentricity_modes, parameters.drillstring
+    modes = unbalanced_modes(parameters)
+    if given is not None:
+        return {n: given[n - 1] for n in modes}
+    first = string.eccentricity * (4 / math.pi if string.eccentricity_shape == "uniform" else 1.0)
+    return {n: first if n == 1 else first * (1.0 / n) for n in modes}
 
 
 def shape(place: Any, mode: int) -> Any:
@@ -71,7 +99,7 @@ def shape(place: Any, mode: int) -> Any:
 def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
     """The lane parameters by name, numbers or arrays over the points."""
     parameters: Parameters = points.parameters
-    string, beam, stations = parameters.drillstring, parameters.beam, parameters.stations
+    string, beam = parameters.drillstring, parameters.beam
     options = options_of(parameters)
     depth, wob, speed = points.operation
     k = coefficients(parameters, depth, wob, speed)
@@ -80,39 +108,43 @@ def values_of(points: Values, stuck_below: float) -> Mapping[str, Any]:
     factor, span = beam.modal_mass_factor, string.collar.span
     mass, bending = factor * k.m_l, factor * k.k_bend
     eccentric = factor * k.m_e
-    first = string.eccentricity * (4 / math.pi if options.uniform else 1.0)
-    arm = eccentric * first / mass
-    # of mode n both the eccentricity and its arm are 1/n of the first
-    squares = sum(1.0 / n**2 for n in options.eccentric)
+    off = eccentricities(parameters)
+    arms = {n: eccentric * e / mass for n, e in off.items()}
+    unbalance: Any = sum(eccentric * e * (e - arms[n]) for n, e in off.items())
     force = factor * math.pi**2 / (2 * span)
-    live = string.lateral_softening in ("force", "live")
-    along = places(stations)
-    cubes = sum(power(np.abs(shape(place, 1)), 3) for place in along)
+    load = beam.axial_load
+    steady: Any = {"live": 0.0, "static": wob}[load] if isinstance(load, str) else load
+    along = places(beam)
     friction_arm = found["bit_rise"] + found["bit_dynamic"]
     found |= {
         "per_lateral_mass": 1 / mass,
-        "per_inertia": 1 / (k.J + eccentric * first * (first - arm) * squares),
-        "unbalance_arm": arm,
+        "per_inertia": 1 / (k.J + unbalance),
         "bending": bending,
-        "softening_constant": force * wob if string.lateral_softening == "static" else 0.0,
-        "softening_force": force if live else 0.0,
+        "softening_constant": force * steady,
+        "softening_force": force if isinstance(load, str) and load == "live" else 0.0,
         "softening_torque": factor * math.pi**3 / (2 * power(span, 2)) if options.torque else 0.0,
         "structural": 2 * beam.damping_ratio * np.sqrt(mass * bending),
-        "drag": k.c_h / cubes,
         "torque_size": np.maximum(wob, 1.0) * friction_arm,
     }
+    found |= {f"unbalance_arm_{n}": arm for n, arm in arms.items()}
+    found |= {f"drag_{j}": drag for j, drag in enumerate(drags(parameters, k.c_h), start=1)}
+    own = 2 / 3 if parameters.well.law == "hertz" else 1.0
+    for j, (gap, stiffness) in enumerate(walls(parameters, found["gap"]), start=1):
+        wall = np.asarray(stiffness) > 0.0
+        relative = np.where(wall, np.asarray(stiffness) / parameters.well.stiffness, 1.0)
+        found |= {f"gap_{j}": np.where(wall, gap, NO_WALL), f"wall_stiffness_{j}": stiffness}
+        found[f"yield_{j}"] = _root(relative, own)
     for n in range(1, options.modes + 1):
-        found[f"watched_{n}"] = shape(watched(stations), n)
+        found[f"watched_{n}"] = shape(watched(beam), n)
         found |= {f"phi_{j}_{n}": shape(place, n) for j, place in enumerate(along, start=1)}
     return {name: found[name] for name in columns_of(options)}
 
 
 def stiffnesses(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any) -> list[Any]:
     """The stiffness of each mode [N/m] under the weight on bit, as the study softens it; negative if buckled."""
-    string = parameters.drillstring
-    k = coefficients(parameters, depth, wob, rotary_speed)
-    load = 0.0 if string.lateral_softening == "none" else np.asarray(wob, dtype=float)
-    ease = math.pi**2 / (2 * string.collar.span)
+    k, given = coefficients(parameters, depth, wob, rotary_speed), parameters.beam.axial_load
+    load = np.asarray(wob if isinstance(given, str) else given, dtype=float)
+    ease = math.pi**2 / (2 * parameters.drillstring.collar.span)
     factor = parameters.beam.modal_mass_factor
     return [factor * (n**4 * k.k_bend - n**2 * ease * load) for n in range(1, parameters.beam.modes + 1)]
 
@@ -123,10 +155,12 @@ def bent(points: Values) -> dict[str, Any]:
     parameters: Parameters = points.parameters
     initial = cast("Initial", points.initial)
     assert initial.wall_force is not None
-    well, place = parameters.well, watched(parameters.stations)
+    well, place = parameters.well, watched(parameters.beam)
     exponent = 2 / 3 if well.law == "hertz" else 1.0
     gap = (well.diameter - parameters.drillstring.collar.outer_diameter) / 2
-    reach = gap + _root(np.asarray(initial.wall_force) / well.stiffness, exponent)
+    there = zip(places(parameters.beam), walls(parameters, gap), strict=True)
+    gap, stiff = next((wall for at, wall in there if at == place and np.all(wall[1])), (gap, well.stiffness))
+    reach = gap + _root(np.asarray(initial.wall_force) / stiff, exponent)
     stiffness = stiffnesses(parameters, *points.operation)
     shapes = [shape(place, n) for n in range(1, parameters.beam.modes + 1)]
     give = sum(phi * phi / k for phi, k in zip(shapes, stiffness, strict=True))
@@ -152,6 +186,7 @@ def sizes(table: Mapping[str, Array], options: Options) -> list[Any]:
 def fastest(table: Mapping[str, Array], options: Options) -> Array:
     """The greatest natural frequency [rad/s]: of a mode, of the first one on the wall, of the bit on the rock."""
     per_mass = table["per_lateral_mass"]
-    square = np.maximum(options.modes**4 * table["bending"] * per_mass, table["wall_stiffness"] * per_mass)
+    wall = np.max([table[f"wall_stiffness_{j}"] for j in range(1, options.stations + 1)], axis=0)
+    square = np.maximum(options.modes**4 * table["bending"] * per_mass, wall * per_mass)
     contact = (table["axial_stiffness"] + table["rock_stiffness"]) * table["per_axial_mass"]
     return np.asarray(np.sqrt(np.maximum(np.maximum(square, contact), table["drive_speed"] ** 2)))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from nsdrill.models.beam.options import STATE_SETS
+from nsdrill.models.beam.options import COMMON, STARTED, STATE_SETS
 from nsdrill.models.beam.parameters import MOST_MODES, Initial, Parameters
 from nsdrill.models.beam.relations import ORDERS, relations
 from nsdrill.models.christoforou_yigit import variables
@@ -20,9 +20,8 @@ USUAL = 5  # modes
 
 MEANINGS = {
     "beam": "The collar between the stabilisers, an elastic beam",
-    "stations": "The places along the span where the collar may touch the wall",
+    "beam.torque": "Whether the torque softens the collar in bending, as Christoforou and Yigit have it",
     "drillstring.eccentricity_shape": "Which modes the mass centre's distance is of: the first, or a uniform one",
-    "drillstring.lateral_softening": "Loads at the bit that soften the collar in bending; live: force and torque",
 }
 
 
@@ -59,12 +58,14 @@ DESCRIPTION = Description(
     states=states,
     friction_rates=friction_rates,
     explicit_only=lambda parameters: "the stations of an elastic collar rub on the same modes, which couples them all",
+    sliced=(*STARTED, *COMMON, "drive_angle"),
     several_states=(STATE_SETS[USUAL], *(names for n, names in STATE_SETS.items() if n != USUAL)),
     labels=LUMPED.labels,
     features=(
         *(variable for variable in LUMPED.features if variable.only is None),
         feature("impact_rate", "s-1", "wall contacts per second"),
     ),
+    derived=LUMPED.derived,
     peaks=LUMPED.peaks,
     section=LUMPED.section,
     own_trace=(*_of_modes(), *(variable for variable in variables.TRACE if variable.only is None)),
@@ -76,10 +77,11 @@ DESCRIPTION = Description(
     orders=ORDERS,
     compiled=("bit.lobes",),
     relations=relations,
-    units_by=LUMPED.units_by,
+    units_by={**LUMPED.units_by, "beam.stations.stiffness": LUMPED.units_by["well.stiffness"]},
     checks="nsdrill.models.beam.checks",
     example_axis=LUMPED.example_axis,
-    example_slice="{x_1: {from: -70 mm, to: 70 mm, points: 60}, vx_1: {from: -1 m/s, to: 1 m/s, points: 60}}",
+    example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}",
     attributes=attributes,
+    hole=LUMPED.hole,
     drawn=replace(LUMPED.drawn, summary=(*LUMPED.drawn.summary, "impact_rate")),
 )

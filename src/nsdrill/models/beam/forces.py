@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.beam.columns import as_lumped, coefficients, places, shape, watched
+from nsdrill.models.beam.columns import as_lumped, coefficients, drags, eccentricities, places, shape, walls, watched
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.christoforou_yigit import forces as lumped
 
@@ -30,18 +30,22 @@ def at_place(parameters: Parameters, state: State, place: Any) -> dict[str, Arra
 def _walls(parameters: Parameters, point: Any, state: State) -> list[dict[str, Array]]:
     """What the lumped model has as its forces, of each station."""
     rest = {name: state[name] for name in ("z", "vz", "twist", "bit_speed", "drive_angle")}
-    return [
-        {**moved, **lumped.forces(as_lumped(parameters), point, {**rest, **moved})}
-        for place in places(parameters.stations)
-        for moved in [at_place(parameters, state, place)]
-    ]
+    found = []
+    for station in parameters.beam.stations:
+        made, moved = as_lumped(parameters), at_place(parameters, state, station.at)
+        if station.gap is not None:
+            object.__setattr__(made.well, "diameter", made.drillstring.collar.outer_diameter + 2 * station.gap)
+        if station.stiffness is not None:
+            object.__setattr__(made.well, "stiffness", station.stiffness)
+        found.append({**moved, **lumped.forces(made, point, {**rest, **moved})})
+    return found
 
 
 def forces(parameters: Parameters, point: Any, state: State) -> dict[str, Array]:
     """What a trace has besides the states: of the watched place x, vx, y, vy [m, m/s] and the polar coordinates; the
     forces and torques of the rock; ``wall_force`` and ``wall_friction`` of all stations together [N]."""
     stations = _walls(parameters, point, state)
-    moved = at_place(parameters, state, watched(parameters.stations))
+    moved = at_place(parameters, state, watched(parameters.beam))
     found = lumped.forces(as_lumped(parameters), point, {**state, **moved})
     for name in ("wall_force", "wall_friction"):
         found[name] = np.asarray(sum(station[name] for station in stations))
@@ -50,10 +54,9 @@ def forces(parameters: Parameters, point: Any, state: State) -> dict[str, Array]
 
 def _constants(parameters: Parameters, point: Any) -> tuple[Any, float, list[float]]:
     """The lumped coefficients, the factor of mass and stiffness, and the eccentricity of each mode."""
-    string, modes = parameters.drillstring, range(1, parameters.beam.modes + 1)
     k = coefficients(parameters, point.depth, point.wob, point.rotary_speed)
-    uniform, e0 = string.eccentricity_shape == "uniform", string.eccentricity
-    arms = [(4 * e0 / (n * math.pi) if n % 2 else 0.0) if uniform else (e0 if n == 1 else 0.0) for n in modes]
+    off = eccentricities(parameters)
+    arms = [off.get(n, 0.0) for n in range(1, parameters.beam.modes + 1)]
     return k, parameters.beam.modal_mass_factor, arms
 
 
@@ -72,10 +75,10 @@ def energy(parameters: Parameters, point: Any, state: State) -> Array:
             k.m_e * (gx**2 + gy**2) + (k.m_l - k.m_e) * (vx**2 + vy**2) + n**4 * k.k_bend * (x**2 + y**2)
         )
     exponent = 2.5 if well.law == "hertz" else 2.0
-    for place in places(parameters.stations):
+    for place, (gap, stiffness) in zip(places(parameters.beam), walls(parameters, k.gap), strict=True):
         at = at_place(parameters, state, place)
-        depth = np.maximum(np.hypot(at["x"], at["y"]) - k.gap, 0.0)
-        found = found + well.stiffness * depth**exponent / exponent
+        depth = np.maximum(np.hypot(at["x"], at["y"]) - gap, 0.0)
+        found = found + stiffness * depth**exponent / exponent
     return np.asarray(found)
 
 
@@ -87,8 +90,9 @@ def powers(parameters: Parameters, point: Any, state: State) -> dict[str, Array]
     omega, vz, span = state["bit_speed"], state["vz"], string.collar.span
     watch = forces(parameters, point, state)
     stations = _walls(parameters, point, state)
-    force = {"static": point.wob, "none": 0.0}.get(string.lateral_softening, watch["bit_force"])
-    torque = watch["bit_torque"] if string.lateral_softening == "live" else 0.0
+    load = beam.axial_load
+    force = {"static": point.wob, "live": watch["bit_force"]}[load] if isinstance(load, str) else load
+    torque = watch["bit_torque"] if beam.torque == "cy" else 0.0
     softening: Any = 0.0
     structure: Any = 0.0
     for n in range(1, beam.modes + 1):
@@ -97,11 +101,15 @@ def powers(parameters: Parameters, point: Any, state: State) -> dict[str, Array]
         softening = softening + factor * softer * (x * vx + y * vy)
         critical = 2 * factor * np.sqrt(k.m_l * k.k_bend) * n**2
         structure = structure - beam.damping_ratio * critical * (vx**2 + vy**2)
-    drag = k.c_h / sum(abs(shape(place, 1)) ** 3 for place in places(parameters.stations))
     return {
         "drive": -k.k_t * state["twist"] * point.rotary_speed,
         "bit": watch["bit_force"] * vz - watch["bit_torque"] * omega,
-        "drag": np.asarray(-drag * sum(np.hypot(at["vx"], at["vy"]) ** 3 for at in stations)),
+        "drag": -np.asarray(
+            sum(
+                drag * np.hypot(at["vx"], at["vy"]) ** 3
+                for drag, at in zip(drags(parameters, k.c_h), stations, strict=True)
+            )
+        ),
         "damping": -string.axial_damping * vz**2 - string.torsional_damping * omega**2,
         "structure": np.asarray(structure),
         "wall": np.asarray(

@@ -12,15 +12,16 @@ from nsdrill.models.base import Array, Variant
 from nsdrill.models.beam import columns
 from nsdrill.models.beam.forces import forces
 from nsdrill.models.beam.observed import declaration_of, names_of
-from nsdrill.models.beam.options import Options, options_of
+from nsdrill.models.beam.options import COMMON, STARTED, Options, options_of
 from nsdrill.models.beam.parameters import Parameters
 from nsdrill.models.beam.rhs import PARAMETERS, make_right_hand_side, rows_of
 from nsdrill.models.christoforou_yigit import classify, compare, section
 from nsdrill.models.christoforou_yigit.ensemble import reach_of_collar, string_and_bit
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
-from nsdrill.models.starts import in_the_disc
+from nsdrill.models.starts import in_the_disc, slice_points
 from nsdrill.observe.channels import Declaration, Names
 from nsdrill.observe.findings import returns_of
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -84,11 +85,16 @@ class ElasticCollar(ScalarModel):
 
     def given(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
         steady, initial = self.steady(points), points.initial
-        found = {name: getattr(initial, name, 0.0) for name in names}
+        found = {name: getattr(initial, name.removesuffix("_1"), 0.0) for name in names}
         found |= {name: steady[name] for name in steady if found[name] is None}
         if initial.wall_force is not None:  # type: ignore[attr-defined]
             found |= {name: 0.0 for name in ("vx_1", "y_1", "vy_1")} | columns.bent(points)
         return found
+
+    def sliced(self, points: Values, number: Array) -> dict[str, Array]:
+        """The start names the states of the first mode without its number."""
+        found = slice_points(points.initial, (*STARTED, *COMMON, "drive_angle"), number)
+        return {f"{name}_1" if name in STARTED else name: value for name, value in found.items()}
 
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
         """As those of the lumped model, the first mode in place of its lateral motion; mode n within 1/n^2 of the first
@@ -110,6 +116,11 @@ class ElasticCollar(ScalarModel):
         return found
 
     # What is found
+
+    def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
+        parameters, (_, wob, speed) = points.parameters, points.operation
+        bit_radius = parameters.well.diameter / 2
+        return drilled(features["surface_torque_mean"], speed, parameters.bit.cutting, wob, bit_radius)
 
     def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         """The section of the lumped model, of the watched place."""

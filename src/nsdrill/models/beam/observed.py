@@ -1,8 +1,9 @@
 """What is observed of the elastic collar: the features of the lumped model, at a watched place of the span and over all
 places where it may touch the wall.
 
-The collar is on the wall where one of the stations is; the greatest force is that of the deepest. The rolling ratio is
-one less the slip over the speed of the collar's surface, of the stations on the wall while they are.
+The collar is on the wall where one of the stations is. The clearance is the penetration of the well's wall that has the
+greatest force at a station. The rolling ratio is one less the slip over the speed of the collar's surface, of the
+stations on the wall while they are.
 """
 
 from __future__ import annotations
@@ -49,8 +50,8 @@ def outputs_of(options: Options) -> Any:
     shaken = [[f"a{axis}_{n}" for n in modes] for axis in "xy"]
     moves = [[lateral(n)[k] for n in modes] for k in range(4)]
     told = [name for names in (watch, *moves, *shaken) for name in names]
-    told += [f"{name}_{j}" for j in stations for name in ("reach", "inward")]
-    told += ["gap", "collar_radius", "surface_amplitude", "z", "vz", "bit_speed"]
+    told += [f"{name}_{j}" for j in stations for name in ("reach", "inward", "gap", "yield")]
+    told += ["collar_radius", "surface_amplitude", "z", "vz", "bit_speed"]
     told += ["cosine", "sine", "torque", "pressed", "slipping"]
     sums = {
         word: total(list(zip(watch, names, strict=True)))
@@ -60,18 +61,19 @@ def outputs_of(options: Options) -> Any:
         f"def outputs({', '.join(told)}):",
         *(f"    {word} = {text}" for word, text in sums.items()),
         "    radius = np.sqrt(max(fma(x, x, y * y), 1e-60))",
-        "    deepest, inward = reach_1, inward_1",
+        "    clearance, inward = yield_1 * (reach_1 - gap_1), yield_1 * (inward_1 / reach_1)",
     ]
     for j in range(2, options.stations + 1):
         lines += [
-            f"    inward = inward_{j} if reach_{j} > deepest else inward",
-            f"    deepest = max(deepest, reach_{j})",
+            f"    own = yield_{j} * (reach_{j} - gap_{j})",
+            f"    inward = yield_{j} * (inward_{j} / reach_{j}) if own > clearance else inward",
+            "    clearance = max(clearance, own)",
         ]
     lines += [
         f"    lobe = multiple_sine(sine, cosine, {options.lobes})",
         f"    slope = {float(options.lobes)!r} * multiple_cosine(cosine, {options.lobes})",
         "    return (",
-        "        x, y, radius, fma(x, vx, y * vy) / radius, deepest - gap, inward / deepest,",
+        "        x, y, radius, fma(x, vx, y * vy) / radius, clearance, inward,",
         "        fma(surface_amplitude, lobe, -z), fma(surface_amplitude * slope, bit_speed, -vz),",
         "        fma(ax, ax, ay * ay), slipping, pressed * bit_speed * collar_radius, torque,",
         "    )",

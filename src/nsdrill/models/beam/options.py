@@ -6,38 +6,47 @@ from typing import NamedTuple
 
 from nsdrill.models.beam.parameters import MOST_MODES, Parameters
 
+STARTED = ("x", "vx", "y", "vy")  # of the first mode, as the study's start names them
 COMMON = ("z", "vz", "twist", "bit_speed")
 
 
 class Options(NamedTuple):
     """Whole numbers, as they go into the names of compiled functions: the numbers of ``modes`` and ``stations``;
-    whether the law of the wall is Hertz's; the ``lobes`` of the rock; whether all odd modes are eccentric (``uniform``)
-    or the first one alone; whether the torque softens the collar."""
+    whether the law of the wall is Hertz's; the ``lobes`` of the rock; which modes are ``unbalanced``, 1 for the first,
+    2 for the second, 4 for the third, added up; whether the torque softens the collar."""
 
     modes: int = 5
     stations: int = 5
     hertz: int = 0
     lobes: int = 3
-    uniform: int = 0
+    unbalanced: int = 1
     torque: int = 0
 
     @property
     def eccentric(self) -> tuple[int, ...]:
         """The numbers of the modes that are eccentric."""
-        return tuple(range(1, self.modes + 1, 2)) if self.uniform else (1,)
+        return tuple(n for n in range(1, self.modes + 1) if self.unbalanced >> (n - 1) & 1)
 
 
 def options_of(parameters: Parameters) -> Options:
     """The options of a collar."""
-    string = parameters.drillstring
+    beam = parameters.beam
     return Options(
-        modes=parameters.beam.modes,
-        stations=parameters.stations.number,
+        modes=beam.modes,
+        stations=len(beam.stations),
         hertz=int(parameters.well.law == "hertz"),
         lobes=parameters.bit.lobes,
-        uniform=int(string.eccentricity_shape == "uniform"),
-        torque=int(string.lateral_softening == "live"),
+        unbalanced=sum(1 << (n - 1) for n in unbalanced_modes(parameters)),
+        torque=int(beam.torque == "cy"),
     )
+
+
+def unbalanced_modes(parameters: Parameters) -> list[int]:
+    """The numbers of the modes whose mass centre is off the axis; of a swept eccentricity those that it may be."""
+    given, modes = parameters.beam.eccentricity_modes, range(1, parameters.beam.modes + 1)
+    if given is not None:
+        return [n for n, value in zip(modes, given, strict=False) if value != 0.0]
+    return [n for n in modes if n % 2] if parameters.drillstring.eccentricity_shape == "uniform" else [1]
 
 
 def lateral(n: int) -> tuple[str, str, str, str]:

@@ -7,7 +7,10 @@ others as in :mod:`nsdrill.models.christoforou_yigit.parameters`.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Literal
+
+import numpy as np
 
 from nsdrill.models.christoforou_yigit.parameters import (
     Collar,
@@ -21,15 +24,14 @@ from nsdrill.models.christoforou_yigit.parameters import (
 )
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.starts import Starts, state
-from nsdrill.ranges import Checked, choice, parameter
+from nsdrill.ranges import Checked, choice, parameter, records
 
 MOST_MODES, MOST_STATIONS = 10, 21
 
 
 @dataclass(frozen=True)
 class Drillstring(Checked):
-    """The string. ``lateral_softening`` is by the force of the rock at every moment (``force``), by its torque as well
-    (``live``), by the weight on bit (``static``), or none."""
+    """The string."""
 
     collar: Collar = field(default_factory=Collar)
     pipe: Pipe = field(default_factory=Pipe)
@@ -37,9 +39,6 @@ class Drillstring(Checked):
     eccentricity: float = parameter(0.0127, "m", "CY as reported (1/2 in)", "medium", high=10.0, usual="1 to 15 mm")
     eccentricity_shape: Literal["first", "uniform"] = choice("first", "R: as the lumped model has it")
     eccentric_mass: Literal["total", "steel"] = choice("total", "P; 'steel' leaves the fluid added mass out")
-    lateral_softening: Literal["force", "live", "static", "none"] = choice(
-        "force", "G has a constant force; CY the torque, which a shaft feels in second order only"
-    )
     axial_damping: float = parameter(4000.0, "N s/m", "CY, J as reported", "low", high=1e9, usual="1 to 100 kN s/m")
     torsional_damping: float = parameter(
         50.0, "N m s/rad", "CY, J as reported", "low", high=1e7, usual="10 to 500 N m s/rad"
@@ -73,11 +72,50 @@ class Bit(Checked):
 
 
 @dataclass(frozen=True)
+class Station(Checked):
+    """A place along the span where the collar may touch a wall. None stands for the gap and the stiffness of the well,
+    and for the drag with which the first mode has that of the lumped model."""
+
+    at: float = parameter(0.5, "", "R", "modelling choice", low=0.001, high=0.999, usual="0.05 to 0.95",
+                          meaning="Place as a fraction of the span")  # fmt: skip
+    gap: float | None = parameter(None, "m", "the well's", "", high=10.0, usual="5 to 100 mm",
+                                  meaning="Gap between collar and wall; null: that of the well")  # fmt: skip
+    stiffness: float | None = parameter(
+        None, "N/m or N/m^1.5", "the well's", "", high=1e13, usual="1 MN/m to 10 GN/m",
+        meaning="Stiffness of the wall; null: that of the well, 0: there is none",
+    )  # fmt: skip
+    drag: float | None = parameter(None, "N s^2/m^2", "R", "", high=1e9, usual="100 to 10 000 N s^2/m^2",
+                                   meaning="Drag of the mud; null: the share of mode 1")  # fmt: skip
+
+
+@dataclass(frozen=True)
 class Beam(Checked):
-    """The collar between the stabilisers, simply supported at both."""
+    """The collar between the stabilisers, simply supported at both.
+
+    ``axial_load`` softens it in bending: the force of the rock at every moment (``live``), the weight on bit
+    (``static``) or a constant force. ``watched`` None is the station nearest to the middle. ``eccentricity_modes`` None
+    is what ``drillstring`` says.
+    """
 
     modes: int = parameter(5, "", "G", "high", low=1, high=MOST_MODES, usual="1 to 10",
                            meaning="Number of bending modes in each plane, sin(n pi x / l)")  # fmt: skip
+    stations: tuple[Station, ...] = records(
+        Station, tuple(Station(at) for at in (0.1, 0.3, 0.5, 0.7, 0.9)), "R", "modelling choice", most=MOST_STATIONS,
+        meaning="Places along the span where the collar may touch a wall and the mud drags",
+    )  # fmt: skip
+    watched: float | None = parameter(
+        None, "", "R: the station nearest to the middle of the span", "modelling choice", low=0.001, high=0.999,
+        usual="0.5", meaning="Place at which radius and whirl are measured, as a fraction of the span",
+    )  # fmt: skip
+    eccentricity_modes: tuple[float, ...] | None = parameter(
+        None, "m", "R: the lumped model's, of the first mode", "low", low=-10.0, high=10.0, usual="1 to 15 mm",
+        meaning="Distances of the mass centre, of mode 1, 2, ...; null: drillstring.eccentricity", most=MOST_MODES,
+    )  # fmt: skip
+    axial_load: float | str = parameter(
+        "live", "N", "CY; G has a constant force", "modelling choice", high=LARGEST_FORCE, usual="0 to 500 kN",
+        words=("live", "static"), meaning="Load that softens the collar: of the rock, the weight on bit, or a force",
+    )  # fmt: skip
+    torque: Literal["none", "cy"] = choice("none", "CY have it in first order, a shaft feels it in second order only")
     damping_ratio: float = parameter(0.0, "", "R", "low", high=10.0, usual="0.005 to 0.01",
                                      meaning="Structural damping ratio of every mode")  # fmt: skip
     modal_mass_factor: float = parameter(
@@ -88,53 +126,34 @@ class Beam(Checked):
 
 
 @dataclass(frozen=True)
-class Stations(Checked):
-    """Where along the span the collar may touch the wall: ``number`` places, equally spaced from ``first`` to ``last``.
-    ``watched`` None is the station nearest to the middle."""
-
-    number: int = parameter(5, "", "R", "modelling choice", low=1, high=MOST_STATIONS, usual="1 to 10",
-                            meaning="Number of places along the span where the collar may touch the wall")  # fmt: skip
-    first: float = parameter(0.1, "", "G", "high", low=0.001, high=0.999, usual="0.05 to 0.5",
-                             meaning="Place of the first one as a fraction of the span")  # fmt: skip
-    last: float = parameter(0.9, "", "R: mirrors the first", "modelling choice", low=0.001, high=0.999,
-                            usual="0.5 to 0.95", meaning="Place of the last one as a fraction of the span")  # fmt: skip
-    watched: float | None = parameter(
-        None, "", "R: the station nearest to the middle of the span", "modelling choice", low=0.001, high=0.999,
-        usual="0.5", meaning="Place at which radius and whirl are measured, as a fraction of the span",
-    )  # fmt: skip
-
-
-@dataclass(frozen=True)
 class Parameters:
     """All that does not change during a sweep."""
 
     drillstring: Drillstring = field(default_factory=Drillstring)
     beam: Beam = field(default_factory=Beam)
-    stations: Stations = field(default_factory=Stations)
     mud: StillMud = field(default_factory=StillMud)
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
 
     def __post_init__(self) -> None:
         check_hole(self.well.diameter, self.drillstring.collar.outer_diameter)
-        if self.stations.number > 1 and self.stations.first >= self.stations.last:
-            raise ValueError(
-                f"stations.first: found {self.stations.first:g}, allowed: below stations.last, {self.stations.last:g}"
-            )
+        places = [one.at for one in self.beam.stations]
+        if not all(np.all(np.asarray(a) < np.asarray(b)) for a, b in pairwise(places)):
+            raise ValueError(f"beam.stations: found the places {places}, allowed: each beyond the one before")
 
 
 @dataclass(frozen=True)
 class Initial(Starts):
-    """The state at the start. ``x_1`` ... ``vy_1`` are of the first bending mode, the others begin at rest.
+    """The state at the start. ``x`` ... ``vy`` are of the first bending mode, the others begin at rest.
 
     With a ``wall_force`` the collar begins at rest as a force at the watched place bends it in the plane of x, so far
     that a wall there presses it with this force; 0 is as far as the wall.
     """
 
-    x_1: float = state(1e-3, "m", 10.0, "within the gap, 10 to 100 mm", "First bending mode, in the plane of x")
-    y_1: float = state(0.0, "m", 10.0, "as x_1", "First bending mode, in the plane of y")
-    vx_1: float = state(0.0, "m/s", 1e3, "up to 5 m/s", "Its velocity in the plane of x")
-    vy_1: float = state(0.0, "m/s", 1e3, "up to 5 m/s", "Its velocity in the plane of y")
+    x: float = state(1e-3, "m", 10.0, "within the gap, 10 to 100 mm", "First bending mode, in the plane of x")
+    y: float = state(0.0, "m", 10.0, "as x", "First bending mode, in the plane of y")
+    vx: float = state(0.0, "m/s", 1e3, "up to 5 m/s", "Its velocity in the plane of x")
+    vy: float = state(0.0, "m/s", 1e3, "up to 5 m/s", "Its velocity in the plane of y")
     wall_force: float | None = parameter(
         None, "N", high=LARGEST_FORCE, usual="0 to 1 MN",
         meaning="Force with which the wall presses the collar at the start, bent at rest in the plane of x",

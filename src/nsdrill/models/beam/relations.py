@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -13,12 +14,13 @@ from nsdrill.models.christoforou_yigit.relations import ORDERS as LUMPED
 from nsdrill.units import format_quantity
 
 ORDERS = tuple(one for one in LUMPED if not one.lower.startswith("stabilizer."))
-_START = ("initial.x_1", "initial.y_1", "initial.vx_1", "initial.vy_1")
+_START = ("initial.x", "initial.y", "initial.vx", "initial.vy")
 
 
 def relations(check: Any) -> Iterator[Fault]:
     """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _stations(check)
+    yield from _eccentricities(check)
     yield from _start(check)
     yield from _buckling(check)
     if check.sound("record") and check.value("record.section") == "lobe":
@@ -26,19 +28,32 @@ def relations(check: Any) -> Iterator[Fault]:
 
 
 def _stations(check: Any) -> Iterator[Fault]:
-    """The first before the last, where there are several; no last one where there is but one."""
-    first, last = "stations.first", "stations.last"
-    if not check.sound("stations", f"sweep.{first}", f"sweep.{last}"):
+    """Each beyond the one before."""
+    key = "beam.stations"
+    if not check.sound(key):
         return
-    if check.value("stations.number") == 1:
-        if check.axis(last):
-            yield check.fault(f"sweep.{last}", "an axis over the last of one station", "no such axis", ("sweep", last))
-        elif check.given(last) and check.value(last) != check.leaves[last].default:
-            yield check.fault(last, f"{check.text(last)}, with one station", "left out; stations.first is its place")
-    elif check.ends(first)[1] >= check.ends(last)[0]:
-        key = first if check.given(first) or check.axis(first) else last
-        found = f"stations.first {check.text(first, 1)}, stations.last {check.text(last, 0)}"
-        yield check.fault(key, found, "the first before the last", ("sweep", key) if check.axis(key) else None)
+    places = [station["at"] for station in check.value(key)]
+    for number, (before, place) in enumerate(pairwise(places), start=1):
+        if place <= before:
+            allowed = f"above the place before it, {before:g}"
+            yield check.fault(f"{key}[{number}].at", f"{place:g}", allowed, ("beam", "stations", number))
+
+
+def _eccentricities(check: Any) -> Iterator[Fault]:
+    """Of the modes there are, and given once."""
+    key = "beam.eccentricity_modes"
+    if not check.sound(key, "beam.modes") or check.value(key) is None:
+        return
+    if len(check.value(key)) > check.value("beam.modes"):
+        found = f"{len(check.value(key))} values, with {check.value('beam.modes')} modes"
+        yield check.fault(key, found, "one value for each of the first modes")
+    for other in ("drillstring.eccentricity", "drillstring.eccentricity_shape"):
+        if check.axis(other):
+            yield check.fault(
+                f"sweep.{other}", f"an axis over {other} beside {key}", "one of the two", ("sweep", other)
+            )
+        elif check.given(other) and check.value(other) != check.leaves[other].default:
+            yield check.fault(other, f"{check.text(other)}, beside {key}", "left out")
 
 
 def _start(check: Any) -> Iterator[Fault]:
@@ -62,20 +77,22 @@ def _buckling(check: Any) -> Iterator[Fault]:
 
     Of the greatest weight; with swept numbers of the string or places nothing is said.
     """
-    string, beam, stations = (check.value(name) for name in ("drillstring", "beam", "stations"))
-    keys = ("drillstring.collar", "drillstring.material", "stations", "beam", "operation.wob", "sweep")
-    if not check.sound(*keys) or string["lateral_softening"] == "none":
+    string, beam = (check.value(name) for name in ("drillstring", "beam"))
+    keys = ("drillstring.collar", "drillstring.material", "beam", "operation.wob", "sweep")
+    if not check.sound(*keys):
         return
-    moved = ("drillstring.collar.", "drillstring.material.", "stations.")
+    moved = ("drillstring.collar.", "drillstring.material.")
     if any(axis.startswith(moved) for axis in check.resolved["sweep"] if isinstance(axis, str)):
         return
     collar = string["collar"]
     second = math.pi / 64 * (collar["outer_diameter"] ** 4 - collar["inner_diameter"] ** 4)
     euler = math.pi**2 * string["material"]["young_modulus"] * second / collar["span"] ** 2
-    load = check.ends("operation.wob")[1] / euler
-    modes, number = np.arange(1, beam["modes"] + 1), stations["number"]
-    along = np.linspace(stations["first"], stations["last"], number) if number > 1 else np.array([stations["first"]])
-    _, held, free = np.linalg.svd(np.sin(np.pi * np.outer(along, modes)))
+    own = not isinstance(beam["axial_load"], str) or check.axis("beam.axial_load")
+    key = "beam.axial_load" if own else "operation.wob"
+    load = check.ends(key)[1] / euler
+    modes = np.arange(1, beam["modes"] + 1)
+    along = [station["at"] for station in beam["stations"] if station["stiffness"] != 0.0]
+    _, held, free = np.linalg.svd(np.sin(np.pi * np.outer(along, modes)).reshape(-1, len(modes)))
     rank = int(np.sum(held > 1e-9))
     loose = free[rank:]
     if len(loose) == 0:
@@ -83,10 +100,9 @@ def _buckling(check: Any) -> Iterator[Fault]:
     least = np.linalg.eigvalsh(loose @ np.diag(modes**4 - load * modes**2.0) @ loose.T).min()
     if least <= 0.0:
         allowed = (
-            "a load that buckles no shape of the collar that clears all stations, more stations, or fewer modes; the "
-            f"buckling load of the span is {format_quantity(euler, 'kN')}"
+            "a load that buckles no shape of the collar that clears all stations with a wall, more of them, or fewer "
+            f"modes; the buckling load of the span is {format_quantity(euler, 'kN')}"
         )
-        key = "operation.wob"
-        path = ("sweep", "wob") if check.axis(key) else None
+        path = ("sweep", key.removeprefix("operation.")) if check.axis(key) else None
         yield check.fault(key, f"{check.text(key, 1)}, under which the collar bends between the stations without end",
                           allowed, path)  # fmt: skip

@@ -4,8 +4,8 @@ Collar: simply supported, deflection X = sum x_n sin(n pi xi), Y alike, n = 1 ..
 k_n = E I (n pi)^4 / (2 l^3) - P (n pi)^2 / (2 l) - T (n pi)^3 / (2 l^2) (Ghasemloonia, Rideout & Butt for m and P; the
 torque as Christoforou & Yigit have it). All that is local acts at stations j, with phi_jn = sin(n pi xi_j)::
 
-    N_j = k_w max(r_j - c, 0)^(1 or 3/2),   T_j = N_j f(omega R + theta_j' r_j)
-    f_j = -N_j e_r - T_j e_theta - d |v_j| v_j
+    N_j = k_j max(r_j - c_j, 0)^(1 or 3/2),   T_j = N_j f(omega R + theta_j' r_j)
+    f_j = -N_j e_r - T_j e_theta - d_j |v_j| v_j
     F_n = -k_n (x_n, y_n) - c_n (x_n', y_n') + sum_j phi_jn f_j
 
     J_e phi'' = -T_ob - c_t omega - k_t psi - sum_j T_j R - sum_n q_n (F_yn cos phi - F_xn sin phi)
@@ -41,24 +41,29 @@ SHARED = ("cosine", "sine", "force", "torque", "friction", "pressed", "slipping"
 LOCAL = ("px", "py", "reach", "inward", "slip", "fx", "fy")
 PARAMETERS = (
     "drive_speed", "wob",
-    "per_lateral_mass", "per_inertia", "per_axial_mass", "unbalance_arm",
-    "bending", "softening_constant", "softening_force", "softening_torque", "structural", "drag",
+    "per_lateral_mass", "per_inertia", "per_axial_mass",
+    "bending", "softening_constant", "softening_force", "softening_torque", "structural",
     "axial_damping", "axial_stiffness", "torsional_damping", "torsional_stiffness",
     "gap", "wall_stiffness", "collar_radius", "wall_smoothing", "wall_decay", "wall_rise", "wall_dynamic",
     "rock_stiffness", "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic",
     "stuck_below", "torque_size",
 )  # fmt: skip
+# Of each station: the gap, the stiffness of the wall, the drag, and the penetration of the well's wall at the force of
+# its own at a penetration of 1, by which penetrations of different walls compare.
+STATION = ("gap", "wall_stiffness", "drag", "yield")
 # Forces that are added up in one loop over the lanes: a smaller loop is unrolled by the compiler before it is packed,
 # in a larger one not all numbers have a register.
 TOGETHER = 10
 
 
 def columns_of(options: Options) -> tuple[str, ...]:
-    """The names of the lane parameters: those of every collar, then the shapes of the modes at the watched place and at
-    each station."""
-    modes = range(1, options.modes + 1)
-    shapes = (f"phi_{j}_{n}" for j in range(1, options.stations + 1) for n in modes)
-    return (*PARAMETERS, *(f"watched_{n}" for n in modes), *shapes)
+    """The names of the lane parameters: those of every collar, the arms of unbalanced modes, the shapes of the modes at
+    the watched place, what each station has of its own, and the shapes there."""
+    modes, stations = range(1, options.modes + 1), range(1, options.stations + 1)
+    arms = (f"unbalance_arm_{n}" for n in options.eccentric)
+    own = (f"{name}_{j}" for j in stations for name in STATION)
+    shapes = (f"phi_{j}_{n}" for j in stations for n in modes)
+    return (*PARAMETERS, *arms, *(f"watched_{n}" for n in modes), *own, *shapes)
 
 
 def aux_of(options: Options) -> tuple[str, ...]:
@@ -174,11 +179,11 @@ class _Writer:
             lines.append(f"{name} = {total([(shapes[n], lateral(n)[k]) for n in self.modes])}")
         return [
             *lines,
-            *self._load("gap", "drag", "collar_radius", "bit_speed"),
+            *self._load(f"gap_{j}", f"drag_{j}", "collar_radius", "bit_speed"),
             # The floor matters at the hole's centre only, where no force is.
             "reach = np.sqrt(max(fma(px, px, py * py), 1e-60))",
-            f"touching_{j} |= 1 if reach > gap else 0",
-            "drag = drag * np.sqrt(fma(vx, vx, vy * vy))",
+            f"touching_{j} |= 1 if reach > gap_{j} else 0",
+            f"drag = drag_{j} * np.sqrt(fma(vx, vx, vy * vy))",
             *self._store(**{
                 f"px_{j}": "px", f"py_{j}": "py", f"reach_{j}": "reach", f"inward_{j}": "fma(px, vx, py * vy)",
                 f"slip_{j}": "fma(bit_speed * collar_radius, reach, fma(px, vy, -(py * vx)))",
@@ -190,11 +195,11 @@ class _Writer:
         """Penetration, normal force, friction against the slip of the collar's surface."""
         px, py, reach, slip, fx, fy = (f"{name}_{j}" for name in ("px", "py", "reach", "slip", "fx", "fy"))
         return [
-            *self._load(px, py, reach, slip, fx, fy, "gap", "wall_stiffness", "wall_smoothing", "wall_decay",
+            *self._load(px, py, reach, slip, fx, fy, f"gap_{j}", f"wall_stiffness_{j}", "wall_smoothing", "wall_decay",
                         "wall_rise", "wall_dynamic", "friction", "pressed", "slipping"),
-            f"penetration = max({reach} - gap, 0.0)",
-            f"touches = 1.0 if {reach} > gap else 0.0",
-            "normal = wall_stiffness * penetration",
+            f"penetration = max({reach} - gap_{j}, 0.0)",
+            f"touches = 1.0 if {reach} > gap_{j} else 0.0",
+            f"normal = wall_stiffness_{j} * penetration",
             *(["normal = normal * np.sqrt(penetration)"] if self.options.hertz else []),
             f"g, decayed, per_radius = slip_factors({slip}, {reach}, wall_smoothing, wall_decay)",
             "rubbing = normal * (g * fma(wall_rise, decayed, wall_dynamic))",
@@ -236,7 +241,7 @@ class _Writer:
         """The moment, the bit's acceleration, the eccentric modes, which have their forces in place of accelerations so
         far, and the axial motion."""
         lines = self._load(
-            "cosine", "sine", "twist", "bit_speed", "z", "vz", "force", "torque", "friction", "unbalance_arm",
+            "cosine", "sine", "twist", "bit_speed", "z", "vz", "force", "torque", "friction",
             "per_inertia", "per_lateral_mass", "per_axial_mass", "torsional_damping", "torsional_stiffness",
             "collar_radius", "axial_damping", "axial_stiffness", "wob",
         )  # fmt: skip
@@ -246,16 +251,15 @@ class _Writer:
         )
         for n in self.options.eccentric:
             lines += [
-                *self._load(f"ax_{n}", f"ay_{n}"),
-                f"arm_{n} = unbalance_arm" + (f" * {1.0 / n!r}" if n > 1 else ""),
-                f"moment = fma(arm_{n}, fma(ay_{n}, cosine, -(ax_{n} * sine)), moment)",
+                *self._load(f"ax_{n}", f"ay_{n}", f"unbalance_arm_{n}"),
+                f"moment = fma(unbalance_arm_{n}, fma(ay_{n}, cosine, -(ax_{n} * sine)), moment)",
             ]
         lines += ["angular = -moment * per_inertia", "centripetal = bit_speed * bit_speed"]
         for n in self.options.eccentric:
             forward, across = "fma(centripetal, cosine, angular * sine)", "fma(centripetal, sine, -(angular * cosine))"
             lines += self._store(**{
-                f"ax_{n}": f"fma(arm_{n}, {forward}, ax_{n} * per_lateral_mass)",
-                f"ay_{n}": f"fma(arm_{n}, {across}, ay_{n} * per_lateral_mass)",
+                f"ax_{n}": f"fma(unbalance_arm_{n}, {forward}, ax_{n} * per_lateral_mass)",
+                f"ay_{n}": f"fma(unbalance_arm_{n}, {across}, ay_{n} * per_lateral_mass)",
             })  # fmt: skip
         axial = "(force - fma(axial_damping, vz, fma(axial_stiffness, z, wob))) * per_axial_mass"
         return lines + self._store(az=axial, bit_acceleration="angular")

@@ -12,6 +12,7 @@ from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.relations import ORDERS, relations
 from nsdrill.models.christoforou_yigit.steepness import explicit_only, friction_rates
 from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.drilling import DRILLED
 from nsdrill.models.leaves import values_at
 from nsdrill.variables import MODEL
 
@@ -42,6 +43,11 @@ def attributes(parameters: Parameters, initial: Initial, axes: Mapping[str, Any]
     return {"gap": float(derive(at.parameters, *at.operation).gap)}
 
 
+def hole(parameters: Parameters) -> tuple[float, float]:
+    """The radii [m] of the hole and of the collar."""
+    return parameters.well.diameter / 2, parameters.drillstring.collar.outer_diameter / 2
+
+
 # Of what is drawn, that which stands still with a mode. The torque on the bit follows the load as well as the speed.
 MODES = {
     "axial": ("z", "vz", "bit_force", "section_axial", "section_axial_velocity", "axial_max", "lift_off_fraction"),
@@ -65,6 +71,7 @@ DESCRIPTION = Description(
     several_states=(variables.STATE_NAMES, variables.DRIVEN_STATE_NAMES, variables.MOTOR_STATE_NAMES),
     labels=variables.LABELS,
     features=variables.FEATURES,
+    derived=DRILLED,
     peaks=variables.PEAKS,
     section=variables.SECTION,
     own_trace=variables.TRACE,
@@ -84,6 +91,7 @@ DESCRIPTION = Description(
     example_axis=("bit.rock_stiffness", "10 MN/m", "100 MN/m"),
     example_slice="{x: {from: -70 mm, to: 70 mm, points: 60}, vx: {from: -1 m/s, to: 1 m/s, points: 60}}",
     attributes=attributes,
+    hole=hole,
     options=options,
     drawn=Drawn(
         panels=(

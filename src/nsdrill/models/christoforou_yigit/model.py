@@ -16,6 +16,7 @@ from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.section import in_the_bit_frame
 from nsdrill.models.christoforou_yigit.variables import PEAKS
+from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
 from nsdrill.models.schedule import Schedule
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -114,6 +115,14 @@ class ChristoforouYigit(Model):
 
     def features(self, report: Array, table: Array, observe: float, variant: Variant) -> dict[str, Array]:
         return reduce.features(report, table, observe, Options(*variant))
+
+    def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
+        parameters, (_, wob, speed) = points.parameters, points.operation
+        torque, speed = features["surface_torque_mean"], features.get("drive_speed_mean", speed)
+        found = drilled(torque, speed, parameters.bit.cutting, wob, parameters.well.diameter / 2)
+        if parameters.modes.torsional == "frozen":  # what turns the string is not known
+            found["mechanical_specific_energy"] = np.full(len(found["mechanical_specific_energy"]), np.nan)
+        return found
 
     def peaks(self, report: Array, record: Record) -> dict[str, Array]:
         heights = reduce.peaks(report, record.peaks)

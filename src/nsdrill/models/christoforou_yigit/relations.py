@@ -175,14 +175,9 @@ def _stabilizer(check: Any) -> Iterator[Fault]:
     axis = check.axis(clearance)
     if check.value(clearance) is None and not axis:
         allowed = "left out, or with a stabilizer.clearance: 0 mm stands for stabilisers without room"
-        for key, leaf in check.leaves.items():
-            if not key.startswith("stabilizer.friction."):
-                continue
-            if check.axis(key):
-                found = "an axis over friction of stabilisers, which stabilizer.clearance: null does without"
-                yield check.fault(f"sweep.{key}", found, allowed, ("sweep", key))
-            elif check.value(key) != leaf.default:
-                yield check.fault(key, f"{check.text(key)}, which stabilizer.clearance: null does without", allowed)
+        for key in check.leaves:
+            if key.startswith("stabilizer.friction."):
+                yield from check.unread(key, "which stabilizer.clearance: null does without", allowed)
         return
     hole, collar = "well.diameter", "drillstring.collar.outer_diameter"
     if not check.sound(hole, collar):
@@ -212,16 +207,12 @@ def _law(check: Any) -> Iterator[Fault]:
         return
     law = check.value(f"{section}law")
     allowed = f"what the law {law} reads: {', '.join(READ_BY_LAW[law])}"
-    for key, leaf in check.leaves.items():
+    for key in check.leaves:
         name = key.removeprefix(section)
-        of_law = name != key and name not in ("law", *READ_BY_LAW[law])
         # The rational law is of the whole torque.
-        of_cutting = key.startswith("bit.cutting.") and law == "rational"
-        if (of_law or of_cutting) and check.axis(key):
-            found = f"an axis over {key}, which the law {law} does not read"
-            yield check.fault(f"sweep.{key}", found, allowed, ("sweep", key))
-        elif of_law and check.value(key) != leaf.default:
-            yield check.fault(key, f"{check.text(key)}, which the law {law} does not read", allowed)
+        of_cutting = key.startswith("bit.cutting.") and law == "rational" and check.axis(key)
+        if of_cutting or (name != key and name not in ("law", *READ_BY_LAW[law])):
+            yield from check.unread(key, f"which the law {law} does not read", allowed)
 
 
 def _drive(check: Any) -> Iterator[Fault]:
@@ -230,18 +221,11 @@ def _drive(check: Any) -> Iterator[Fault]:
         return
     kind = check.value("drive.kind")
     allowed = f"what a drive of the kind {kind} reads: {', '.join(READ_BY[kind]) or 'nothing'}"
-    for key, leaf in check.leaves.items():
+    for key in check.leaves:
         name = key.removeprefix("drive.")
-        of_drive = name != key and name != "kind" and name not in READ_BY[kind]
         of_start = key in ("initial.lag", "initial.drive_speed") and kind == "ideal"
-        if not (of_drive or of_start):
-            continue
-        if check.axis(key):
-            yield check.fault(
-                f"sweep.{key}", f"an axis over a key that the drive {kind} does not read", allowed, ("sweep", key)
-            )
-        elif check.value(key) != leaf.default:
-            yield check.fault(key, f"{check.text(key)}, which the drive {kind} does not read", allowed)
+        if of_start or name not in (key, "kind", *READ_BY[kind]):
+            yield from check.unread(key, f"which the drive {kind} does not read", allowed)
     if kind == "dc_motor" and check.sound("record") and check.value("record.poincare") > 0:
         found = f"{check.text('record.poincare')} with a DC motor, which falls behind its set point: no return repeats"
         yield check.fault("record.poincare", found, "0")

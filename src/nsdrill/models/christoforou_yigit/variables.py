@@ -49,6 +49,7 @@ CHECK_FEATURES = ("lift_off_fraction", "stick_slip_index", "wall_contact_fractio
 SHOWN = (
     "stick_slip_index", "stuck_fraction", "lift_off_fraction", "wall_contact_fraction", "whirl_ratio", "bit_force_max",
     "bit_torque_max", "wall_force_max", "surface_torque_max", "lateral_acceleration_rms",
+    "rate_of_penetration", "mechanical_specific_energy",
 )  # fmt: skip
 # Each feature that is compared, and what its difference is measured in; fractions of time are taken as they are.
 COMPARED = {

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.description import Description, Drawn, Panel
+from nsdrill.models.drilling import DRILLED
 from nsdrill.models.leaves import Values
 from nsdrill.models.segments.names import names_of
 from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters, SegmentsOperation
@@ -81,16 +82,18 @@ DESCRIPTION = Description(
         "drillstring": "The string", "segments": "How the string is cut, and what there is at its ends",
         "segments.top": "What the string hangs from", "segments.kelly": "The kelly, a rigid body",
         "segments.material_damping": "Damping of a segment over its stiffness",
-        "mud": "The drilling fluid", "mud.density": "Density", "mud.flow": "Mean flow",
+        "mud": "The drilling fluid", "mud.density": "Density",
+        "segments.hydraulics": "The flow of the mud and its drag on the string as it moves; null: none",
+        "initial.start": "What null stands for below: steady drilling, or a string at rest below a table that turns",
         "well": "The hole", "bit": "The bit on its lobed surface",
         "bit.lobes": "Lobes a turn: 3 for a roller cone, 1 for a PDC bit",
         "bit.cutting": "Cutting torque and rate of penetration, ROP [m/s] = c1 W[N] sqrt(w[rad/s]) + c2",
         "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set speed",
         "bit.friction": "Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w)",
         "drive": "What turns the string; each kind reads its own keys",
-        "drive.kind": "Motor at constant voltage, a drive that keeps its speed, or a controlled motor",
+        "drive.kind": "A motor at constant voltage or with gains, one that keeps its speed, one with a regulator",
         "initial.z": "Bit above its mean cutting surface; null: where it rests under the weight on bit",
-        "initial.bit_speed": "Bit speed; null: the set speed; a string at rest 0",
+        "initial.bit_speed": "Bit speed; null: as start says, the set speed or 0",
     },
     states=states,
     states_allowed=are_states,
@@ -108,6 +111,7 @@ DESCRIPTION = Description(
         feature("hook_load_change_min", "N", "least hook load, less that of steady drilling"),
         feature("hook_load_change_max", "N", "greatest hook load, less that of steady drilling"),
     ),
+    derived=DRILLED,
     peaks=(BY_NAME["axial_peaks"], BY_NAME["bit_speed_peaks"]),
     section=(
         *(BY_NAME[f"section_{name}"] for name in ("axial", "axial_velocity", "twist", "bit_speed")),
@@ -123,7 +127,10 @@ DESCRIPTION = Description(
         in_trace("hook_load_change", "N", "hook load less that of steady drilling"),
     ),
     untraced=_INNER,
-    shown=("stick_slip_index", "stuck_fraction", "lift_off_fraction", "bit_force_max", "surface_torque_max"),
+    shown=(
+        "stick_slip_index", "stuck_fraction", "lift_off_fraction", "bit_force_max", "surface_torque_max",
+        "rate_of_penetration", "mechanical_specific_energy",
+    ),
     compared={
         **dict.fromkeys(("bit_speed_min", "bit_speed_max", "bit_speed_mean"), "set_speed"),
         "stuck_fraction": None, "lift_off_fraction": None,

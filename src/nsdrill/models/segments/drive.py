@@ -21,6 +21,15 @@ from nsdrill.models.segments.string import String
 DIGITS = 9  # of the gains: LAPACK's last ones depend on the processor
 
 
+def gains_of(parameters: Parameters, string: String) -> np.ndarray:
+    """The gains of the voltage, an array (points, 5) or (1, 5): those of the regulator, those that are given, or 0."""
+    drive = parameters.drive
+    if drive.kind == "lqr":
+        return regulator(parameters, string)
+    given = drive.gains if drive.kind == "dc_motor" and drive.gains is not None else (0.0,) * 5
+    return np.array([given])
+
+
 def regulator(parameters: Parameters, string: String) -> np.ndarray:
     """The gains (K_I, K_1, K_2, K_3, K_4), an array (points, 5). InputError where the Riccati equation has no
     solution."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.base import Array, Variant
+from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.segments import names
@@ -95,6 +96,13 @@ class Segments(ScalarModel):
         steady = steady_of(points.parameters, string_of(points.parameters, depth), wob, speed)
         return {"z": steady.z, "twist": steady.angles[-1], "bit_speed": speed}
 
+    def given(self, points: Values, names: Sequence[str]) -> dict[str, Any]:
+        """A string at rest has neither twist nor bit speed."""
+        found = super().given(points, names)
+        if points.initial.start == "rest":  # type: ignore[attr-defined]
+            found |= {name: 0.0 for name in ("twist", "bit_speed") if getattr(points.initial, name) is None}
+        return found
+
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
         """Twists from none to one and a half times that of steady drilling, bit speeds from 0 to twice the set speed,
         bit positions about the static one by the amplitude of the lobes; closer to steady drilling with a smaller
@@ -133,6 +141,10 @@ class Segments(ScalarModel):
         return ("drive_speed", "current") if parameters.drive.kind == "stiff" else ()
 
     # What is observed
+
+    def derived(self, features: Mapping[str, Array], points: Values) -> dict[str, Array]:
+        bit, (_, wob, _) = points.parameters.bit, points.operation
+        return drilled(features["surface_torque_mean"], features["bit_speed_mean"], bit.cutting, wob, bit.radius)
 
     def section(self, report: Array, record: Record, table: Array, variant: Variant) -> dict[str, Array]:
         found = super().section(report, record, table, variant)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.leaves import Values
-from nsdrill.models.segments.drive import regulator
+from nsdrill.models.segments.drive import gains_of
 from nsdrill.models.segments.string import steady_of, string_of
 from nsdrill.observe.channels import Names
 from nsdrill.observe.thresholds import Thresholds
@@ -41,7 +41,7 @@ PARAMETERS = (
     "threshold", "per_threshold_width",
     "motor", "table_damping", "per_drive_inertia", "per_inductance", "resistance",
     "steady_current", "steady_twist", "gain_current", "gain_lag", "gain_drive_speed", "gain_twist", "gain_bit_speed",
-    "control_from",
+    "on_at",
     # Read by the observer and by the natural sizes.
     "surface_stiffness", "steady_torque", "chain_stiffness",
 )  # fmt: skip
@@ -70,7 +70,8 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
     parameters, (depth, wob, speed) = points.parameters, points.operation
     string = string_of(parameters, depth)
     pipe, collar, steady = string.pipe, string.collar, steady_of(parameters, string, wob, speed)
-    mud, bit, drive, chain = parameters.mud, parameters.bit, parameters.drive, parameters.segments
+    bit, drive, chain = parameters.bit, parameters.drive, parameters.segments
+    mud = chain.hydraulics
     law, cut, motor = bit.friction, bit.cutting, drive.gear * drive.torque_constant
     found: dict[str, Any] = {}
     for name, ring in (("pipe", pipe), ("collar", collar)):
@@ -83,7 +84,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
             f"per_{name}_annulus": 1 / ring.annulus_area, f"per_{name}_bore": over(1.0, ring.bore_area),
         }  # fmt: skip
     turns = 0.0 if drive.kind == "stiff" else 1.0
-    gains = regulator(parameters, string).T if drive.kind == "lqr" else np.zeros((5, 1))
+    gains = gains_of(parameters, string).T
     return found | {
         "set_speed": speed, "wob": wob, "stuck": thresholds.stuck_below,
         "top_share": pipe.mass / (2 * string.top_mass),
@@ -112,7 +113,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         "steady_current": steady.current, "steady_twist": steady.angles[-1],
         **dict(zip(("gain_current", "gain_lag", "gain_drive_speed", "gain_twist", "gain_bit_speed"), gains,
                    strict=True)),
-        "control_from": drive.control_from,
+        "on_at": drive.on_at,
         "surface_stiffness": pipe.torsional, "steady_torque": steady.table_torque, "chain_stiffness": string.axial,
     }  # fmt: skip
 

@@ -96,6 +96,24 @@ class MaterialDamping(Checked):
 
 
 @dataclass(frozen=True)
+class Hydraulics(Checked):
+    """The flow of the mud, down the bore and up the annulus, which drags on the string as it moves."""
+
+    flow: float = parameter(0.022, "m^3/s", "B", "high", high=10.0, usual="0.01 to 0.08 m^3/s", meaning="Mean flow")
+    pulsation: float = parameter(0.002, "m^3/s", "B", "high", high=10.0, usual="0 to 0.01 m^3/s",
+                                 meaning="Amplitude of the pumps' pulsation")  # fmt: skip
+    pulsation_rate: float = parameter(25.13, "rad/s", "B", "high", high=1e4, usual="10 to 60 rad/s",
+                                      meaning="Angular frequency of the pulsation")  # fmt: skip
+    annulus_factor: float = parameter(0.045, "", "B", "high", high=10.0, usual="0.02 to 0.1",
+                                      meaning="Weisbach's friction factor outside of the string")  # fmt: skip
+    bore_factor: float = parameter(0.035, "", "B", "high", high=10.0, usual="0.01 to 0.1",
+                                   meaning="Weisbach's friction factor in the bore")  # fmt: skip
+
+
+NO_HYDRAULICS = {"annulus_factor": 0.0, "bore_factor": 0.0}
+
+
+@dataclass(frozen=True)
 class Segments(Checked):
     """How the string is cut into segments, and what there is at its ends."""
 
@@ -116,6 +134,7 @@ class Segments(Checked):
     top: Top = field(default_factory=Top)
     kelly: Kelly = field(default_factory=Kelly)
     material_damping: MaterialDamping = field(default_factory=MaterialDamping)
+    hydraulics: Hydraulics = field(default_factory=Hydraulics, metadata={"off": NO_HYDRAULICS})
     rock_damping: float = parameter(1.5e5, "N s/m", "B", "high", high=1e9, usual="0 to 1 MN s/m",
                                     meaning="Damping of the rock under the weight on bit")  # fmt: skip
     threshold_force: float = parameter(10e3, "N", "B", "high", low=1.0, high=1e7, usual="1 to 50 kN",
@@ -124,20 +143,11 @@ class Segments(Checked):
 
 @dataclass(frozen=True)
 class Mud(Checked):
-    """The drilling fluid, which flows down the bore and up the annulus."""
+    """The drilling fluid."""
 
     density: float = parameter(1198.0, "kg/m^3", "B", "high", high=1e5, usual="1000 to 2400 kg/m^3")
     viscosity: float = parameter(0.03, "Pa s", "B", "high", high=1e3, usual="0.001 to 0.1 Pa s",
                                  meaning="Viscosity between the turning string and the wall")  # fmt: skip
-    flow: float = parameter(0.022, "m^3/s", "B", "high", high=10.0, usual="0.01 to 0.08 m^3/s", meaning="Mean flow")
-    pulsation: float = parameter(0.002, "m^3/s", "B", "high", high=10.0, usual="0 to 0.01 m^3/s",
-                                 meaning="Amplitude of the pumps' pulsation")  # fmt: skip
-    pulsation_rate: float = parameter(25.13, "rad/s", "B", "high", high=1e4, usual="10 to 60 rad/s",
-                                      meaning="Angular frequency of the pulsation")  # fmt: skip
-    annulus_factor: float = parameter(0.045, "", "B", "high", high=10.0, usual="0.02 to 0.1",
-                                      meaning="Weisbach's friction factor outside of the string")  # fmt: skip
-    bore_factor: float = parameter(0.035, "", "B", "high", high=10.0, usual="0.01 to 0.1",
-                                   meaning="Weisbach's friction factor in the bore")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -207,6 +217,10 @@ class Drive(Checked):
                                      usual="200 to 2000 kg m^2", meaning="Inertia of the table")  # fmt: skip
     table_damping: float = parameter(0.0, "N m s/rad", "R: B's number is lost", "low", high=1e7,
                                      usual="0 to 500 N m s/rad", meaning="Damping of the table")  # fmt: skip
+    gains: tuple[float, ...] | None = parameter(
+        None, "", "", "", low=-1e9, high=1e9, usual="", most=5,
+        meaning="K_I, K_1, K_2, K_3, K_4 of the voltage, kind dc_motor; null: constant voltage",
+    )  # fmt: skip
     control_weight: float = parameter(950.0, "", "B: a loose number", "medium", low=1e-9, high=1e15, usual="1 to 1e5",
                                       meaning="Weight of the squared control voltage; kind lqr")  # fmt: skip
     lag_weight: float = parameter(1.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e6",
@@ -219,8 +233,8 @@ class Drive(Checked):
                                     meaning="Weight of the bit's squared angle; kind lqr")  # fmt: skip
     bit_speed_weight: float = parameter(950000.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e7",
                                         meaning="Weight of the bit's squared speed; kind lqr")  # fmt: skip
-    control_from: float = parameter(0.0, "s", "", "", high=1e7, usual="0 or 40 s",
-                                    meaning="Time of a run at which the control begins; kind lqr")  # fmt: skip
+    on_at: float = parameter(0.0, "s", "", "", high=1e7, usual="0 or 40 s",
+                                    meaning="Time of a run at which control begins; kind lqr, or gains")  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -254,13 +268,15 @@ class SegmentsOperation(Operation):
 
 @dataclass(frozen=True)
 class Initial(Starts):
-    """The state at the start, from which the rest of the string follows. None stands for steady drilling.
+    """The state at the start, from which the rest of the string follows. None stands for steady drilling, of twist and
+    bit speed with ``start: rest`` for 0: a string at rest below a table that turns.
 
     The positions and angles between surface and bit are those of a string that is stretched or twisted by a force or a
     torque at its ends, and the speeds grow from that of the table to that of the bit as such angles do."""
 
+    start: Literal["steady", "rest"] = choice("steady", "")
     z: float | None = state(None, "m", 1e3, "-50 to 50 mm")
     twist: float | None = state(None, "rad", 1e5, "-150 to 0 rad; a string at rest 0",
-                                "Angle of the bit less that of the drive; null: that of steady drilling")  # fmt: skip
+                                "Angle of the bit less that of the drive; null: as start says")  # fmt: skip
     bit_speed: float | None = state(None, "rad/s", 1e4, "-10 to 60 rad/s; a string at rest 0")
     drive_angle: float = state(0.0, "rad", 1e9, "any")

@@ -24,8 +24,8 @@ _WEIGHTS = ("control_weight", "lag_weight", "drive_speed_weight", "current_weigh
 # The keys of the drive that each kind reads. The stiff one has a torque, which is given as the current of the motor.
 READ_BY = {
     "stiff": ("torque_constant", "gear", "table_damping"),
-    "dc_motor": _MOTOR,
-    "lqr": (*_MOTOR, *_WEIGHTS, "control_from"),
+    "dc_motor": (*_MOTOR, "gains", "on_at"),
+    "lqr": (*_MOTOR, *_WEIGHTS, "on_at"),
 }
 
 
@@ -33,6 +33,7 @@ def relations(check: Any) -> Iterator[Fault]:
     """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _load(check)
     yield from _drive(check)
+    yield from _gains(check)
     if check.sound("record.exponent") and check.value("record.exponent"):
         yield check.fault("record.exponent", "true, and this model has no Lyapunov exponent", "false")
 
@@ -51,18 +52,26 @@ def _load(check: Any) -> Iterator[Fault]:
         )
 
 
+def _gains(check: Any) -> Iterator[Fault]:
+    """Five of them, and a time at which they begin only with them."""
+    if not check.sound("drive") or check.value("drive.kind") != "dc_motor":
+        return
+    gains, key = check.value("drive.gains"), "drive.on_at"
+    if gains is not None and len(gains) != 5:
+        yield check.fault("drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null")
+    if gains is None and (check.axis(key) or check.value(key) != check.leaves[key].default):
+        path = ("sweep", key) if check.axis(key) else None
+        yield check.fault(f"sweep.{key}" if path else key, "a time without drive.gains, which would begin then",
+                          "drive.gains, or no time", path)  # fmt: skip
+
+
 def _drive(check: Any) -> Iterator[Fault]:
     """No value and no axis that the kind of drive does not read."""
     if not check.sound("drive"):
         return
     kind = check.value("drive.kind")
     allowed = f"what a drive of the kind {kind} reads: {', '.join(READ_BY[kind])}"
-    for key, leaf in check.leaves.items():
+    for key in check.leaves:
         name = key.removeprefix("drive.")
-        if name in (key, "kind") or name in READ_BY[kind]:
-            continue
-        if check.axis(key):
-            found = f"an axis over a key that the drive {kind} does not read"
-            yield check.fault(f"sweep.{key}", found, allowed, ("sweep", key))
-        elif check.value(key) != leaf.default:
-            yield check.fault(key, f"{check.text(key)}, which the drive {kind} does not read", allowed)
+        if name not in (key, "kind", *READ_BY[kind]):
+            yield from check.unread(key, f"which the drive {kind} does not read", allowed)

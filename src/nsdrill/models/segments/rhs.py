@@ -186,7 +186,7 @@ MAIN = """
         law = fma(b[gain_lag + i], th, fma(b[gain_drive_speed + i], w - speed,
               fma(b[gain_twist + i], b[th_n + i] - b[steady_twist + i],
               fma(b[gain_bit_speed + i], b[w_n + i] - speed, b[gain_current + i] * (current - b[steady_current + i])))))
-        law = law if b[time_ + i] >= b[control_from + i] else 0.0
+        law = law if b[time_ + i] >= b[on_at + i] else 0.0
         fall = fma(b[resistance + i], current - b[steady_current + i], b[motor + i] * (w - speed))
         b[current_rate + i] = -(law + fall) * b[per_inductance + i]
     for i in range(n):

@@ -130,6 +130,7 @@ def _section(outer: Any, inner: Any) -> tuple[Any, Any]:
 
 def _ring(parameters: Parameters, ring: Any, length: Any) -> Ring:
     steel, mud, hole = parameters.drillstring.material, parameters.mud, parameters.well.diameter
+    flow = parameters.segments.hydraulics
     outer, inner = ring.outer_diameter, ring.inner_diameter
     area, polar = _section(outer, inner)
     radius = outer / 2
@@ -139,8 +140,8 @@ def _ring(parameters: Parameters, ring: Any, length: Any) -> Ring:
         steel.shear_modulus * polar / length,
         steel.density * area * length,
         steel.density * polar * length,
-        mud.annulus_factor / 8 * mud.density * math.pi * outer * length,
-        mud.bore_factor / 8 * mud.density * math.pi * inner * length,
+        flow.annulus_factor / 8 * mud.density * math.pi * outer * length,
+        flow.bore_factor / 8 * mud.density * math.pi * inner * length,
         2 * math.pi * mud.viscosity * radius * radius * radius * length / (hole / 2 - radius),
         math.pi / 4 * (hole * hole - outer * outer),
         math.pi / 4 * inner * inner,

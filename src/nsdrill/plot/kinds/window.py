@@ -18,10 +18,12 @@ from matplotlib.patches import Patch
 
 from nsdrill.analysis.window import CRITICAL, RIM, SAFE, UNKNOWN, Classes, classes, find_window, unknown_words
 from nsdrill.data import Array, Results
-from nsdrill.plot.columns import legend_below
-from nsdrill.plot.kinds import MAX_PANELS
+from nsdrill.plot import equal
+from nsdrill.plot.equal import RATE, drawn_of
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
-from nsdrill.plot.maps import WRAP, hatch
+from nsdrill.plot.legend import legend_below
+from nsdrill.plot.maps import WRAP, hatch, lies_across
+from nsdrill.plot.registry import MAX_PANELS, PLANE, Kind, longest
 from nsdrill.plot.slices import edges, spaced
 from nsdrill.plot.style import BLACK, FULL_WIDTH, SEAMLESS, new_figure, put_title
 
@@ -36,12 +38,17 @@ def draw(results: Results, units: str = "si", severity: int | None = None) -> Fi
     shown = _shown(len(found.state))
     figure, panels = _frame(found, shown, units)
     cells = _cells(found, units)
+    lines = False
     for axes, number in zip(panels, shown, strict=True):
         axes.pcolormesh(*cells, found.state[number], cmap=COLOURS, norm=NORM, gid="cells", **SEAMLESS)
         hatch(axes, cells, found.state[number] == RIM, "//////", RIM_COLOUR, "#3A3A3A", "rim")
         hatch(axes, cells, found.state[number] == UNKNOWN, "xxxxxx", UNKNOWN_COLOUR, BLACK, "unknown")
+        if found.y and RATE in found.yields:
+            x, y = (found.values(axis) / quantity(axis, units).scale for axis in (found.x, found.y))
+            lines |= equal.draw_lines(axes, x, y, found.yields[RATE][number], units)
         _recommend(axes, found, note["maps"][number]["recommended"], units)
-    legend_below(figure, _legend(found, note), 3 if figure.get_figwidth() == FULL_WIDTH else 2)
+    handles = [*_legend(found, note), *([equal.handle(units)] if lines else [])]
+    legend_below(figure, handles, 3 if figure.get_figwidth() == FULL_WIDTH else 2)
     return figure
 
 
@@ -164,3 +171,21 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
     if len(found.state) > MAX_PANELS:
         handles.append(Line2D([], [], linestyle="none", label=f"{MAX_PANELS} of {len(found.state)} panels shown"))
     return handles
+
+
+def _place(data: Any) -> float | None:
+    return 50 if isinstance(data, Results) and 1 <= len(data.swept) <= 3 else None
+
+
+KINDS = (
+    Kind(
+        "window",
+        "where all procedures are safe, where only some, and the recommended operating point",
+        of=PLANE,
+        place=_place,
+        draw=draw,
+        uses=drawn_of,
+        takes=("severity",),
+        across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
+    ),
+)

@@ -17,8 +17,9 @@ from matplotlib.lines import Line2D
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import heading, operating_point, quantity
+from nsdrill.plot.legend import legend_below
+from nsdrill.plot.registry import RAMP, Kind
 from nsdrill.plot.schedule import moving, point_words, rate_words, set_values
 from nsdrill.plot.slices import line, ordered
 from nsdrill.plot.style import BLUE, FULL_WIDTH, GREY, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, put_title
@@ -159,3 +160,17 @@ def _references(panels: list[Axes], trace: Trace, axis: str, units: str) -> list
         wall.axhline(float(gap) / r.scale, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
         handles.append(Line2D([], [], color=REFERENCE, linewidth=0.9, label="wall of the hole"))
     return handles
+
+
+KINDS = (
+    Kind(
+        "ramp",
+        "peaks of the three motions against the value that was moved: a bifurcation diagram made by a real ramp",
+        of=RAMP,
+        place=lambda data: 85 if isinstance(data, Trace) and moving(data) else None,
+        draw=draw,
+        takes=("over",),
+        across=lambda data: moving(data)[0],
+        advice=lambda data: "it shows a run along a ramp" if isinstance(data, Trace) else "",
+    ),
+)

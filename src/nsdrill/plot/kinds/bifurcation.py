@@ -9,21 +9,21 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nsdrill.data import Results
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.columns import WORDS, frame, is_open, legend_below, outcome_handles, shade_hysteresis
+from nsdrill.plot.columns import WORDS, frame, is_open, outcome_handles, shade_hysteresis
 from nsdrill.plot.labels import Shown, quantity
+from nsdrill.plot.legend import direction_entries, legend_below, marker_entry
+from nsdrill.plot.references import draw_set_speed, draw_wall, marker_size
+from nsdrill.plot.registry import LINE, Kind, fits_columns, longest, needs_one_axis
 from nsdrill.plot.slices import Line
-from nsdrill.plot.style import FULL_WIDTH, MANY_MARKERS, REFERENCE, RESPONSES, SHADE, SHADE_EDGE
+from nsdrill.plot.style import MANY_MARKERS, RESPONSES, SHADE, SHADE_EDGE
 
 HEIGHT = 6.3  # inches, of three panels and the words
-WALL_IN_SIGHT = 0.4  # the wall is drawn where the motion comes this near to it, as a part of the gap
 
 
 def draw(results: Results, units: str = "si") -> Figure:
@@ -43,32 +43,13 @@ def draw(results: Results, units: str = "si") -> Figure:
     wall = draw_wall(results, rows["lateral"], units) if "lateral" in rows else []
     for axes, panel in zip(columns[0][1:], panels, strict=True):
         axes.set_ylabel(quantity(panel.peaks, units).label)
-    if {"up", "down"} <= set(lines[0].procedures):
-        handles += [_marker("up: filled", REFERENCE), _marker("down: open", "none")]
+    handles += direction_entries(lines[0].procedures)
     if spans:
         handles.append(Patch(facecolor=SHADE, edgecolor=SHADE_EDGE, linewidth=0.5, label="up and down differ"))
     if steady:
-        handles.append(
-            Line2D(
-                [], [], color=REFERENCE, marker="_", linestyle="none", markersize=5, label="no peaks: constant value"
-            )
-        )
+        handles.append(marker_entry("no peaks: constant value", "_", size=5, edge=1.0))
     legend_below(figure, [*handles, *speed, *wall], 4)
     return figure
-
-
-def _marker(label: str, face: str) -> Line2D:
-    return Line2D(
-        [],
-        [],
-        color=REFERENCE,
-        marker="o",
-        markerfacecolor=face,
-        linestyle="none",
-        markersize=4,
-        markeredgewidth=0.7,
-        label=label,
-    )
 
 
 def draw_peaks(axes: Axes, one: Line, peaks: str, constant: str, x: Shown, y: Shown, rasterise: bool) -> int:
@@ -122,36 +103,25 @@ def draw_peaks(axes: Axes, one: Line, peaks: str, constant: str, x: Shown, y: Sh
 _SIZE = {"o": 1.0, "^": 1.15, "s": 0.9, "p": 1.15, "D": 0.85, "P": 1.15, "X": 1.15, "*": 1.5}
 
 
-def marker_size(points: int, axes: Axes) -> float:
-    """Points of diameter: neighbours on the axis just touch, within what can be printed and told apart."""
-    place = axes.get_subplotspec()
-    columns = place.get_gridspec().ncols if place else 1
-    spacing = 72 * (FULL_WIDTH - 0.7) / columns / max(points, 1)
-    return float(np.clip(spacing, 1.7, 3.2))
+def _place(data: Any) -> float | None:
+    return 30 if fits_columns(data) and drawn_in(data.attrs).peaks[0] in data.variables else None
 
 
-def draw_set_speed(lines: list[Line], panels: list[Axes], units: str) -> list[Artist]:
-    """The speed that the drive is set to, as a line: the bit turns with it where nothing happens."""
-    y = quantity("rotary_speed", units)
-    style: dict[str, Any] = {"color": REFERENCE, "linewidth": 0.7, "dashes": (4, 2), "zorder": 1.5}
-    for one, axes in zip(lines, panels, strict=True):
-        if one.axis == "rotary_speed" and len(one.x) > 1:
-            axes.plot(one.x / y.scale, one.x / y.scale, gid="set speed", **style)
-        else:
-            place = one.place[3] if isinstance(one.place[3], int) else 0
-            axes.axhline(float(one.results.coords["rotary_speed"][place]) / y.scale, gid="set speed", **style)
-    return [Line2D([], [], label="set speed", **style)]
+def _advice(data: Any) -> str:
+    if isinstance(data, Results) and drawn_in(data.attrs).peaks[0] not in data.variables:
+        return "no peaks were recorded: run with record.peaks"
+    return needs_one_axis(data)
 
 
-def draw_wall(results: Results, panels: list[Axes], units: str) -> list[Artist]:
-    """The wall of the hole as a line, where its place is known; a word where the motion stays far from it."""
-    gap = results.attrs.get("gap")
-    if gap is None:
-        return []
-    r = quantity("radius_peaks", units)
-    height = float(gap) / r.scale
-    if panels[0].get_ylim()[1] < WALL_IN_SIGHT * height:
-        return [Line2D([], [], linestyle="none", label=f"wall at {height:.4g} {r.unit}, out of sight")]
-    for axes in panels:
-        axes.axhline(height, color=REFERENCE, linewidth=0.9, zorder=1.5, gid="wall")
-    return [Line2D([], [], color=REFERENCE, linewidth=0.9, label="wall of the hole")]
+KINDS = (
+    Kind(
+        "bifurcation",
+        "peaks of the three motions along one axis, coloured by response, hysteresis shaded",
+        of=LINE,
+        place=_place,
+        draw=draw,
+        uses=lambda model: (*model.drawn.peaks, *(panel.greatest for panel in model.drawn.panels)),
+        across=longest,
+        advice=_advice,
+    ),
+)

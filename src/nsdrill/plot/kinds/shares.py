@@ -21,10 +21,11 @@ from matplotlib.patches import Patch
 
 from nsdrill.analysis.attractors import Attractor, wilson
 from nsdrill.data import Array, Results
-from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
+from nsdrill.plot.legend import legend_below, marker_entry
+from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges, spaced
-from nsdrill.plot.starts import along, matched
+from nsdrill.plot.starts import USED, along, has_starts, matched
 from nsdrill.plot.style import FULL_WIDTH, RESPONSES, new_figure, put_title
 
 HEIGHT = 3.6
@@ -64,11 +65,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     if divided:
         handles.append(Line2D([], [], color="white", linewidth=1, label="between attractors", path_effects=_outlined()))
     if sampled and len(present) > 1:
-        handles.append(
-            Line2D(
-                [], [], color="black", linewidth=0.8, marker="|", linestyle="none", markersize=7, label="95 % interval"
-            )
-        )
+        handles.append(marker_entry("95 % interval", "|", "black", size=7, edge=1.0))
     if failed := sum(counts["failed"] for _, counts in found):
         handles.append(Patch(facecolor="white", edgecolor="black", linewidth=0.4, label=f"failed, left out ({failed})"))
     legend_below(figure, handles, 4)
@@ -163,3 +160,17 @@ def draw_intervals(
                     zorder=3,
                     gid=f"interval:{code}",
                 )
+
+
+KINDS = (
+    Kind(
+        "shares",
+        "shares of the starts by response and attractor along one axis, with 95 % intervals",
+        of=STARTS,
+        place=lambda data: 10 if has_starts(data) and len(data.swept) == 1 else None,
+        draw=draw,
+        uses=lambda model: USED,
+        across=lambda data: str(data.swept[0]),
+        advice=needs_starts,
+    ),
+)

@@ -7,23 +7,24 @@ basins that lie apart in the whole may overlap there.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap, to_hex, to_rgb
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
-from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
+from nsdrill.plot.legend import legend_below, marker_entry
+from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges
-from nsdrill.plot.starts import flat, words
+from nsdrill.plot.starts import USED, flat, has_starts, words
 from nsdrill.plot.style import FULL_WIDTH, RESPONSES, SEAMLESS, new_figure, put_title
 from nsdrill.variables import OK, has_failed
 
@@ -189,14 +190,26 @@ def _handles(found: list[Attractor], counts: dict[str, int], colours: list[str],
 def _handle(label: str, colour: str, marker: str, cell: bool) -> Artist:
     if cell:
         return Patch(facecolor=colour, edgecolor="#808080", linewidth=0.3, label=label)
-    return Line2D(
-        [],
-        [],
-        color=colour,
-        marker=marker,
-        linestyle="none",
-        markersize=4.5,
-        markeredgecolor="black",
-        markeredgewidth=0.2,
-        label=label,
-    )
+    return marker_entry(label, marker, colour, edge=0.2)
+
+
+def _place(data: Any) -> float | None:
+    if not has_starts(data):
+        return None
+    if len(data.swept) > 1:
+        return 52
+    return 5 if data.slice else 12  # a slice was made for this
+
+
+KINDS = (
+    Kind(
+        "basin",
+        "which start goes to which attractor, over two states; of one operating point",
+        of=STARTS,
+        place=_place,
+        draw=draw,
+        uses=lambda model: (*USED, "initial_state"),
+        takes=("states",),
+        advice=needs_starts,
+    ),
+)

@@ -4,6 +4,8 @@ the period, those of which there are values.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
@@ -11,8 +13,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from nsdrill.data import Array, Results
-from nsdrill.plot.columns import frame, is_open, legend_below, lines_of, outcome_handles
+from nsdrill.plot.columns import frame, is_open, lines_of, outcome_handles
 from nsdrill.plot.labels import Shown, quantity
+from nsdrill.plot.legend import legend_below
+from nsdrill.plot.maps import draw_categories_map, lies_across
+from nsdrill.plot.registry import RETURNS, Kind, fits_columns, is_sweep, longest, needs_returns
 from nsdrill.plot.slices import Line, edges, robust_limits
 from nsdrill.plot.style import DIRECTION_COLOURS, MOTIONS, REFERENCE, SEAMLESS
 from nsdrill.variables import OK, PERIODIC
@@ -23,6 +28,10 @@ NORM = BoundaryNorm(np.arange(-0.5, len(MOTIONS)), len(MOTIONS))
 
 
 def draw(results: Results, units: str = "si") -> Figure:
+    return _draw_lines(results, units) if fits_columns(results) else draw_categories_map(results, "motion", units)
+
+
+def _draw_lines(results: Results, units: str) -> Figure:
     names = [name for name in LABELS if any(np.isfinite(_shown(one, name)).any() for one in lines_of(results))]
     figure, lines, columns = frame(results, units, 1 + len(names), 2.0 + 1.3 * len(names))
     present: set[int] = set()
@@ -95,3 +104,23 @@ def _draw_values(axes: Axes, one: Line, name: str, x: Shown) -> None:
         axes.set_ylim(-0.15, 1.1)
     else:
         axes.set_ylim(0, None)
+
+
+def _place(data: Any) -> float | None:
+    if not is_sweep(data) or "motion" not in data.variables:
+        return None
+    return 33 if fits_columns(data) else 42
+
+
+KINDS = (
+    Kind(
+        "motion",
+        "the kind of motion: along one axis with Lyapunov exponent, 0-1 test and period, or over two axes",
+        of=RETURNS,
+        place=_place,
+        draw=draw,
+        uses=lambda model: ("motion", "period", "zero_one", "lyapunov_exponent", "lyapunov_error"),
+        across=lambda data: longest(data) if fits_columns(data) else lies_across(data),
+        advice=needs_returns,
+    ),
+)

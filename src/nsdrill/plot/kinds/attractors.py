@@ -17,10 +17,11 @@ from matplotlib.lines import Line2D
 from nsdrill.analysis.attractors import Attractor
 from nsdrill.data import Array, Results
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.columns import legend_below
 from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
+from nsdrill.plot.legend import legend_below, marker_entry, response_entries
+from nsdrill.plot.registry import STARTS, Kind, needs_starts
 from nsdrill.plot.slices import edges, robust_limits, spaced
-from nsdrill.plot.starts import along, matched
+from nsdrill.plot.starts import USED, along, has_starts, matched
 from nsdrill.plot.style import FULL_WIDTH, REFERENCE, RESPONSES, new_figure, put_title
 
 HEIGHT = 6.0
@@ -119,47 +120,25 @@ def style(one: Attractor) -> dict[str, Any]:
 
 
 def _handles(every: list[Attractor], *, joined: bool) -> list[Artist]:
-    handles: list[Artist] = [
-        Line2D(
-            [],
-            [],
-            color=style.colour,
-            marker=style.marker,
-            linestyle="none",
-            markersize=4.5,
-            markeredgewidth=0,
-            label=style.name,
-        )
-        for code, style in enumerate(RESPONSES)
-        if any(one.response == code for one in every)
-    ]
+    handles = response_entries(sorted({one.response for one in every}))
     if any(one.unsettled > one.members / 2 for one in every):
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color=REFERENCE,
-                marker="o",
-                markerfacecolor="none",
-                linestyle="none",
-                markersize=4.5,
-                markeredgewidth=0.7,
-                label="open: most of its starts unsettled",
-            )
-        )
+        handles.append(marker_entry("open: most of its starts unsettled", opened=True))
     if joined:
         handles.append(Line2D([], [], color=REFERENCE, linewidth=0.5, label="one attractor; its number"))
     for share in (1.0, 0.25, 0.05):
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color=REFERENCE,
-                marker="o",
-                linestyle="none",
-                markersize=size(share),
-                markeredgewidth=0,
-                label=f"share {100 * share:.0f} %",
-            )
-        )
+        handles.append(marker_entry(f"share {100 * share:.0f} %", size=size(share)))
     return handles
+
+
+KINDS = (
+    Kind(
+        "attractors",
+        "radius, axial range and stick-slip index of each attractor along one axis, size by share",
+        of=STARTS,
+        place=lambda data: 11 if has_starts(data) and len(data.swept) == 1 else None,
+        draw=draw,
+        uses=lambda model: (*USED, *(name for one in model.drawn.attractors for name in one[:2] if name)),
+        across=lambda data: str(data.swept[0]),
+        advice=needs_starts,
+    ),
+)

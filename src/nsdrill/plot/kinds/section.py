@@ -1,4 +1,4 @@
-"""The returns to the Poincare section: all of them along one axis, or those of one point in planes of the motion.
+"""The Poincare section of one operating point or of a trace, in planes of the motion.
 
 One dot is period one, n dots a period of n returns, a closed curve quasi-periodic motion, a cloud chaos.
 """
@@ -10,10 +10,8 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patches import Circle
 from matplotlib.ticker import MaxNLocator
 
@@ -21,93 +19,15 @@ from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.description import Drawn
 from nsdrill.models.registry import drawn_in
-from nsdrill.plot.bifurcation import draw_set_speed, draw_wall, marker_size
-from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
-from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
-from nsdrill.plot.slices import Line, text
-from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, MOTIONS, REFERENCE, new_figure, put_title
-from nsdrill.variables import OK
+from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
+from nsdrill.plot.registry import TRACE, Kind, is_sweep, needs_returns
+from nsdrill.plot.slices import text
+from nsdrill.plot.style import BLUE, FULL_WIDTH, MOTIONS, REFERENCE, new_figure, put_title
+from nsdrill.plot.traces import title_of
 
 
-def draw(results: Results, units: str = "si") -> Figure:
-    """Every recorded return along one axis."""
-    shown = drawn_in(results.attrs).section
-    figure, lines, columns = frame(results, units, len(shown), 1.5 * len(shown) + 1.5)
-    markers = len(shown) * int(np.isfinite(results[shown[0]]).sum())
-    present: set[int] = set()
-    for one, column in zip(lines, columns, strict=True):
-        x = quantity(one.axis, units)
-        for axes, name in zip(column[1:], shown, strict=True):
-            present |= draw_returns(axes, one, name, x, quantity(name, units), markers > MANY_MARKERS)
-    for axes, name in zip(columns[0][1:], shown, strict=True):
-        axes.set_ylabel(quantity(name, units).label)
-    rows = {name: [column[1 + row] for column in columns] for row, name in enumerate(shown)}
-    for axes in rows.get("section_whirl_angle", ()):
-        _whole_turn(axes, quantity("section_whirl_angle", units))
-    handles = motion_handles(present)
-    if {"up", "down"} <= set(lines[0].procedures):
-        handles += [_marker("up: filled", REFERENCE), _marker("down: open", "none")]
-    wall = draw_wall(results, rows["section_radius"], units) if "section_radius" in rows else []
-    speed = draw_set_speed(lines, rows["section_bit_speed"], units) if "section_bit_speed" in rows else []
-    legend_below(figure, [*handles, *speed, *wall, *outcome_handles(lines, markers=False)], 4)
-    return figure
-
-
-def draw_returns(axes: Axes, one: Line, name: str, x: Shown, y: Shown, rasterise: bool) -> set[int]:
-    """One panel, an artist for each kind of motion and procedure; gives the kinds that occur."""
-    motion, values, at = one["motion"], one[name] / y.scale, one.x / x.scale
-    size = 0.75 * marker_size(len(at), axes)
-    present = set()
-    for code, style in enumerate(MOTIONS):
-        for row, procedure in enumerate(one.procedures):
-            points = (motion[row] == code) & (one["status"][row] == OK)
-            heights = values[row, points]
-            finite = np.isfinite(heights)
-            if not finite.any():
-                continue
-            present.add(code)
-            opened = is_open(procedure, one.procedures)
-            where = np.broadcast_to(at[points][:, None], heights.shape)[finite]
-            axes.plot(
-                where,
-                heights[finite],
-                linestyle="none",
-                marker="o",
-                color=style.colour,
-                markersize=size,
-                markerfacecolor="none" if opened else style.colour,
-                markeredgewidth=0.3 if opened else 0.0,
-                rasterized=rasterise,
-                zorder=2 + 0.01 * code,
-                gid=f"{name}:{procedure}:{code}",
-            )
-    return present
-
-
-def motion_handles(present: set[int]) -> list[Artist]:
-    """Legend entries of the kinds of motion that occur."""
-    return [_marker(style.name, style.colour, style.colour) for code, style in enumerate(MOTIONS) if code in present]
-
-
-def _marker(label: str, face: str, edge: str = REFERENCE) -> Line2D:
-    return Line2D(
-        [],
-        [],
-        color=edge,
-        marker="o",
-        markerfacecolor=face,
-        linestyle="none",
-        markersize=4,
-        markeredgewidth=0.7,
-        label=label,
-    )
-
-
-def _whole_turn(axes: Axes, y: Shown) -> None:
-    """An angle from minus to plus half a turn, with ticks at the quarters."""
-    axes.set_ylim(-1.04 * pi / y.scale, 1.04 * pi / y.scale)
-    ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / y.scale
-    axes.set_yticks(ticks, ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks])
+def draw(data: Results | Trace, units: str = "si") -> Figure:
+    return draw_trace(data, units) if isinstance(data, Trace) else draw_point(data, units)
 
 
 def draw_point(results: Results, units: str = "si") -> Figure:
@@ -130,14 +50,14 @@ def draw_point(results: Results, units: str = "si") -> Figure:
     return figure
 
 
-def draw_trace(trace: Trace, units: str, title: str) -> Figure:
+def draw_trace(trace: Trace, units: str) -> Figure:
     """The section of a trace: its returns after the transient, if there is time for three."""
     section, drawn = section_of(trace), drawn_in(trace.attrs)
     figure = new_figure(FULL_WIDTH, 2.7)
     begin = _observed_from(trace)
     words = f"{len(section['section_bit_speed'])} returns" + (f" after {begin:g} s" if begin else "")
     _draw_planes(figure, section, drawn, units, trace.attrs.get("gap"), BLUE)
-    put_title(figure, f"{title}; {words}")
+    put_title(figure, f"{title_of(trace, units)}; {words}")
     return figure
 
 
@@ -246,3 +166,28 @@ def section_of(trace: Trace) -> dict[str, Array]:
             "section_radial_velocity": (x * vx + y * vy) / np.where(r > 0, r, 1.0),
         }
     return found
+
+
+def _place(data: Any) -> float | None:
+    if isinstance(data, Trace):
+        return 84
+    return 20 if is_sweep(data) and not data.swept and "motion" in data.variables else None
+
+
+def _advice(data: Any) -> str:
+    if isinstance(data, Results) and "motion" in data.variables:
+        return "it shows one operating point: select a value of every axis"
+    return needs_returns(data)
+
+
+KINDS = (
+    Kind(
+        "section",
+        "the Poincare section of one operating point, or of a trace: the motion once in every revolution of the bit",
+        of=TRACE,
+        place=_place,
+        draw=draw,
+        uses=lambda model: ("motion", "period", *(variable.name for variable in model.section)),
+        advice=_advice,
+    ),
+)

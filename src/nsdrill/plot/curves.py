@@ -1,4 +1,4 @@
-"""Measured values along one axis: the summary of four, or any one of them."""
+"""Measured values along one axis, a panel for each."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from nsdrill.data import Results
-from nsdrill.models.registry import drawn_in
 from nsdrill.plot.bands import bounds, words
-from nsdrill.plot.columns import frame, is_open, legend_below, outcome_handles
-from nsdrill.plot.kinds import value_name
+from nsdrill.plot.columns import frame, is_open, outcome_handles
 from nsdrill.plot.labels import Shown, quantity
+from nsdrill.plot.legend import legend_below
 from nsdrill.plot.slices import Line, robust_limits
 from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE
 from nsdrill.variables import INFERRED, OK
@@ -23,8 +22,7 @@ from nsdrill.variables import INFERRED, OK
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
-def draw(results: Results, kind: str = "summary", units: str = "si") -> Figure:
-    names = drawn_in(results.attrs).summary if kind == "summary" else (value_name(kind) or kind,)
+def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
     figure, lines, columns = frame(results, units, len(names), 1.5 + 1.2 * len(names) if len(names) > 1 else 2.9)
     for row, name in enumerate(names, start=1):
         y = quantity(name, units)

@@ -1,0 +1,50 @@
+"""nsdrill view."""
+
+from __future__ import annotations
+
+import click
+
+from nsdrill.cli import options
+
+
+@click.command(
+    "view",
+    epilog=options.examples(
+        "view out.h5", "view study.yaml --set 'operation.wob=30 kN'", "view out.h5 --no-browser --port 8123"
+    ),
+)
+@options.file_argument("file")
+@click.option("--port", type=int, default=0, metavar="N", help="Port to listen on. Default: any that is free.")
+@click.option("--no-browser", is_flag=True, help="Print the address only; open no browser.")
+@click.option(
+    "--set", "overrides", multiple=True, metavar="KEY=VALUE",
+    help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
+)  # fmt: skip
+@options.units
+def command(file: str, port: int, no_browser: bool, overrides: tuple[str, ...], units: str) -> int:
+    """Explore FILE in the browser: results, the .part file of a run that goes on, or a study.
+
+    A click on a point runs it again, bit for bit, and shows its motion; sliders run on from there. The page is served
+    on this machine only, to those who have its address, and ends with its tab or with Ctrl-C.
+    """
+    import webbrowser
+
+    from nsdrill import interrupt
+    from nsdrill.web.server import Explorer
+    from nsdrill.web.session import Session
+
+    explorer = Explorer(Session(file, units, list(overrides)), port)
+    try:
+        with interrupt.heeded():
+            explorer.start()
+            click.echo(explorer.url)
+            click.echo("The explorer stops with its page, or with Ctrl-C.", err=True)
+            if not no_browser and not webbrowser.open(explorer.url):
+                click.echo("No browser could be opened: open the address above in one.", err=True)
+            words = explorer.wait(interrupt.look)
+    except KeyboardInterrupt:
+        words = "Stopped."
+    finally:
+        explorer.close()
+    click.echo(words, err=True)
+    return 0

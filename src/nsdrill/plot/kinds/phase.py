@@ -1,0 +1,56 @@
+"""Phase planes of a trajectory."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from nsdrill.data import Trace
+from nsdrill.models.registry import drawn_in
+from nsdrill.plot.labels import quantity
+from nsdrill.plot.registry import TRACE, Kind
+from nsdrill.plot.style import BLUE, FULL_WIDTH, MANY_MARKERS, REFERENCE, new_figure, put_title
+from nsdrill.plot.traces import check_length, shown_part, title_of
+
+
+def draw(trace: Trace, units: str = "si") -> Figure:
+    check_length(trace)
+    figure = new_figure(FULL_WIDTH, 2.9)
+    draw_planes(list(np.atleast_1d(figure.subplots(1, len(drawn_in(trace.attrs).planes)))), trace, units)
+    put_title(figure, title_of(trace, units))
+    return figure
+
+
+def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
+    """Velocity over position for each motion."""
+    part, words = shown_part(trace)
+    for axes, (across, up) in zip(panels, drawn_in(trace.attrs).planes, strict=True):
+        x, y = quantity(across, units), quantity(up, units)
+        axes.plot(
+            trace[across][part] / x.scale,
+            trace[up][part] / y.scale,
+            color=BLUE,
+            linewidth=0.35,
+            rasterized=len(trace.time[part]) > MANY_MARKERS,
+            gid=f"phase:{across}",
+        )
+        axes.set(xlabel=x.label, ylabel=y.label)
+        if words:
+            axes.set_title(words)
+        gap = trace.attrs.get("gap")
+        if across == "radius" and gap is not None:
+            low, high = axes.get_xlim()
+            if low < float(gap) / x.scale < high:
+                axes.axvline(float(gap) / x.scale, color=REFERENCE, linewidth=0.7, dashes=(4, 2), gid="wall")
+
+
+KINDS = (
+    Kind(
+        "phase",
+        "phase planes of the axial, torsional and lateral motion",
+        of=TRACE,
+        place=lambda data: 83 if isinstance(data, Trace) else None,
+        draw=draw,
+    ),
+)

@@ -1,0 +1,97 @@
+"""The returns to the Poincare section along one axis, coloured by the kind of motion.
+
+One dot is period one, n dots a period of n returns, a closed curve quasi-periodic motion, a cloud chaos.
+"""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from nsdrill.data import Results
+from nsdrill.models.registry import drawn_in
+from nsdrill.plot.columns import frame, is_open, outcome_handles
+from nsdrill.plot.labels import Shown, quantity
+from nsdrill.plot.legend import direction_entries, legend_below, motion_entries
+from nsdrill.plot.references import draw_set_speed, draw_wall, marker_size
+from nsdrill.plot.registry import RETURNS, Kind, fits_columns, longest, needs_returns
+from nsdrill.plot.slices import Line
+from nsdrill.plot.style import MANY_MARKERS, MOTIONS
+from nsdrill.variables import OK
+
+
+def draw(results: Results, units: str = "si") -> Figure:
+    """Every recorded return along one axis."""
+    shown = drawn_in(results.attrs).section
+    figure, lines, columns = frame(results, units, len(shown), 1.5 * len(shown) + 1.5)
+    markers = len(shown) * int(np.isfinite(results[shown[0]]).sum())
+    present: set[int] = set()
+    for one, column in zip(lines, columns, strict=True):
+        x = quantity(one.axis, units)
+        for axes, name in zip(column[1:], shown, strict=True):
+            present |= draw_returns(axes, one, name, x, quantity(name, units), markers > MANY_MARKERS)
+    for axes, name in zip(columns[0][1:], shown, strict=True):
+        axes.set_ylabel(quantity(name, units).label)
+    rows = {name: [column[1 + row] for column in columns] for row, name in enumerate(shown)}
+    for axes in rows.get("section_whirl_angle", ()):
+        _whole_turn(axes, quantity("section_whirl_angle", units))
+    handles = [*motion_entries(present), *direction_entries(lines[0].procedures)]
+    wall = draw_wall(results, rows["section_radius"], units) if "section_radius" in rows else []
+    speed = draw_set_speed(lines, rows["section_bit_speed"], units) if "section_bit_speed" in rows else []
+    legend_below(figure, [*handles, *speed, *wall, *outcome_handles(lines, markers=False)], 4)
+    return figure
+
+
+def draw_returns(axes: Axes, one: Line, name: str, x: Shown, y: Shown, rasterise: bool) -> set[int]:
+    """One panel, an artist for each kind of motion and procedure; gives the kinds that occur."""
+    motion, values, at = one["motion"], one[name] / y.scale, one.x / x.scale
+    size = 0.75 * marker_size(len(at), axes)
+    present = set()
+    for code, style in enumerate(MOTIONS):
+        for row, procedure in enumerate(one.procedures):
+            points = (motion[row] == code) & (one["status"][row] == OK)
+            heights = values[row, points]
+            finite = np.isfinite(heights)
+            if not finite.any():
+                continue
+            present.add(code)
+            opened = is_open(procedure, one.procedures)
+            where = np.broadcast_to(at[points][:, None], heights.shape)[finite]
+            axes.plot(
+                where,
+                heights[finite],
+                linestyle="none",
+                marker="o",
+                color=style.colour,
+                markersize=size,
+                markerfacecolor="none" if opened else style.colour,
+                markeredgewidth=0.3 if opened else 0.0,
+                rasterized=rasterise,
+                zorder=2 + 0.01 * code,
+                gid=f"{name}:{procedure}:{code}",
+            )
+    return present
+
+
+def _whole_turn(axes: Axes, y: Shown) -> None:
+    """An angle from minus to plus half a turn, with ticks at the quarters."""
+    axes.set_ylim(-1.04 * pi / y.scale, 1.04 * pi / y.scale)
+    ticks = np.array([-pi, -pi / 2, 0.0, pi / 2, pi]) / y.scale
+    axes.set_yticks(ticks, ["−π", "−π/2", "0", "π/2", "π"] if y.unit == "rad" else [f"{tick:g}" for tick in ticks])
+
+
+KINDS = (
+    Kind(
+        "poincare",
+        "every return to the Poincare section along one axis, coloured by the kind of motion",
+        of=RETURNS,
+        place=lambda data: 32 if fits_columns(data) and "motion" in data.variables else None,
+        draw=draw,
+        uses=lambda model: ("motion", *(variable.name for variable in model.section)),
+        across=longest,
+        advice=needs_returns,
+    ),
+)

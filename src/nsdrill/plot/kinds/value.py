@@ -1,0 +1,54 @@
+"""One measured value: along one axis, or as a map. A kind for every feature, by its name."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from nsdrill.data import Results
+from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.plot.curves import draw_curves
+from nsdrill.plot.maps import draw_values_map, lies_across
+from nsdrill.plot.registry import VALUE, Kind, is_sweep, longest, needs_returns
+from nsdrill.variables import POINT
+
+ALIASES = {"lift_off": "lift_off_fraction", "wall_contact": "wall_contact_fraction", "radius": "radius_max"}
+FIRST = ("stick_slip_index", *ALIASES, "whirl_ratio")  # the named ones before the rest
+
+
+def draw(variable: str, results: Results, units: str = "si") -> Figure:
+    if len(results.swept) < 2:
+        return draw_curves(results, (variable,), units)
+    return draw_values_map(results, variable, units)
+
+
+def _across(data: Any) -> str:
+    return longest(data) if len(data.swept) < 2 else lies_across(data)
+
+
+def _advice(variable: str, data: Any) -> str:
+    if variable in ("lyapunov_exponent", "lyapunov_error") and isinstance(data, Results):
+        return "it was not measured: run with record.exponent: true"
+    return needs_returns(data) if variable == "zero_one" else ""
+
+
+def _kind(name: str, variable: str, place: float) -> Kind:
+    return Kind(
+        name,
+        f"{BY_NAME[variable].long_name}: one value",
+        of=VALUE,
+        place=lambda data: place if is_sweep(data) and variable in data.variables else None,
+        draw=partial(draw, variable),
+        uses=lambda model: (variable,),
+        across=_across,
+        advice=partial(_advice, variable),
+    )
+
+
+_MEASURED = [name for name, one in BY_NAME.items() if one.dtype == "f8" and one.dims == POINT]
+KINDS = tuple(
+    _kind(name, ALIASES.get(name, name), 60 + 0.01 * number)
+    for number, name in enumerate(dict.fromkeys((*FIRST, *_MEASURED)))
+)

@@ -1,0 +1,331 @@
+"""The report: results as one page of HTML that needs no network and no program, to send, to read and to print.
+
+Text and tables are plain HTML. Diagrams and motions are drawn in the browser, by what the explorer draws with, from the
+same bodies (:mod:`nsdrill.web.packet`), which stand in the page as base64.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from nsdrill.analysis.outcome import outcome
+from nsdrill.app.overrides import study_of
+from nsdrill.data import Array, Results, json_text
+from nsdrill.errors import InputError, NsdrillError
+from nsdrill.models.registry import drawn_in
+from nsdrill.plot.labels import quantity
+from nsdrill.plot.slices import Line, edges
+from nsdrill.variables import INFERRED, OK
+from nsdrill.web.diagrams import Reply, axis_of, diagram, longest, members, plane
+from nsdrill.web.packet import packed
+from nsdrill.web.server import static
+from nsdrill.web.session import Session
+from nsdrill.web.shown import plain, response_styles, told
+
+MOTION_SECONDS, MOTION_SAMPLE = 15.0, 0.01
+FEW = 4  # values of a second axis, each with a diagram of its own; more make a map
+MOST_POINTS = 60_000  # peaks of one diagram in a page that is sent
+
+
+@dataclass(frozen=True)
+class Part:
+    """What of one file is in the report: its ``session``; ``notes``, headings with lines of text."""
+
+    session: Session
+    notes: Sequence[tuple[str, Sequence[str]]]
+
+
+@dataclass
+class _Page:
+    """The page as it grows: pieces of HTML, and bodies by number."""
+
+    pieces: list[str] = field(default_factory=list)
+    bodies: list[bytes] = field(default_factory=list)
+
+    def add(self, *pieces: str) -> None:
+        self.pieces.extend(pieces)
+
+    def drawing(self, kind: str, replies: Sequence[Reply], more: Mapping[str, Any], words: str) -> None:
+        """A place where the script draws ``replies``; ``words`` for those who do not see it."""
+        first = len(self.bodies)
+        self.bodies.extend(packed(*reply) for reply in replies)
+        data = json_text({"kind": kind, "bodies": list(range(first, len(self.bodies))), **more})
+        self.add(f'<div class="drawing" role="group" aria-label="{_text(words)}" data-draw="{_text(data)}"></div>')
+
+
+def report(parts: Sequence[Part], command: str, motions: int) -> str:
+    """The page. ``command`` is the command line that makes it again; of each file ``motions`` points are drawn
+    moving."""
+    page = _Page()
+    titles = [_title(part.session) for part in parts]
+    page.add(f"<header><div><h1>{_text(titles[0] if len(titles) == 1 else 'Results of nsdrill')}</h1>")
+    if len(titles) > 1:
+        rows = [f'<li><a href="#file{i}">{_text(title)}</a></li>' for i, title in enumerate(titles)]
+        page.add(f"<ol>{''.join(rows)}</ol>")
+    page.add("</div></header><main>")
+    for number, part in enumerate(parts):
+        page.add(f'<section id="file{number}">')
+        if len(parts) > 1:
+            page.add(f"<h2>{_text(titles[number])}</h2>")
+        _of_file(page, part, motions)
+        page.add("</section>")
+    page.add("<section><h2>Made again</h2>", f"<p>This page: <code>{_text(command)}</code></p></section></main>")
+    return _document(titles[0], page)
+
+
+def _of_file(page: _Page, part: Part, motions: int) -> None:
+    session = part.session
+    results = session.results
+    if results is None:
+        raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
+    chosen = representatives(results, motions)
+    _asked(page, session, results)
+    page.add("<h3>Diagrams</h3>", '<p class="screen">Point at a diagram for its numbers.</p>')
+    _diagrams(page, session, results)
+    for heading, lines in part.notes:
+        page.add(f"<h3>{_text(heading)}</h3>", f"<pre>{_text(chr(10).join(lines))}</pre>")
+    commands = [f"nsdrill show {session.path} --study &gt; study.yaml", "nsdrill run study.yaml -o again.h5"]
+    if chosen:
+        page.add("<h3>Motions</h3>", "<p>One point of each kind that is common, run once more.</p>")
+        for place in chosen:
+            commands.append(_text(_motion(page, session, place)))
+    page.add("<h3>From the command line</h3>")
+    page.add(f"<p>Study, results, and the motions above:</p><pre>{chr(10).join(commands)}</pre>")
+    page.add(
+        f"<details><summary>The study, every key</summary><pre>{_text(study_of(session.path, results.attrs))}</pre>"
+    )
+    page.add("</details>")
+
+
+def _asked(page: _Page, session: Session, results: Results) -> None:
+    """What was asked, and what made it."""
+    meta, attrs = session.meta(), results.attrs
+    rows = [("File", session.path), ("Model", meta["model"])]
+    for name in results.axes:
+        one, values = told(name, session.units), results.coords[name] / quantity(name, session.units).scale
+        ends = f"{values[0]:.6g} {one['unit']}"
+        if len(values) > 1:
+            ends = f"{values[0]:.6g} to {values[-1]:.6g} {one['unit']}, {len(values)} values"
+        rows.append((one["words"], ends))
+    procedures = [str(name) for name in results.coords["procedure"]]
+    rows.append(
+        ("State", "carried " + " and ".join(procedures) if procedures != ["same"] else "the same at every start")
+    )
+    if member := members(results):
+        rows.append((f"{member.capitalize()}s", f"{len(results.coords[member])} of every operating point"))
+    simulation = session.study.simulation
+    rows.append(("Each run", f"{simulation.transient:g} s, then observed for {simulation.observe:g} s"))
+    rows.append(("Changed by --set", "; ".join(meta["overrides"]) or "nothing"))
+    rows.append(("Made", f"{attrs.get('created', '')} by nsdrill {attrs.get('nsdrill_version', '')}"))
+    versions = (
+        "python_version",
+        "numpy_version",
+        "numba_version",
+        "llvmlite",
+        "h5py_version",
+        "processor",
+        "model_digest",
+    )
+    made = [f"{name.removesuffix('_version').replace('_', ' ')} {attrs[name]}" for name in versions if name in attrs]
+    rows.append(("With", ", ".join(made)))
+    rows.append(("Study", f"SHA-256 {attrs.get('study_sha256', '')}"))
+    page.add("<h3>What was asked</h3>", _table(rows))
+
+
+def _diagrams(page: _Page, session: Session, results: Results) -> None:
+    units, names = session.units, sorted(results.swept, key=lambda name: -len(results.coords[name]))
+    more = {"responses": response_styles()}
+    if not names:
+        page.add("<p>A single operating point.</p>")
+        return
+    if members(results):
+        _of_members(page, session, results)
+        return
+    if len(names) > 1 and len(results.coords[names[1]]) > FEW:
+        x, y = names[0], names[1]
+        for number, procedure in enumerate(results.coords["procedure"]):
+            words = f"Responses, {procedure}"
+            page.add(f"<h4>{_text(words)}</h4>")
+            page.drawing("map", [plane(results, units, "response", x, y)], {**more, "procedure": number}, words)
+        return
+    for held, words in _cuts(results, names, units):
+        if words:
+            page.add(f"<h4>{_text(words)}</h4>")
+        panels = drawn_in(results.attrs).panels
+        replies = [
+            _thinned(diagram(results, units, p.peaks, names[0], held))
+            for p in panels
+            if p.greatest in results.variables
+        ]
+        page.drawing("lines", replies, more, f"Peaks along {names[0]} {words}")
+
+
+def _cuts(results: Results, names: Sequence[str], units: str) -> Iterator[tuple[dict[str, int], str]]:
+    """The other axes held, in all combinations of few values, and the words for it."""
+    others = names[1:]
+    for index in np.ndindex(*(min(len(results.coords[name]), FEW) for name in others)):
+        words = [
+            f"{plain(quantity(name, units).words)}: {quantity(name, units).value(float(results.coords[name][i]))}"
+            for name, i in zip(others, index, strict=True)
+        ]
+        yield dict(zip(others, (int(i) for i in index), strict=True)), ", ".join(words)
+
+
+def _thinned(reply: Reply) -> Reply:
+    """A diagram with fewer peaks of each point where it has too many to be sent: the last ones."""
+    head, columns = reply
+    values = columns["values"]
+    keep = max(1, int(MOST_POINTS / max(1, values.shape[0] * values.shape[1])))
+    return head, {**columns, "values": values[..., :keep] if columns["still"].any() else values[..., -keep:]}
+
+
+def _of_members(page: _Page, session: Session, results: Results) -> None:
+    """Of several starts a diagram in which each start is a line of its own."""
+    units, axis, member = session.units, longest(results), members(results)
+    if len(results.swept) != 1:
+        page.add(f"<p>Several {member}s over several axes: see the numbers below.</p>")
+        return
+    place = [0 if name not in (axis, member) else slice(None) for name in results.grid]
+    one = Line(results, axis, tuple(place))
+    outcomes = np.swapaxes(outcome(one["status"], one["response"]), 0, 1)
+    borders = edges(one.x) / quantity(axis, units).scale
+    replies: list[Reply] = []
+    for panel in drawn_in(results.attrs).panels:
+        if panel.greatest not in results.variables:
+            continue
+        values = np.swapaxes(np.asarray(one[panel.greatest], dtype=float), 0, 1)[..., np.newaxis]
+        head = {
+            "x": axis_of(results, axis, units), "y": told(panel.greatest, units), "head_told": [], "hysteresis": [],
+            "procedures": [f"{member} {i}" for i in range(len(outcomes))], "lines": [],
+            "edges": [borders[0], borders[-1]],
+        }  # fmt: skip
+        replies.append((head, {"values": values / quantity(panel.greatest, units).scale, "outcome": outcomes,
+                               "still": np.zeros(outcomes.shape, bool)}))  # fmt: skip
+    page.drawing("lines", replies, {"responses": response_styles()}, f"Greatest values along {axis}, of every {member}")
+
+
+def _motion(page: _Page, session: Session, place: tuple[int, ...]) -> str:
+    """The motion of one point, and the command line that gives it."""
+    try:
+        head, columns = session.replay({"place": list(place), "seconds": MOTION_SECONDS})
+    except NsdrillError as error:
+        page.add(f"<p>{_text(str(error))}</p>")
+        return ""
+    step = max(1, round(MOTION_SAMPLE / head["interval"])) if head["interval"] else 1
+    drawn = session.meta()["drawn"]
+    needed = {
+        "time",
+        "x",
+        "y",
+        "bit angle",
+        "wall_force",
+        *drawn["histories"],
+        *(n for pair in drawn["planes"] for n in pair),
+    }
+    kept = {name: values[::step] for name, values in columns.items() if name in needed}
+    head |= {
+        "interval": head["interval"] * step,
+        "samples": len(kept["time"]),
+        "features": [],
+        "values": {},
+        "state": None,
+    }
+    head["channels"] = [one for one in head["channels"] if one["name"] in kept]
+    title = ", ".join(f"{a} {b}" for a, b in head["from"])
+    page.add(f"<figure><figcaption><strong>{_text(title)}</strong><br>{_text(', '.join(head['labels']))}<br>")
+    if head["ended"]:
+        page.add(_text(f"It ended early: {head['ended']}."))
+    else:
+        told_ = "the stored state, bit for bit" if head["same_bits"] else f"not the stored state: {head['differing']}"
+        page.add(_text(f"Run again for this page, it ends in: {told_}."))
+    page.add("</figcaption>")
+    page.drawing("motion", [(head, kept)], {"drawn": drawn}, f"The motion at {title}")
+    page.add("</figure>")
+    return str(head["command"])
+
+
+def representatives(results: Results, most: int) -> list[tuple[int, ...]]:
+    """One point of each combination of responses, the commonest first: of its points that have settled that in the
+    middle of the longest row of them along the longest axis."""
+    status, response = results["status"], results["response"]
+    good = (status == OK) & (status != INFERRED)
+    settled = good & (results["settled"] == 1) if "settled" in results.variables else good
+    axis = results.grid.index(longest(results)) if results.swept else len(results.grid) - 1
+    codes, counts = np.unique(response[good], return_counts=True)
+    found = []
+    for code in codes[np.argsort(-counts, kind="stable")][:most]:
+        there = settled & (response == code)
+        there = there if there.any() else good & (response == code)
+        found.append(_middle(np.moveaxis(there, axis, -1), axis))
+    return found
+
+
+def _middle(there: Array, axis: int) -> tuple[int, ...]:
+    """The middle of the longest run of True along the last axis, which is ``axis`` of the grid."""
+    best, place = 0, tuple(int(i) for i in np.argwhere(there)[0])
+    for row in np.ndindex(*there.shape[:-1]):
+        line = np.concatenate(([False], there[row], [False]))
+        begins, ends = np.flatnonzero(~line[:-1] & line[1:]), np.flatnonzero(line[:-1] & ~line[1:])
+        if not len(begins):
+            continue
+        longest_ = int(np.argmax(ends - begins))
+        if ends[longest_] - begins[longest_] > best:
+            best = int(ends[longest_] - begins[longest_])
+            place = (*(int(i) for i in row), int(begins[longest_] + ends[longest_] - 1) // 2)
+    *others, last = place
+    return (*others[:axis], last, *others[axis:])
+
+
+# ---- HTML
+
+
+def _title(session: Session) -> str:
+    return " ".join(session.study.title.split()) or session.path
+
+
+def _text(text: str) -> str:
+    return html.escape(str(text), quote=True)
+
+
+def _table(rows: Sequence[tuple[str, str]]) -> str:
+    cells = "".join(f"<tr><th scope='row'>{_text(a)}</th><td>{_text(b)}</td></tr>" for a, b in rows)
+    return f"<table>{cells}</table>"
+
+
+def _document(title: str, page: _Page) -> str:
+    """The whole page. Only the scripts and the style that stand here are allowed, and nothing is loaded."""
+    scripts = [static(name).decode() for name in ("uplot/uPlot.iife.min.js", "charts.js", "report.js")]
+    style = static("uplot/uPlot.min.css").decode() + static("style.css").decode() + static("report.css").decode()
+    licence = static("uplot/LICENSE").decode()
+    bodies = "".join(
+        f'<script type="application/octet-stream" id="body{i}">{base64.b64encode(body).decode()}</script>\n'
+        for i, body in enumerate(page.bodies)
+    )
+    policy = (
+        f"default-src 'none'; script-src {' '.join(map(_digest, scripts))}; style-src {_digest(style)}; "
+        "img-src data: blob:; base-uri 'none'; form-action 'none'"
+    )
+    return "".join([
+        '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n',
+        f'<meta http-equiv="Content-Security-Policy" content="{_text(policy)}">\n',
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n',
+        '<meta name="generator" content="nsdrill">\n',
+        f'<title>{_text(title)} – nsdrill</title>\n<link rel="icon" href="data:,">\n<style>{style}</style>\n</head>\n',
+        f'<body class="report">\n{chr(10).join(page.pieces)}\n',
+        "<noscript>The diagrams need JavaScript; all text is here without.</noscript>\n",
+        bodies,
+        f"<!-- uPlot, which draws the axes:\n{licence.replace('--', '- -')}\n-->\n",
+        *(f"<script>{script}</script>\n" for script in scripts),
+        "</body>\n</html>\n",
+    ])  # fmt: skip
+
+
+def _digest(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"

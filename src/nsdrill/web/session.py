@@ -1,0 +1,517 @@
+"""What the explorer knows of one file, and what it answers: no HTTP here.
+
+A session holds a results file (or the ``.part`` of a run that goes on) or a study. It has no memory of what was asked:
+a page sends the state from which to go on, so several pages of one session do not disturb each other. Requests are
+mappings of plain data from outside: nothing in them is trusted, and a wrong one is an :class:`InputError` in words.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from nsdrill.data import Array, Results, Trace, frozen_modes, overrides
+from nsdrill.errors import FileError, InputError
+from nsdrill.models.registry import described, drawn_in
+from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.plot.labels import quantity
+from nsdrill.plot.registry import is_study
+from nsdrill.quantity import find
+from nsdrill.variables import OK, POINT, dimension_of
+from nsdrill.web.diagrams import Reply, choices, diagram, members, plane
+from nsdrill.web.shown import response_styles, rows, told, verdict_words
+
+if TYPE_CHECKING:
+    from nsdrill.app.motions import Motion, Motions
+    from nsdrill.study.study import Study
+
+USUAL = ("rotary_speed", "wob", "depth")  # the numbers with a slider from the beginning
+SHOWN_SECONDS, LONGEST = 20.0, 2000.0  # of a motion
+SAMPLE = 0.005  # s
+SAMPLES = 40_000  # of one motion on a page
+# Of a local diagram: how many points, and how long each is run. A slow string has fewer points.
+POINTS, FEWEST = 96, 12
+SETTLE, OBSERVE = 60.0, 40.0
+WORTH = 1.2e6  # steps of a string of eight states in a second, on few and old processors
+WIDE = 0.2  # of the value on both sides
+
+
+class Session:
+    """The explorer of the file ``path``: results, an unfinished run, or a study with ``overrides`` applied.
+
+    FileError or InputError where it is something else.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], units: str = "si", overrides: list[str] | None = None) -> None:
+        self.path, self.units = os.fspath(path), units
+        self._turn = threading.Lock()  # to compute
+        self._motions: Motions | None = None
+        self.results: Results | None = None
+        if is_study(path):
+            from nsdrill.study import load_study
+
+            self.study: Study = load_study(Path(path), overrides or [])
+        else:
+            if overrides:
+                raise InputError(f"--set: found with {self.path}; allowed: with a study, which ends in .yaml or .yml.")
+            self.results = self._read()
+            from nsdrill.app.stored import stored_study
+
+            self.study = stored_study(path, self.results.attrs, self.results.coords)
+        self._run_at_start = self.results is None
+
+    def _read(self) -> Results:
+        from nsdrill.app.reading import read_any
+        from nsdrill.store import kind_of, variables_in
+
+        if os.path.lexists(self.path) and kind_of(self.path) == "trace":
+            raise FileError(f"{self.path}: found a trace; allowed: results, or a study. Draw it with nsdrill plot.")
+        wanted = None
+        if os.path.lexists(self.path):
+            wanted = [v.name for v in variables_in(self.path) if v.room in _READ or v.dims == POINT]
+        found = read_any(self.path, wanted)
+        assert not isinstance(found, Trace)
+        return found
+
+    @property
+    def motions(self) -> Motions:
+        """What computes; imported when it is first needed, as it brings the compiler."""
+        if self._motions is None:
+            from nsdrill.app.motions import Motions
+
+            self._motions = Motions(self.study, self.results)
+        return self._motions
+
+    def warm(self) -> None:
+        """Load, or make, the machine code of what a first click, slider and local diagram need; a page is served
+        between these."""
+        values = self.motions.own
+        study = self.motions.at(values)
+        state = self.motions.start(study)
+        with self._turn:
+            self.motions.glance(study, state)
+        time.sleep(0.01)  # who waits has the turn first
+        with self._turn:
+            motion = self.motions.go_on(study, state, 0.1, SAMPLE)
+        if motion.status == OK:
+            near = np.linspace(0.99, 1.01, POINTS) * values["rotary_speed"]
+            time.sleep(0.01)
+            with self._turn:
+                self.motions.around(study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01)
+
+    # What there is
+
+    def meta(self) -> dict[str, Any]:
+        """What a page needs to begin: names, words, units, colours, sliders."""
+        model, attrs = described(self.study.model), self._attrs
+        head: dict[str, Any] = {
+            "kind": "study" if self.results is None else "results",
+            "file": os.path.basename(self.path),
+            "title": " ".join(self.study.title.split()) or os.path.basename(self.path),
+            "model": model.title,
+            "overrides": [f"{key} = {value}" for key, value in overrides(attrs, thresholds=True).items()],
+            "units": self.units,
+            "seconds": SHOWN_SECONDS,
+            "longest": self.study.simulation.transient + self.study.simulation.observe,
+            "drawn": self._drawn(),
+            "responses": response_styles(),
+            "sliders": self._sliders(),
+            "usual": list(dict.fromkeys([*USUAL, *self.study.swept])),
+            "command": f"nsdrill view {self.path}",
+        }
+        if self.results is not None:
+            head["choices"] = choices(self.results, self.units)
+            head["points"] = int(self.results["status"].size)
+        return head
+
+    @property
+    def _attrs(self) -> Mapping[str, Any]:
+        if self.results is not None:
+            return self.results.attrs
+        from nsdrill.data import json_text
+
+        return {
+            "model": self.study.model,
+            "study_resolved": json_text(self.study.resolved),
+            "study_overrides": json_text(list(self.study.overrides)),
+        }
+
+    def _drawn(self) -> dict[str, Any]:
+        """What pictures show of a motion of this model."""
+        drawn, traced = drawn_in(self._attrs), {v.name for v in described(self.study.model).trace}
+        orbit = {"x", "y"} <= traced and "lateral" not in frozen_modes(self._attrs)
+        return {
+            "histories": list(drawn.histories),
+            "planes": [list(pair) for pair in drawn.planes],
+            "section": [list(pair) for pair in drawn.section_planes],
+            "orbit": orbit and described(self.study.model).hole is not None,
+        }
+
+    def _sliders(self) -> list[dict[str, Any]]:
+        """The numbers of the study that may be moved while the string turns, each with its range."""
+        from nsdrill.study.keys import keys_of
+
+        keys, found = keys_of(self.study.model), []
+        own = self.study.axes
+        for name, leaf in keys.axes.items():
+            if leaf.kind not in ("quantity", "number") or name.startswith("initial."):
+                continue
+            value = _number_at(self.study.resolved, leaf.key)
+            axis = own.get(name, np.empty(0))
+            if value is None or (one := find(name)) is None:
+                continue
+            if len(axis) > 1:
+                value, room = float(axis[len(axis) // 2]), 0.25 * float(axis[-1] - axis[0])
+                low, high = float(axis[0]) - room, float(axis[-1]) + room
+            elif value:
+                low, high = sorted((0.25 * value, 2.5 * value))
+            else:
+                low, high = 0.0, min(leaf.high, 1.0)
+            low, high = max(low, leaf.low), min(high, leaf.high)
+            if low <= 0.0 < leaf.low or (name in USUAL and low <= 0.0):
+                low = max(leaf.low, 0.02 * high)
+            shown = told(dimension_of(name), self.units)
+            found.append({
+                "key": name, "words": shown["words"], "unit": shown["unit"], "scale": shown["scale"],
+                "meaning": leaf.meaning or one.long_name, "low": low, "high": high, "value": value,
+            })  # fmt: skip
+        return found
+
+    # What is asked
+
+    def diagram(self, asked: Mapping[str, Any]) -> Reply:
+        """Peaks or a feature along an axis: ``y``, and perhaps ``x``, ``held`` and ``member``."""
+        results = self._swept()
+        return diagram(
+            results, self.units, _word(asked, "y"), _word(asked, "x", None), _counts(asked), _whole(asked, "member", 0)
+        )
+
+    def plane(self, asked: Mapping[str, Any]) -> Reply:
+        """A label or feature over two axes: ``colour``, ``x``, ``y``, and perhaps ``held`` and ``member``."""
+        return plane(
+            self._swept(), self.units, _word(asked, "colour"), _word(asked, "x"), _word(asked, "y"), _counts(asked),
+            _whole(asked, "member", 0),
+        )  # fmt: skip
+
+    def replay(self, asked: Mapping[str, Any]) -> Reply:
+        """The stored point at ``place`` once more, its last ``seconds``."""
+        place, results = self._place(asked), self._swept()
+        seconds = _seconds(asked)
+        with self._turn:
+            motion = self.motions.replay(place, seconds, _sample(seconds))
+            values = self.motions.values(place)
+            study = self.motions.at(values)
+        stored = {name: v[place].item() for name, v in results.variables.items() if v.ndim == len(place)}
+        head, columns = self._told(motion, study, stored)
+        names = [name for name in stored if BY_NAME[name].dtype == "f8" and math.isfinite(stored[name])]
+        head |= {
+            "place": list(place), "same_bits": motion.same_bits, "command": self._command(place),
+            "features": rows(names, stored, self.units), "differing": [] if motion.same_bits else self._differing(),
+            "from": self._words(place), "begins": "stored",
+        }  # fmt: skip
+        return head, columns
+
+    def live(self, asked: Mapping[str, Any]) -> Reply:
+        """On from ``state`` with ``changes``; from the study's own start where no state is given. ``settle`` and
+        ``observe`` are those of a point of a local diagram."""
+        values = self._values(asked)
+        seconds = _seconds(asked)
+        settle, observe = (_number(asked, name, 0.0, LONGEST, 0.0) for name in ("settle", "observe"))
+        with self._turn:
+            study = self.motions.at(values, self._changes(asked))
+            state = _state(asked)
+            if state is None:
+                state = self.motions.start(study)
+                settle, observe = study.simulation.transient, study.simulation.observe
+            motion = self.motions.go_on(study, state, seconds, _sample(seconds), settle=settle, observe=observe)
+        names = described(study.model).shown
+        head, columns = self._told(motion, study, {"status": motion.status, **motion.found})
+        if motion.status == OK:
+            head["features"] = rows(names, motion.found, self.units)
+        ran = f"for {motion.seconds:g} s{', with changed numbers' if asked.get('changes') else ''}"
+        head["begins"] = (
+            f"Run on from the present state {ran}." if asked.get("state") else f"Run from the study's start {ran}."
+        )
+        return head, columns
+
+    def local(self, asked: Mapping[str, Any]) -> Reply:
+        """A diagram around the present point along ``key``, each point from ``state``."""
+        from nsdrill.study.keys import keys_of
+
+        values, key = self._values(asked), _word(asked, "key")
+        leaves = keys_of(self.study.model).axes
+        if key not in leaves or leaves[key].kind not in ("quantity", "number") or key.startswith("initial."):
+            raise InputError(f"key: found {key}; allowed: a number of the study that has a slider.")
+        with self._turn:
+            study = self.motions.at(values, self._changes(asked))
+            state = _state(asked)
+            state = self.motions.start(study) if state is None else state
+            centre = _number_at(study.resolved, leaves[key].key) or 0.0
+            width = _number(asked, "wide", 0.001, 10.0, WIDE) * (abs(centre) or 1.0)
+            low, high = max(leaves[key].low, centre - width), min(leaves[key].high, centre + width)
+            for end in (low, high):
+                self.motions.at(values, {**self._changes(asked), key: leaves[key].text(end)})  # valid at both ends
+            probe = self.motions.go_on(study, state, SHOWN_SECONDS, SHOWN_SECONDS)
+            cost = max(1.0, len(state) / 9) * probe.steps / SHOWN_SECONDS * (SETTLE + OBSERVE)
+            points = int(np.clip(WORTH / cost, FEWEST, POINTS))
+            across = np.linspace(low, high, points)
+            found = self.motions.around(study, state, key, across, settle=SETTLE, observe=OBSERVE)
+        return self._local(study, key, across, found, centre, state)
+
+    def _local(
+        self, study: Study, key: str, across: Array, found: Mapping[str, Array], centre: float, state: Array
+    ) -> Reply:
+        from nsdrill.analysis.outcome import outcome
+
+        axis = told(dimension_of(key), self.units)
+        head: dict[str, Any] = {
+            "x": {**axis, "key": key, "values": across / axis["scale"], "log": False},
+            "exact": across, "centre": centre / axis["scale"], "settle": SETTLE, "observe": OBSERVE, "panels": [],
+            "procedures": ["from here"], "state": state,
+        }  # fmt: skip
+        columns: dict[str, Array] = {"outcome": outcome(found["status"], found["response"])[np.newaxis]}
+        for panel in drawn_in(self._attrs).panels:
+            values = found[panel.peaks].copy()
+            still = np.asarray(~np.isfinite(values).any(axis=1))
+            values[:, 0] = np.where(still, found[panel.greatest], values[:, 0])
+            shown = told(panel.peaks, self.units)
+            head["panels"].append({**shown, "mode": panel.mode, "trace": panel.trace})
+            columns[panel.peaks] = values[np.newaxis] / shown["scale"]
+            columns[f"{panel.peaks} still"] = still[np.newaxis]
+        return head, columns
+
+    def section(self, asked: Mapping[str, Any]) -> Reply:
+        """The returns to the Poincare section of the stored point at ``place``, in the planes of the model."""
+        place, results = self._place(asked), self._swept()
+        drawn = drawn_in(results.attrs)
+        stored = all(name in results.variables for name in drawn.section) and bool(drawn.section)
+        if stored:
+            found = {name: results[name][place] for name in results.variables if name.startswith("section_")}
+            source = "stored returns"
+        else:
+            from nsdrill.plot.kinds.section import section_of
+
+            simulation = self.study.simulation
+            with self._turn:
+                motion = self.motions.replay(place, simulation.observe, max(0.01, simulation.observe / SAMPLES))
+            speed = self.motions.values(place)["rotary_speed"]
+            attrs = {"transient": motion.time[0] if len(motion.time) else 0.0, "rotary_speed": speed}
+            found = section_of(Trace(motion.time, motion.variables, attrs))
+            source = "returns in the observed time"
+        columns, planes = {}, []
+        for across, up in drawn.section_planes:
+            if across not in found or up not in found:
+                continue
+            planes.append([told(across, self.units), told(up, self.units)])
+            for name in (across, up):
+                columns[name] = found[name] / quantity(name, self.units).scale
+        count = int(np.isfinite(next(iter(columns.values()))).sum()) if columns else 0
+        return {"planes": planes, "words": f"{count} {source}"}, columns
+
+    def saved(self, asked: Mapping[str, Any]) -> dict[str, Any]:
+        """The present point as a study file: ``text``, and a ``name`` to offer for it."""
+        from nsdrill.study import parse_study
+        from nsdrill.study.written import study_text
+
+        study = self.motions.at(self._values(asked), self._changes(asked))
+        head = [f"One operating point, saved from the explorer of {os.path.basename(self.path)}"]
+        state, resolved = _state(asked), {**study.resolved, "title": self.study.title}
+        own = study_text(resolved, head)
+        if state is None:
+            return {"text": own, "name": "point.yaml"}
+        begun = self.motions.with_start(study, state)
+        if begun is not None:
+            text = study_text(
+                {**begun, "title": self.study.title}, [*head, "Its start is the state that the page showed"]
+            )
+            try:
+                parse_study(text, "point.yaml")
+            except InputError:
+                pass  # a state that no study may begin in, deep in the wall say
+            else:
+                return {"text": text, "name": "point.yaml"}
+        parse_study(own, "point.yaml")
+        head.append("Its start is that of the study: the state that the page showed cannot be written as one")
+        return {"text": study_text(resolved, head), "name": "point.yaml"}
+
+    # Of what it is made
+
+    def _told(self, motion: Motion, study: Study, labels: Mapping[str, Any]) -> Reply:
+        """A motion for a page."""
+        from nsdrill.app.wording import ENDINGS
+        from nsdrill.study.keys import keys_of
+
+        status = (BY_NAME["status"].flag_meanings or "").split()[motion.status]
+        model, variables = described(study.model), motion.variables
+        names = [v.name for v in model.trace if v.name in variables and quantity(v.name).scale]
+        hole = model.hole(study.parameters) if model.hole else None
+        x = quantity("x", self.units) if hole and "x" in variables else None
+        leaves = keys_of(study.model).axes
+        head = {
+            "channels": [told(name, self.units) for name in names],
+            "interval": float(motion.time[1] - motion.time[0]) if len(motion.time) > 1 else 0.0,
+            "begin": float(motion.time[0]) if len(motion.time) else 0.0,
+            "samples": len(motion.time),
+            "labels": verdict_words(labels),
+            "outcome": int(labels["response"]) if motion.status == OK and "response" in labels else -2,
+            "ended": "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
+            "state": motion.final if motion.status == OK else None,
+            "values": {key: _number_at(study.resolved, leaves[key].key) for key in leaves if leaves[key].units or True},
+            "hole": [radius / x.scale for radius in hole] if hole and x else None,
+            "features": [],
+            "steps": motion.steps,
+        }  # fmt: skip
+        columns = {"time": motion.time}
+        columns |= {name: variables[name] / quantity(name, self.units).scale for name in names}
+        if "twist" in variables and "drive_angle" in variables:
+            columns["bit angle"] = np.mod(variables["twist"] + variables["drive_angle"], 2 * math.pi)
+        return head, columns
+
+    def _swept(self) -> Results:
+        if self.results is None:
+            raise InputError("found a study, which has no points; allowed: with results.")
+        return self.results
+
+    def _place(self, asked: Mapping[str, Any]) -> tuple[int, ...]:
+        place, shape = asked.get("place"), self._swept().shape
+        if (
+            not isinstance(place, list)
+            or len(place) != len(shape)
+            or not all(
+                isinstance(i, int) and not isinstance(i, bool) and 0 <= i < n for i, n in zip(place, shape, strict=True)
+            )
+        ):
+            raise InputError(f"place: found {str(place)[:60]}; allowed: a point of {' x '.join(map(str, shape))}.")
+        return tuple(place)
+
+    def _values(self, asked: Mapping[str, Any]) -> dict[str, float]:
+        """The values of the axes at the point from which a page started."""
+        if self.results is None or asked.get("place") is None:
+            return self.motions.own
+        return self.motions.values(self._place(asked))
+
+    def _changes(self, asked: Mapping[str, Any]) -> dict[str, str]:
+        """Changed keys with their values as a study has them: numbers are in SI, texts have a unit."""
+        from nsdrill.study.keys import keys_of
+
+        leaves, changes = keys_of(self.study.model).axes, asked.get("changes") or {}
+        if not isinstance(changes, dict):
+            raise InputError("changes: found something else; allowed: a mapping by keys.")
+        found = {}
+        for key, value in changes.items():
+            leaf = leaves.get(key)
+            if leaf is None or leaf.kind not in ("quantity", "number") or key.startswith("initial."):
+                raise InputError(f"{str(key)[:60]}: found an unknown key; allowed: a number of the study.")
+            if isinstance(value, str) and len(value) <= 60 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n"):
+                found[key] = value
+            elif isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
+                found[key] = leaf.text(float(value))
+            else:
+                raise InputError(f"{key}: found {str(value)[:60]}; allowed: {leaf.allowed()}.")
+        return found
+
+    def _words(self, place: tuple[int, ...]) -> list[list[str]]:
+        """Which point it is: words and values."""
+        results = self._swept()
+        found = []
+        for name, i in zip(results.grid, place, strict=True):
+            value = results.coords[name][i]
+            if name == "procedure":
+                if len(results.coords[name]) > 1 or str(value) != "same":
+                    found.append(["Carried", str(value)])
+            elif name == members(results):
+                found.append([name.capitalize(), str(int(value))])
+            else:
+                found += rows([name], {name: float(value)}, self.units)
+        return found
+
+    def _command(self, place: tuple[int, ...]) -> str:
+        """The command line that gives the trace of a point."""
+        from nsdrill.app.trajectory import option_of
+        from nsdrill.study.keys import keys_of
+
+        results, leaves = self._swept(), keys_of(self.study.model).axes
+        parts = ["nsdrill replay", self.path]
+        keys = {axis.name: axis.key for axis in results.more}
+        for name in results.swept:
+            key = keys.get(name, name)
+            value = float(results.coords[name][place[results.grid.index(name)]])
+            parts.append(option_of(key, leaves[key].text(value).replace(" ", "")))
+        if len(results.coords["procedure"]) > 1:
+            parts.append(f"--procedure {results.coords['procedure'][place[0]]}")
+        if member := members(results):
+            parts.append(f"--start {place[-1]}" if member == "start" else f"--at {member}={place[-1]}")
+        return " ".join([*parts, "-o trace.h5"])
+
+    def _differing(self) -> list[str]:
+        from nsdrill.app.provenance import unlike
+
+        return unlike(self._swept().attrs, "numpy_version", "processor")
+
+
+_READ = ("run", "feature", "label", "trust", "peaks", "section", "states")
+
+
+def _number_at(resolved: Mapping[str, Any], key: str) -> float | None:
+    value: Any = resolved
+    for part in key.split("."):
+        value = value.get(part) if isinstance(value, dict) else None
+    return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
+
+
+def _word(asked: Mapping[str, Any], name: str, default: Any = "") -> Any:
+    value = asked.get(name, default)
+    if value is default and default != "":
+        return default
+    if not isinstance(value, str) or len(value) > 100:
+        raise InputError(f"{name}: found {str(value)[:60]}; allowed: a name.")
+    return value
+
+
+def _whole(asked: Mapping[str, Any], name: str, default: int) -> int:
+    value = asked.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, int):
+        raise InputError(f"{name}: found {str(value)[:60]}; allowed: a whole number.")
+    return value
+
+
+def _number(asked: Mapping[str, Any], name: str, low: float, high: float, default: float) -> float:
+    value = asked.get(name, default)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+        raise InputError(f"{name}: found {str(value)[:60]}; allowed: {low:g} to {high:g}.")
+    return float(value)
+
+
+def _seconds(asked: Mapping[str, Any]) -> float:
+    return _number(asked, "seconds", 0.1, 1e6, SHOWN_SECONDS)
+
+
+def _sample(seconds: float) -> float:
+    return max(SAMPLE, seconds / SAMPLES)
+
+
+def _counts(asked: Mapping[str, Any]) -> dict[str, int]:
+    held = asked.get("held") or {}
+    if not isinstance(held, dict):
+        raise InputError("held: found something else; allowed: a mapping of axes to numbers.")
+    return held
+
+
+def _state(asked: Mapping[str, Any]) -> Array | None:
+    state = asked.get("state")
+    if state is None:
+        return None
+    if (
+        not isinstance(state, list)
+        or len(state) > 1000
+        or not all(isinstance(value, int | float) and not isinstance(value, bool) for value in state)
+    ):
+        raise InputError("state: found something else; allowed: a list of numbers.")
+    return np.array(state, dtype=float)

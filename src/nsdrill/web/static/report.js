@@ -1,0 +1,63 @@
+"use strict";
+// Draws what the report holds: no network, no server.
+(() => {
+  const N = window.nsdrill, { make, amount } = N;
+
+  function body(number) {
+    const text = atob(document.getElementById(`body${number}`).textContent), bytes = new Uint8Array(text.length);
+    for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
+    const { head, columns } = N.unpack(bytes.buffer);
+    return { head, columns };
+  }
+
+  let count = 0;
+  for (const place of document.querySelectorAll(".drawing")) {
+    const what = JSON.parse(place.dataset.draw), replies = what.bodies.map(body);
+    const word = (code) => (code === -1 ? "not run" : code === -2 ? "failed" : what.responses[code].name);
+    const said = make("p", { class: "hover" }), legend = make("ul", { class: "legend" });
+    count += 1;
+    if (what.kind === "motion") {
+      N.motion(place, what.drawn, { sync: `motion${count}` }).show(replies[0]);
+    } else if (what.kind === "map") {
+      const d = { ...replies[0].head, ...replies[0].columns }, box = make("div");
+      place.append(box, legend, said);
+      N.cells(box, d, {
+        procedure: what.procedure, height: 420, pick() {},
+        move(hit) {
+          if (hit) said.textContent = `${d.x.words} ${amount(d.x.values[hit.i], d.x.unit, 5)}, ${d.y.words} ${amount(d.y.values[hit.j], d.y.unit, 5)}: ${word(hit.outcome)}`;
+        },
+      });
+      const values = new Set(d.values);
+      legend.append(...d.classes.filter((_, code) => values.has(code)).map((one) => make("li", {}, N.swatch("s", one.colour), one.name)));
+    } else {
+      const all = replies.map(({ head, columns }) => ({ ...head, ...columns })), seen = new Set();
+      all.forEach((d, number) => {
+        const box = make("div");
+        place.append(box);
+        N.scatter(box, d, {
+          responses: what.responses, height: number === all.length - 1 ? 222 : 190, bare: number < all.length - 1, sync: `sweep${count}`,
+          pick() {},
+          move(hit) {
+            if (!hit) return;
+            const n = d.x.values.length, f = d.head_told.length;
+            const numbers = d.head_told.map((one, k) => [one, d.told[(hit.p * n + hit.i) * f + k]]).filter(([, value]) => Number.isFinite(value));
+            said.replaceChildren(
+              make("span", { class: "name" }, `${d.x.words} ${amount(d.x.values[hit.i], d.x.unit, 5)}${d.procedures.length > 1 ? `, ${d.procedures[hit.p]}` : ""}: ${word(d.outcome[hit.p * n + hit.i])}`),
+              make("br"), Number.isFinite(hit.value) ? `${d.y.words} ${amount(hit.value, d.y.unit)}` : "",
+              make("br"), numbers.map(([one, value]) => `${one.words} ${amount(value, one.unit, 3)}`).join(" · "),
+            );
+          },
+        });
+        for (const code of d.outcome) seen.add(code);
+      });
+      const d = all[0];
+      legend.append(...what.responses.map((one, code) => [one, code]).filter(([, code]) => seen.has(code)).map(([one]) => make("li", {}, N.swatch(one.marker, one.colour), one.name)));
+      if (d && d.procedures.includes("down") && d.procedures.length > 1)
+        legend.append(make("li", {}, N.swatch("o", "#4D4D4D"), "up: filled"), make("li", {}, N.swatch("o", "#4D4D4D", false), "down: open"));
+      if (d && d.hysteresis.length) legend.append(make("li", {}, N.swatch("s", "#E8D47A"), "up and down differ"));
+      if (seen.has(-2)) legend.append(make("li", {}, N.swatch("X", "#000"), "failed"));
+      place.append(legend, said);
+    }
+  }
+  document.body.dataset.ready = "1";
+})();

@@ -1,0 +1,265 @@
+"""The pages in a real browser: Debian's chromium, driven by Playwright. Skipped by name where one is missing."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nsdrill.study import parse_study
+from nsdrill.web.server import Explorer
+from nsdrill.web.session import Session
+
+BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+playwright = pytest.importorskip("playwright.sync_api", reason="no browser: pip install playwright")
+if BROWSER is None:
+    pytest.skip("no browser: apt-get install chromium", allow_module_level=True)
+
+WIDTHS = (1280, 400)
+WAIT = 120_000  # ms: a first motion may be compiled
+
+
+@pytest.fixture(scope="module")
+def chromium() -> Iterator[Any]:
+    with playwright.sync_playwright() as engine:
+        browser = engine.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def explorer(session: Session) -> Iterator[Explorer]:
+    made = Explorer(session)
+    made.start()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def page(chromium: Any, request: pytest.FixtureRequest) -> Iterator[Any]:
+    """A page that may say nothing on the console, fail nowhere, and ask nobody else."""
+    width = getattr(request, "param", 1280)
+    context = chromium.new_context(viewport={"width": width, "height": 900}, accept_downloads=True)
+    made, wrong = context.new_page(), []
+    made.on("console", lambda message: wrong.append(f"{message.type}: {message.text}"))
+    made.on("pageerror", lambda error: wrong.append(str(error)))
+    made.on("request", lambda asked: wrong.append(asked.url) if not _own(asked.url) else None)
+    yield made
+    context.close()
+    assert wrong == getattr(made, "expected", [])
+
+
+def _own(url: str) -> bool:
+    return url.startswith(("http://127.0.0.1:", "file:", "data:", "blob:"))
+
+
+def opened(page: Any, url: str) -> Any:
+    page.goto(url)
+    page.locator("body[data-ready='1']").wait_for(timeout=WAIT)
+    return page
+
+
+def head_of(answer: Any) -> dict[str, Any]:
+    body = answer.body()
+    found: dict[str, Any] = json.loads(body[4 : 4 + int.from_bytes(body[:4], "little")])
+    return found
+
+
+def place(page: Any, across: float, up: float = 0.5, chart: str = "#diagram .u-over") -> tuple[float, float]:
+    page.locator(chart).first.scroll_into_view_if_needed()
+    box = page.locator(chart).first.bounding_box()
+    return box["x"] + across * box["width"], box["y"] + up * box["height"]
+
+
+def clicked(page: Any, across: float) -> dict[str, Any]:
+    with page.expect_response("**/api/replay", timeout=WAIT) as answer:
+        page.mouse.click(*place(page, across))
+    page.locator("#bits").wait_for(timeout=WAIT)
+    return head_of(answer.value)
+
+
+@pytest.mark.parametrize("page", WIDTHS, indirect=True)
+def test_a_click_replays_that_very_point(page: Any, explorer: Explorer, session: Session) -> None:
+    results = session.results
+    assert results is not None
+    opened(page, explorer.url)
+    page.mouse.move(*place(page, 0.45))
+    assert "Rotary speed" in page.locator("#hover").inner_text()
+    said = clicked(page, 0.45)
+    stored = results["final_state"][tuple(said["place"])]
+    assert np.array_equal(np.array(said["state"]), stored)  # 17 digits come through JSON
+    assert "bit for bit" in page.locator("#bits").inner_text()
+    assert page.locator("#which .name").inner_text().count("rad/s") == 1
+    assert "nsdrill replay" in page.locator("#command").inner_text()
+    hole, collar = (float(page.locator(".orbit canvas").get_attribute(f"data-{name}")) for name in ("hole", "collar"))
+    parameters = session.study.parameters
+    assert collar / hole == pytest.approx(parameters.drillstring.collar.outer_diameter / parameters.well.diameter)
+    box = page.locator(".orbit canvas").bounding_box()
+    assert box["width"] == pytest.approx(box["height"], abs=1)  # equal scales
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
+
+
+def test_a_slider_runs_on_from_there(page: Any, explorer: Explorer) -> None:
+    opened(page, explorer.url)
+    before = clicked(page, 0.6)
+    slider = page.locator("#s-rotary_speed")
+    slider.focus()
+    with page.expect_response("**/api/live", timeout=WAIT) as answer:
+        page.keyboard.press("ArrowRight")
+    asked = json.loads(answer.value.request.post_data)
+    assert asked["state"] == before["state"]
+    assert list(asked["changes"]) == ["rotary_speed"]
+    after = head_of(answer.value)
+    assert after["values"]["rotary_speed"] == asked["changes"]["rotary_speed"] > before["values"]["rotary_speed"]
+    assert "with changed numbers" in page.locator("#bits").inner_text()
+    text = page.locator(".slider", has=page.locator("#s-wob")).locator("input[type=text]")
+    text.fill("7 klbf")
+    with page.expect_response("**/api/live", timeout=WAIT) as answer:
+        text.press("Enter")
+    assert head_of(answer.value)["values"]["wob"] == pytest.approx(7 * 4448.2216152605)
+    text.fill("7 mm")
+    text.press("Enter")
+    page.locator("#banner", has_text="found '7 mm'").wait_for()
+    page.expected = ["error: Failed to load resource: the server responded with a status of 400 (Bad Request)"]
+
+
+def test_any_number_can_be_moved_and_the_point_started_over(page: Any, explorer: Explorer) -> None:
+    opened(page, explorer.url)
+    before = clicked(page, 0.6)
+    page.locator("#more").select_option("bit.rock_stiffness")
+    slider = page.locator("#s-bit-rock_stiffness")
+    slider.focus()
+    with page.expect_response("**/api/live", timeout=WAIT):
+        page.keyboard.press("ArrowLeft")
+    with page.expect_response("**/api/replay", timeout=WAIT) as answer:
+        page.locator("#again").click()
+    assert head_of(answer.value)["state"] == before["state"]
+
+
+def test_a_diagram_around_the_point(page: Any, explorer: Explorer) -> None:
+    opened(page, explorer.url)
+    clicked(page, 0.6)
+    with page.expect_response("**/api/local", timeout=WAIT) as answer:
+        page.locator("#local-run").click()
+    local = head_of(answer.value)
+    page.locator("#local-diagram .u-over").first.wait_for()
+    with page.expect_response("**/api/live", timeout=WAIT) as answer:
+        page.mouse.click(*place(page, 0.9, chart="#local-diagram .u-over"))
+    asked = json.loads(answer.value.request.post_data)
+    assert asked["changes"]["rotary_speed"] in local["exact"]
+    assert asked["state"] == local["state"]
+
+
+def test_keyboard_alone(page: Any, explorer: Explorer) -> None:
+    opened(page, explorer.url)
+    for _ in range(20):
+        page.keyboard.press("Tab")
+        if page.evaluate("document.activeElement.id") == "diagram":
+            break
+    assert page.evaluate("document.activeElement.id") == "diagram"
+    outline = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
+    assert outline != "none"
+    for key in ("ArrowRight", "ArrowRight", "ArrowUp", "ArrowDown"):
+        page.keyboard.press(key)
+    with page.expect_response("**/api/replay", timeout=WAIT) as answer:
+        page.keyboard.press("Enter")
+    assert head_of(answer.value)["same_bits"] is True
+    unnamed = page.evaluate(
+        "[...document.querySelectorAll('input, select, button')].filter(e => !(e.labels?.length || "
+        "e.getAttribute('aria-label') || e.textContent.trim())).length"
+    )
+    assert unnamed == 0
+
+
+def test_saving(page: Any, explorer: Explorer, session: Session) -> None:
+    opened(page, explorer.url)
+    said = clicked(page, 0.5)
+    with page.expect_download() as offered:
+        page.locator("#save-study").click()
+    assert offered.value.suggested_filename == "point.yaml"
+    study = parse_study(Path(offered.value.path()).read_text())
+    assert study.operation.rotary_speed == session.motions.values(said["place"])["rotary_speed"]
+    assert study.initial.bit_speed == said["state"][7]  # of x, vx, y, vy, z, vz, twist, bit_speed, drive_angle
+    with page.expect_download() as offered:
+        page.locator("#save-picture").click()
+    assert Path(offered.value.path()).read_bytes().startswith(b"\x89PNG")
+
+
+def test_two_pages_do_not_disturb_each_other(page: Any, explorer: Explorer, chromium: Any) -> None:
+    opened(page, explorer.url)
+    other = opened(chromium.new_page(), explorer.url)
+    one, two = clicked(page, 0.3), clicked(other, 0.9)
+    assert one["place"] != two["place"]
+    other.close()
+    assert clicked(page, 0.3)["state"] == one["state"]
+
+
+def test_a_map(page: Any, of_map: Session) -> None:
+    explorer = Explorer(of_map)
+    explorer.start()
+    try:
+        opened(page, explorer.url)
+        page.mouse.move(*place(page, 0.6))
+        assert "Weight on bit" in page.locator("#hover").inner_text()
+        assert clicked(page, 0.6)["same_bits"] is True
+        page.locator("#channel").select_option("line radius_peaks")
+        page.locator("#held select").first.wait_for()
+        assert clicked(page, 0.2)["same_bits"] is True
+    finally:
+        explorer.close()
+
+
+def test_a_page_says_that_the_explorer_has_stopped(page: Any, session: Session) -> None:
+    explorer = Explorer(session)
+    explorer.start()
+    opened(page, explorer.url)
+    explorer.close()
+    page.locator("#banner", has_text="The explorer has stopped").wait_for(timeout=WAIT)
+
+
+def test_a_wrong_token_is_said(page: Any, explorer: Explorer) -> None:
+    page.goto(f"{explorer.url}x")
+    page.locator("#banner", has_text="The token is missing or of another explorer").wait_for(timeout=WAIT)
+    page.expected = ["error: Failed to load resource: the server responded with a status of 403 (Forbidden)"]
+
+
+def test_a_study_is_run_from_its_start(page: Any, tmp_path: Path) -> None:
+    (tmp_path / "study.yaml").write_text("title: Alone\nsimulation: {transient: 1 s, observe: 2 s}\n")
+    session = Session(tmp_path / "study.yaml")
+    explorer = Explorer(session)
+    explorer.start()
+    try:
+        opened(page, explorer.url)
+        page.locator("#bits", has_text="Run from the study's start for 3 s").wait_for(timeout=WAIT)
+        assert page.locator("#sweep").is_hidden()
+    finally:
+        explorer.close()
+
+
+@pytest.mark.parametrize("page", WIDTHS, indirect=True)
+def test_the_report_opens_without_a_network(page: Any, shared: Path, tmp_path: Path) -> None:
+    from click.testing import CliRunner
+
+    from nsdrill.cli.main import group
+
+    out = tmp_path / "report.html"
+    files = [str(shared / name) for name in ("small.h5", "map.h5", "failing.h5")]
+    done = CliRunner().invoke(group, ["report", *files, "-o", str(out), "--motions", "1"])
+    assert done.exit_code == 0, done.output
+    opened(page, out.as_uri())
+    assert page.locator("section h2").all_inner_texts() == ["Small", "Small map", "Small", "Made again"]
+    page.locator(".u-over").first.scroll_into_view_if_needed()
+    page.mouse.move(*place(page, 0.5, chart=".u-over"))
+    assert "Rotary speed" in page.locator(".hover").first.inner_text()
+    assert page.locator("figure").count() >= 2
+    figure = page.locator("figure").first
+    figure.locator("button").click()
+    before = figure.locator("output").inner_text()
+    page.wait_for_timeout(500)
+    assert figure.locator("output").inner_text() != before  # it moves
+    assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")

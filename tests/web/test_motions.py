@@ -1,0 +1,213 @@
+"""What a page shows is what the file holds, and what a study of its own would give: bit for bit."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nsdrill.app import trajectory
+from nsdrill.app.motions import Motions
+from nsdrill.errors import InputError
+from nsdrill.store import read_results
+from nsdrill.study import parse_study
+from nsdrill.web.packet import packed
+from nsdrill.web.session import Session
+
+
+def test_a_replay_ends_in_the_stored_state_and_shows_the_same_samples(shared: Path, session: Session) -> None:
+    results = read_results(shared / "small.h5")
+    whole = trajectory.replay(results, at={"rotary_speed": 4.0}, procedure="down", sample=0.005)
+    place = (1, 0, 0, 3)
+    assert results["rotary_speed"][3] == 4.0
+    motion = session.motions.replay(place, 1.5, 0.005)
+    assert motion.same_bits
+    assert np.array_equal(motion.final, results["final_state"][place])
+    last = whole.trace.time >= 2.5
+    assert np.allclose(motion.time, whole.trace.time[last], rtol=0, atol=1e-9)
+    for name, values in motion.variables.items():
+        size = np.max(np.abs(whole.trace[name])) or 1.0
+        there = whole.trace[name][last]
+        if name == "whirl_angle":  # counted from where the samples begin
+            there = there - 2 * np.pi * np.round((there[0] - values[0]) / (2 * np.pi))
+        assert np.allclose(values, there, rtol=0, atol=1e-6 * size), name
+
+
+def test_a_wrong_state_in_the_file_is_noticed(shared: Path) -> None:
+    results = read_results(shared / "small.h5")
+    results.variables["final_state"] = results["final_state"].copy()
+    results.variables["final_state"][0, 0, 0, 2, 4] += 1e-16
+    from nsdrill.app.stored import stored_study
+
+    motions = Motions(stored_study("x", results.attrs, results.coords), results)
+    assert motions.replay((0, 0, 0, 2), 1.0, 0.01).same_bits is False
+    assert motions.replay((0, 0, 0, 3), 1.0, 0.01).same_bits is True
+
+
+def test_going_on_with_nothing_changed_is_the_next_run_of_a_carried_sweep(shared: Path, session: Session) -> None:
+    """The point after it in the chain began in the final state of the one before."""
+    results, motions = session.results, session.motions
+    assert results is not None
+    before, after = (0, 0, 0, 4), (0, 0, 0, 5)
+    state = np.array(results["final_state"][before])
+    simulation = session.study.simulation
+    motion = motions.go_on(
+        motions.at(motions.values(after)), state, 1.0, 0.01, settle=simulation.transient, observe=simulation.observe
+    )
+    assert np.array_equal(motion.final, results["final_state"][after])
+    for name in ("response", "bit_speed_max", "radius_mean", "stick_slip_index"):
+        assert motion.found[name] == results[name][after], name
+
+
+def test_a_changed_number_is_that_of_a_study_with_it(session: Session) -> None:
+    motions = session.motions
+    study = motions.at(motions.own, {"bit.rock_stiffness": "40 MN/m", "wob": "30 kN"})
+    own = parse_study(
+        session.study.text,
+        overrides=["bit.rock_stiffness=40 MN/m", "operation.wob=30 kN", "operation.rotary_speed=5 rad/s", "sweep={}"],
+    )
+    assert study.parameters == own.parameters
+    assert study.operation == own.operation
+    start = motions.start(study)
+    motion = motions.go_on(study, start, 3.0, 0.01)
+    there = trajectory.simulate(own, duration=3.0)
+    assert np.array_equal(motion.final, there.trace.attrs["final_state"])
+
+
+def test_a_click_in_the_local_diagram_is_that_very_point(session: Session) -> None:
+    head, columns = session.replay({"place": [0, 0, 0, 6], "seconds": 1.0})
+    state = head["state"].tolist()
+    asked = {"place": [0, 0, 0, 6], "state": state, "key": "rotary_speed", "changes": {"wob": 30e3}}
+    local, drawn = session.local(asked)
+    assert drawn["outcome"].shape == (1, len(local["exact"]))
+    for i in (0, len(local["exact"]) // 2, len(local["exact"]) - 1):
+        live, _ = session.live(
+            {
+                "place": [0, 0, 0, 6], "state": state, "settle": local["settle"], "observe": local["observe"],
+                "changes": {"wob": 30e3, "rotary_speed": float(local["exact"][i])},
+            }
+        )  # fmt: skip
+        assert live["outcome"] == drawn["outcome"][0, i]
+    assert columns["time"][-1] == pytest.approx(4.0)
+
+
+def test_the_points_around_have_the_bits_of_runs_of_their_own(session: Session) -> None:
+    motions = session.motions
+    study = motions.at(motions.own)
+    state = motions.start(study)
+    across = np.linspace(2.0, 6.0, 9)
+    found = motions.around(study, state, "rotary_speed", across, settle=2.0, observe=1.0)
+    for i in (0, 4, 8):
+        one = motions.at(
+            motions.own, {"rotary_speed": f"{across[i]!r} rad/s".replace("np.float64(", "").replace(")", "")}
+        )
+        motion = motions.go_on(one, state, 1.0, 0.01, settle=2.0, observe=1.0)
+        assert np.array_equal(found["final_state"][i], motion.final)
+        assert found["stick_slip_index"][i] == motion.found["stick_slip_index"]
+
+
+def test_a_saved_study_goes_on_where_the_page_was(session: Session) -> None:
+    head, _ = session.replay({"place": [0, 0, 0, 5], "seconds": 1.0})
+    asked = {"place": [0, 0, 0, 5], "state": head["state"].tolist(), "changes": {"well.stiffness": "30 MN/m"}}
+    text = session.saved(asked)["text"]
+    saved = parse_study(text, "saved.yaml")
+    assert saved.parameters.well.stiffness == 30e6
+    assert saved.operation.rotary_speed == session.motions.values((0, 0, 0, 5))["rotary_speed"]
+    live, _ = session.live({**asked, "seconds": 3.0})
+    there = trajectory.simulate(saved, duration=3.0)
+    assert np.array_equal(there.trace.attrs["initial_state"], head["state"])
+    assert np.array_equal(there.trace.attrs["final_state"], live["state"])
+
+
+MODELS = {
+    "torsion": "model: torsion\noperation: {wob: 60 kN}\n",
+    "frozen": "modes: {axial: frozen, lateral: frozen}\n",
+    "drive": "drive: {kind: soft_torque}\n",
+    "beam": "model: beam\nbeam: {modes: 2}\n",
+}
+SHORT = "simulation: {transient: 1 s, observe: 1 s}\n"
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_every_model_moves(tmp_path: Path, name: str) -> None:
+    path = tmp_path / "study.yaml"
+    path.write_text(MODELS[name] + SHORT)
+    session = Session(path)
+    meta = json.loads(packed(session.meta(), {})[4:])
+    keys = {one["key"] for one in meta["sliders"]}
+    assert {"rotary_speed", "wob", "depth"} <= keys
+    head, columns = session.live({})
+    assert head["ended"] == ""
+    assert not np.isnan(columns["bit_speed"]).any()
+    state = head["state"].tolist()
+    speed = head["values"]["rotary_speed"]
+    on, _ = session.live({"state": state, "changes": {"rotary_speed": 1.1 * speed}, "seconds": 2.0})
+    assert on["values"]["rotary_speed"] == 1.1 * speed
+    again, _ = session.live({"state": state, "changes": {"rotary_speed": 1.1 * speed}, "seconds": 2.0})
+    assert np.array_equal(on["state"], again["state"])
+    for moved in meta["drawn"]["histories"]:
+        assert moved in columns
+    orbit = name != "torsion" and name != "frozen"
+    assert meta["drawn"]["orbit"] == orbit
+    assert (head["hole"] is not None) == (name != "torsion")
+    if name != "torsion":
+        hole, collar = head["hole"]
+        gap = session.study.parameters.well.diameter - session.study.parameters.drillstring.collar.outer_diameter
+        assert hole - collar == pytest.approx(1e3 * gap / 2)
+    text = session.saved({"state": on["state"].tolist(), "changes": {"rotary_speed": 1.1 * speed}})["text"]
+    assert parse_study(text).operation.rotary_speed == 1.1 * speed
+
+
+def test_a_failed_point_is_shown_as_far_as_it_came(shared: Path) -> None:
+    session = Session(shared / "failing.h5")
+    results = session.results
+    assert results is not None
+    place = [int(i) for i in np.argwhere(results["status"] == 3)[0]]
+    head, columns = session.replay({"place": place})
+    assert head["same_bits"]
+    assert head["ended"].startswith("step limit: the run took more than simulation.max_steps steps")
+    assert head["state"] is None
+    assert head["labels"] == ["step limit"]
+    assert 0 < columns["time"][-1] < 4.0
+
+
+def test_a_run_that_ends_early_gives_no_state_and_no_nan_in_json(tmp_path: Path) -> None:
+    path = tmp_path / "study.yaml"
+    path.write_text(SHORT)
+    session = Session(path, overrides=["simulation.max_steps=1000", "simulation.observe=300 s"])
+    head, columns = session.live({})
+    assert head["state"] is None
+    assert head["ended"]
+    body = packed(head, columns)
+    size = int.from_bytes(body[:4], "little")
+    json.loads(body[4 : 4 + size], parse_constant=lambda name: pytest.fail(name))
+    with pytest.raises(InputError, match="Choose a point again"):
+        session.motions.checked(session.motions.at(session.motions.own), np.full(9, np.nan))
+
+
+def test_a_part_file_can_be_explored(shared: Path, tmp_path: Path) -> None:
+    from nsdrill import load_study
+    from nsdrill.app.planned import kept_of, plan_of
+    from nsdrill.app.run import _header
+    from nsdrill.store import RunLog
+    from nsdrill.store.records import pending_records, recorded
+
+    study = load_study(shared / "small.yaml")
+    done = read_results(shared / "small.h5")
+    plan, kept = plan_of(study), kept_of(study)
+    with RunLog.create(tmp_path / "half.h5.part", _header(study), plan.points, kept) as log:
+        records: Any = pending_records(3, kept)
+        for variable in recorded(kept):
+            values = done[variable.name].reshape(plan.points, *done[variable.name].shape[4:])
+            records[variable.name] = values[:3]
+        log.write(np.arange(3), records)
+    session = Session(tmp_path / "half.h5.part")
+    head, _ = session.replay({"place": [0, 0, 0, 2], "seconds": 1.0})
+    assert head["same_bits"]
+    with pytest.raises(InputError, match="not been run"):
+        session.replay({"place": [0, 0, 0, 5]})
+    _, columns = session.diagram({"y": "radius_peaks"})
+    assert (columns["outcome"] == -1).sum() == 13

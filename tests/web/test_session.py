@@ -1,0 +1,149 @@
+"""Diagrams hold the numbers of the file, in the units that are shown; wrong requests are refused in words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nsdrill.errors import FileError, InputError
+from nsdrill.web.packet import packed
+from nsdrill.web.session import Session
+from nsdrill.web.shown import plain, verdict_words
+
+
+def test_a_diagram_has_the_peaks_of_the_file(session: Session) -> None:
+    results = session.results
+    assert results is not None
+    head, columns = session.diagram({"y": "radius_peaks"})
+    assert columns["values"].shape == (2, 8, 4)
+    stored = results["radius_peaks"][:, 0, 0] * 1e3
+    there = np.isfinite(stored)
+    assert np.allclose(columns["values"][there], stored[there])
+    assert np.array_equal(columns["outcome"], results["response"][:, 0, 0])
+    assert head["x"]["values"].tolist() == results["rotary_speed"].tolist()
+    assert (head["y"]["unit"], head["place"], head["dimension"]) == ("mm", [0, 0, 0, 0], 3)
+
+
+def test_field_units(shared: Path) -> None:
+    session = Session(shared / "small.h5", "field")
+    head, columns = session.diagram({"y": "radius_peaks"})
+    si = Session(shared / "small.h5").diagram({"y": "radius_peaks"})[1]
+    assert head["y"]["unit"] == "in"
+    assert np.allclose(columns["values"] * 25.4, si["values"], equal_nan=True)
+    assert head["x"]["values"][0] == pytest.approx(60 / (2 * np.pi))
+    told, _ = session.replay({"place": [0, 0, 0, 0], "seconds": 1.0})
+    assert ["Rotary speed", "9.549 rpm"] in told["from"]
+
+
+def test_a_map_is_turned_as_asked(of_map: Session) -> None:
+    results = of_map.results
+    assert results is not None
+    one, columns = of_map.plane({"colour": "response", "x": "rotary_speed", "y": "wob"})
+    assert columns["values"].shape == (1, 5, 4)
+    assert np.array_equal(columns["values"][0], results["response"][0, 0])
+    _, turned = of_map.plane({"colour": "response", "x": "wob", "y": "rotary_speed"})
+    assert np.array_equal(turned["values"][0], results["response"][0, 0].T)
+    assert one["x_edges"].shape == (5,)
+    feature, values = of_map.plane({"colour": "radius_max", "x": "wob", "y": "rotary_speed"})
+    assert np.allclose(values["values"][0], 1e3 * results["radius_max"][0, 0].T)
+    assert feature["limits"][0] < feature["limits"][1]
+
+
+def test_a_cut_of_a_map(of_map: Session) -> None:
+    results = of_map.results
+    assert results is not None
+    head, columns = of_map.diagram({"y": "bit_speed_max", "x": "wob", "held": {"rotary_speed": 2}})
+    assert np.allclose(columns["values"][0, :, 0], results["bit_speed_max"][0, 0, :, 2])
+    assert head["place"] == [0, 0, 0, 2]
+    assert head["dimension"] == 2
+
+
+BAD: list[tuple[str, dict[str, Any], str]] = [
+    ("replay", {}, "place"),
+    ("replay", {"place": [0, 0, 0]}, "place"),
+    ("replay", {"place": [0, 0, 0, 8]}, "place"),
+    ("replay", {"place": [0, 0, 0, -1]}, "place"),
+    ("replay", {"place": [0, 0, 0, True]}, "place"),
+    ("replay", {"place": [0, 0, 0, 1], "seconds": "20"}, "seconds"),
+    ("replay", {"place": [0, 0, 0, 1], "seconds": float("nan")}, "seconds"),
+    ("replay", {"place": [0, 0, 0, 1], "seconds": 1e9}, "seconds"),
+    ("diagram", {}, "y"),
+    ("diagram", {"y": "study"}, "y"),
+    ("diagram", {"y": "status"}, "y"),
+    ("diagram", {"y": "radius_peaks", "x": "time"}, "x"),
+    ("diagram", {"y": "radius_peaks", "held": {"wob": 5}}, "wob"),
+    ("diagram", {"y": "radius_peaks", "held": [1]}, "held"),
+    ("plane", {"colour": "response", "x": "wob", "y": "wob"}, "x, y"),
+    ("plane", {"colour": "radius_peaks", "x": "wob", "y": "depth"}, "colour"),
+    ("live", {"changes": {"record.peaks": 3}}, "record.peaks"),
+    ("live", {"changes": {"title": "x"}}, "title"),
+    ("live", {"changes": {"wob": None}}, "wob"),
+    ("live", {"changes": {"wob": -5.0}}, "wob"),
+    ("live", {"changes": {"wob": 1e400}}, "wob"),
+    ("live", {"changes": {"wob": "30 mm"}}, "wob"),
+    ("live", {"changes": {"wob": "{ramp: [[0 s, 1 kN]]}"}}, "wob"),
+    ("live", {"changes": {"well.diameter": "100 mm"}}, "collar"),
+    ("live", {"changes": [1]}, "changes"),
+    ("live", {"state": [1, 2, 3]}, "state"),
+    ("live", {"state": "0"}, "state"),
+    ("live", {"state": [1e300] * 9}, "state"),
+    ("live", {"settle": -1}, "settle"),
+    ("local", {"key": "title"}, "key"),
+    ("local", {"key": "bit.lobes"}, "key"),
+    ("local", {"key": "wob", "wide": 0}, "wide"),
+    ("section", {"place": [9, 9, 9, 9]}, "place"),
+    ("saved", {"state": [None]}, "state"),
+]
+
+
+@pytest.mark.parametrize(("name", "asked", "word"), BAD)
+def test_wrong_requests_are_refused_in_words(session: Session, name: str, asked: dict[str, Any], word: str) -> None:
+    with pytest.raises(InputError) as caught:
+        getattr(session, name)(asked)
+    assert word in str(caught.value)
+    assert "allowed" in str(caught.value)
+
+
+def test_other_files_are_refused(shared: Path, tmp_path: Path) -> None:
+    (tmp_path / "text.h5").write_text("no HDF5")
+    with pytest.raises(FileError):
+        Session(tmp_path / "text.h5")
+    with pytest.raises(FileError):
+        Session(tmp_path / "nothing.h5")
+    with pytest.raises(InputError, match="--set"):
+        Session(shared / "small.h5", overrides=["operation.wob=1 kN"])
+    from nsdrill.app import trajectory
+    from nsdrill.store import read_results, write_trace
+
+    trace = trajectory.replay(read_results(shared / "small.h5"), at={"rotary_speed": 3.0}, procedure="up").trace
+    write_trace(tmp_path / "trace.h5", trace)
+    with pytest.raises(FileError, match="nsdrill plot"):
+        Session(tmp_path / "trace.h5")
+
+
+def test_words() -> None:
+    assert plain("$\\dot r$ [m/s]") == "r\u0307 [m/s]"
+    assert plain("Axial peaks $z$") == "Axial peaks z"
+    assert verdict_words({"status": 3}) == ["step limit"]
+    said = verdict_words({"status": 1, "response": 5, "whirl_kind": 3, "settled": 0, "whirl_severity": 2})
+    assert said == ["bit-bounce + whirl", "backward rolling whirl", "unsettled", "whirl: moderate"]
+    assert "not run" in verdict_words({"status": 5, "response": 0})[0]
+
+
+def test_a_body_is_aligned_and_complete() -> None:
+    values = np.arange(6.0).reshape(2, 3)
+    body = packed({"word": "ä", "none": float("nan")}, {"a": values, "b": values[0]})
+    size = int.from_bytes(body[:4], "little")
+    assert size % 4 == 0
+    import json
+
+    head = json.loads(body[4 : 4 + size])
+    assert (head["word"], head["none"]) == ("ä", None)
+    floats = np.frombuffer(body[4 + size :], "<f4")
+    for name, wanted in (("a", values), ("b", values[0])):
+        place = head["columns"][name]
+        count = int(np.prod(place["shape"]))
+        assert np.array_equal(floats[place["at"] : place["at"] + count].reshape(place["shape"]), wanted)
