@@ -33,18 +33,23 @@ class Chosen:
         length = self.plan.chain_length
         if length == 1 or self.method != "auto":
             return self._alone(points)
-        whole = np.empty(len(points), dtype=bool)
+        # Every value of the axis along which the state is carried, at the other values of a point.
         chain_of = np.empty(self.plan.points, np.int64)
-        for chain in range(self.plan.chains):
-            chain_of[self.plan.points_of(chain, np.arange(length))] = chain
+        for first in range(0, self.plan.chains, per := max(1, _BLOCK // length)):
+            there = np.arange(first, min(first + per, self.plan.chains))
+            chain_of[self.plan.points_of(there[:, None], np.arange(length))] = there[:, None]
         chains, which = np.unique(chain_of[points], return_inverse=True)
-        whole[:] = self.chains(chains)[which]
-        return whole
+        return np.asarray(self.chains(chains)[which])
 
     def chains(self, chains: Array) -> Array:
         """Whether each of these chains is integrated implicitly, shape (n,)."""
-        places = np.arange(self.plan.chain_length)
-        return np.array([self._alone(self.plan.points_of(chain, places)).any() for chain in chains], dtype=bool)
+        length = self.plan.chain_length
+        found = [np.empty(0, dtype=bool)]
+        for first in range(0, len(chains), per := max(1, _BLOCK // length)):
+            some = np.asarray(chains)[first : first + per]
+            points = self.plan.points_of(some[:, None], np.arange(length))
+            found.append(self._alone(points.ravel()).reshape(points.shape).any(axis=1))
+        return np.concatenate(found)
 
     def words(self) -> tuple[str, ...]:
         """The methods that the whole plan uses: explicit, implicit, or both."""
