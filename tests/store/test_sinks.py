@@ -121,7 +121,7 @@ def test_records_follow_the_table_of_variables():
         starts=2,
         verify=True,
         states=DRIVEN_STATE_NAMES,
-        options=("stabilizers", "inclined"),
+        options=("stabilizers", "inclined", "drilled"),
         method=True,
     )
     assert record_dtype(everything).names == tuple(variable.name for variable in VARIABLES)

@@ -44,11 +44,11 @@ class Chosen:
     def chains(self, chains: Array) -> Array:
         """Whether each of these chains is integrated implicitly, shape (n,)."""
         length = self.plan.chain_length
-        found = [np.empty(0, dtype=bool)]
+        found: list[Array] = [np.empty(0, dtype=bool)]
         for first in range(0, len(chains), per := max(1, _BLOCK // length)):
             some = np.asarray(chains)[first : first + per]
             points = self.plan.points_of(some[:, None], np.arange(length))
-            found.append(self._alone(points.ravel()).reshape(points.shape).any(axis=1))
+            found.append(np.asarray(self._alone(points.ravel()).reshape(points.shape).any(axis=1)))
         return np.concatenate(found)
 
     def words(self) -> tuple[str, ...]:
