@@ -35,6 +35,7 @@ CHARTS = {
     "drive-tuning": "soft_torque_speed_67kN",
 }  # fmt: skip
 COEXISTENCE = {"ensemble_speed_22kN": ("shares", "attractors"), "basin_slice": ("basin",)}
+UNCERTAIN = {"probability": (), "along": ("--wob", "60 kN"), "tornado": ("--kind", "tornado")}
 # Of the elastic collar a sweep, and what stands in its traces.
 COLLAR = {"beam_speed": "beam_modes_speed"}
 COLLAR_TRACES = {"beam_150kN": ("150 kN", "1 MN"), "beam_350kN": ("350 kN", "0.6 MN")}
@@ -128,6 +129,11 @@ def main(folder: Path) -> None:
             drawn = folder / f"{kind}.png"
             nsdrill("plot", str(results), "--kind", kind, "-o", str(drawn), "--overwrite")
             shrink(drawn, HERE / "pictures" / f"coexistence_{kind}.png")
+    results, drawn = folder / "uncertain.h5", folder / "uncertain.png"
+    nsdrill("run", str(CONFIGS / "uncertain_window.yaml"), "-o", str(results), "--overwrite")
+    for name, options in UNCERTAIN.items():
+        nsdrill("plot", str(results), *options, "-o", str(drawn), "--overwrite")
+        shrink(drawn, HERE / "pictures" / f"uncertain_{name}.png")
     for name, (wob, force) in COLLAR_TRACES.items():
         trace, drawn = folder / f"{name}.h5", folder / f"{name}.png"
         study, start = str(CONFIGS / "beam_wob_contact.yaml"), f"initial.wall_force={force}"

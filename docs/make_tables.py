@@ -30,6 +30,7 @@ from nsdrill.study.keys import MANY, MODEL_LEAF, SLICE, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import EXAMPLE
 from nsdrill.study.schema import LONGEST_TITLE, POINTS, PROCEDURE, REFINE, along
+from nsdrill.study.uncertain import DESIGN, EXAMPLES, SAMPLES, SEED
 from nsdrill.units import USUAL
 from nsdrill.variables import COORDINATES, MODEL, Variable
 
@@ -175,6 +176,21 @@ def sweep_keys() -> str:
     for leaf in (PROCEDURE, along(keys_of()), REFINE):
         default = "null" if leaf.default is None else leaf.default
         text += f"| `{leaf.key}` | {unit(leaf)} | {default} | {allowed(leaf)} | | {leaf.meaning} |\n"
+    return text + uncertain_keys()
+
+
+def uncertain_keys() -> str:
+    text = f"| **`uncertain`** | | | | | *{MEANINGS['uncertain']}* |\n"
+    forms = "; ".join(f"`{{{kind}: {form}}}`" for kind, form in EXAMPLES.items())
+    words = "Distribution of a number that an axis may vary, by its key"
+    text += f"| `uncertain.KEY` | | none | one of {forms} | | {words} |\n"
+    for leaf in (SAMPLES, SEED, DESIGN):
+        text += f"| `{leaf.key}` | | {leaf.default_text} | {allowed(leaf)} | | {leaf.meaning} |\n"
+    for name, form in (
+        ("correlations", "`[[KEY, KEY, rank correlation], ...]`"),
+        ("table", "`{KEY: [value, ...], ...}`"),
+    ):
+        text += f"| `uncertain.{name}` | | none | {form} | | {MEANINGS[f'uncertain.{name}']} |\n"
     return text
 
 

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from xarray import Dataset
 
     from nsdrill.app.check import Report
+    from nsdrill.app.fit import Fit
     from nsdrill.app.trajectory import Trajectory
     from nsdrill.data import Results, Trace
     from nsdrill.study.study import Study
@@ -178,9 +179,10 @@ def simulate(
 
     ``depth`` [m], ``wob`` [N] and ``rotary_speed`` [rad/s] are by default those of the study's ``operation``; a value
     given here takes the place of a ramp. ``at`` holds those, or any other number of the study, by key:
-    ``at={"bit.rock_stiffness": "25 MN/m"}``. ``start`` is the number of the start where the study has several. The run
-    takes ``duration`` [s], by default the study's transient and observed time, or until the last knot of a ramp, and is
-    sampled every ``sample`` [s]. ``set`` changes keys of the study, as in :func:`load_study`.
+    ``at={"bit.rock_stiffness": "25 MN/m"}``; ``at={"sample": 17}`` takes the uncertain numbers of a sample. ``start``
+    is the number of the start where the study has several. The run takes ``duration`` [s], by default the study's
+    transient and observed time, or until the last knot of a ramp, and is sampled every ``sample`` [s]. ``set`` changes
+    keys of the study, as in :func:`load_study`.
 
     A RunWarning says where the run ended early; the trace then holds what was computed before, and its attribute
     ``status`` says why. InputError for values outside the model.
@@ -192,10 +194,11 @@ def simulate(
     given = values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
     further = []
     for key, value in given.items():
-        if key not in _OPERATION:  # one of the numbers of the study, checked as if it stood there
+        if key not in (*_OPERATION, "sample"):  # one of the numbers of the study, checked as if it stood there
             further.append(f"{key}={keys_of(loaded.model).leaf(key, loaded.resolved).text(value)}")
     result = trajectory.simulate(
         study_in(loaded, further),
+        at_sample=given.get("sample"),
         depth=given.get("depth"),
         wob=given.get("wob"),
         rotary_speed=given.get("rotary_speed"),
@@ -220,11 +223,11 @@ def replay(
 ) -> Dataset:
     """Run one point of results again, from its stored initial state, and give its trace.
 
-    ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] and ``at``, which holds values of any axes by key, say which
-    point; the nearest of the sweep is taken. An axis with a single value may be left out, and so may ``procedure``
-    (``"same"``, ``"up"``, ``"down"``) where there is one only. ``start`` is the number of the start where every
-    operating point has several. The run is sampled every ``sample`` [s]. A Dataset has to be whole, as :func:`run` or
-    :func:`open_results` gave it.
+    ``depth`` [m], ``wob`` [N], ``rotary_speed`` [rad/s] and ``at``, which holds values of any axes by key, and the
+    ``sample`` where numbers are uncertain, say which point; the nearest of the sweep is taken. An axis with a single
+    value may be left out, and so may ``procedure`` (``"same"``, ``"up"``, ``"down"``) where there is one only.
+    ``start`` is the number of the start where every operating point has several. The run is sampled every ``sample``
+    [s]. A Dataset has to be whole, as :func:`run` or :func:`open_results` gave it.
 
     The attribute ``same_bits`` of the trace is 1 where the run ends in the stored final state, bit for bit; a
     RunWarning says where it does not, and what differs. InputError for a point beyond the sweep, or one that has not
@@ -313,6 +316,7 @@ def plot(
     states: Sequence[str] | None = None,
     over: ResultsLike | None = None,
     severity: int | None = None,
+    confidence: float | None = None,
 ) -> Figure:
     """Draw results, an unfinished run or a trace, or a :func:`chart` of a study, and give the matplotlib Figure.
 
@@ -324,7 +328,8 @@ def plot(
     ``units``: ``"si"`` (m, kN, rad/s) or ``"field"`` (ft, klbf, rpm). ``depth``, ``wob``, ``rotary_speed`` and ``at``
     cut a sweep at the nearest values of these axes; ``start`` draws one start of several; ``states`` are the two of a
     basin drawn from an ensemble; ``over`` is a sweep below the ``ramp`` of a trace; ``severity`` (0 to 4) is that of a
-    ``window``. InputError where the kind, or an argument, does not fit.
+    ``window``, ``confidence`` (0 to 1) that of a ``window`` and of ``probability`` where numbers are
+    uncertain. InputError where the kind, or an argument, does not fit.
     """
     from nsdrill.data import Trace
     from nsdrill.models.registry import drawn_in
@@ -334,18 +339,20 @@ def plot(
 
     if is_study(data) or isinstance(data, Study):
         given = {"at": at, "depth": depth, "wob": wob, "rotary_speed": rotary_speed, "start": start, "states": states,
-                 "over": over, "severity": severity}  # fmt: skip
+                 "over": over, "severity": severity, "confidence": confidence}  # fmt: skip
         for name, value in given.items():
             if value is not None:
                 raise InputError(
                     f"{name}: found with a study; allowed: with results. nsdrill.chart takes set and along."
                 )
         return chart(data, kind, ax=ax, units=units)
+    _check_confidence(confidence)
     chosen = values_in(at, None, depth=depth, wob=wob, rotary_speed=rotary_speed)
     start = number_in("start", start)
     outline = outline_in(data)
     if isinstance(outline, Trace):
-        for name, value in (*chosen.items(), ("start", start), ("states", states), ("severity", severity)):
+        more = {"start": start, "states": states, "severity": severity, "confidence": confidence}
+        for name, value in (*chosen.items(), *more.items()):
             if value is not None:
                 raise InputError(f"{name}: found with a trace, which is of one point; allowed: with results.")
         drawn: Results | Trace = outline
@@ -360,7 +367,7 @@ def plot(
     behind = None if over is None else results_in(over, "over", ("status", *drawn_in(outline.attrs).peaks))
 
     def picture() -> Figure:
-        options = {"over": behind, "states": states, "severity": severity}
+        options = {"over": behind, "states": states, "severity": severity, "confidence": confidence}
         return draw(drawn, kind, units=units, at=chosen or None, start=start, **options)
 
     with of_whole("plot"):
@@ -404,8 +411,11 @@ def chart(
 
 
 @_in_words_of_python
-def view(path: PathLike, *, set: Settings = None, units: str = "si", height: int = 900) -> View:
-    """Explore results, an unfinished run or a study in the browser, as the command ``nsdrill view`` does.
+def view(
+    path: PathLike, *, over: PathLike | None = None, set: Settings = None, units: str = "si", height: int = 900
+) -> View:
+    """Explore the file ``path``, results, an unfinished run, branches or a study, in the browser, as the command
+    ``nsdrill view`` does; of results with the branches of the file ``over`` above them.
 
     A notebook shows the explorer in a frame of ``height`` pixels where it is the value of a cell; its ``url`` opens in
     any browser on this machine. It goes on until its ``close()`` or the end of this process. ``set`` changes keys of a
@@ -419,24 +429,111 @@ def view(path: PathLike, *, set: Settings = None, units: str = "si", height: int
     check_units(units)
     if not is_whole(height) or not 100 <= height <= 10_000:
         raise InputError(f"height: found {height!r}; allowed: 100 to 10000 pixels.")
-    return View(Explorer(Session(name_in(path, "path"), units, texts_in(set, "set"))), height)
+    above = None if over is None else name_in(over, "over")
+    return View(Explorer(Session(name_in(path, "path"), units, texts_in(set, "set"), above)), height)
 
 
 @_in_words_of_python
-def window(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
+def window(results: ResultsLike, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
     """The safe window of results: where one may run whatever the history, as plain data in SI units.
 
     Safe are points without critical response in every procedure, or with ``severity`` those of which no severity
-    exceeds it (0 to 4). The keys are those of ``nsdrill window --json``.
+    exceeds it (0 to 4). Of results with samples of uncertain numbers a point is safe where a run is so with a
+    probability of at least ``confidence`` (0 to 1; 0.9 where none is given); the recommended point has its
+    ``probability`` and the 95 % interval of it. The keys are those of ``nsdrill window --json``.
     """
-    from nsdrill.analysis.window import YIELDS, needed
+    from nsdrill.analysis.probability import needed
+    from nsdrill.analysis.window import YIELDS
     from nsdrill.app import window as app
 
-    if severity is not None and (not is_whole(severity) or severity not in range(5)):
-        raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
+    _check_severity(severity)
+    _check_confidence(confidence)
     if not is_dataset(results):
-        return app.window(name_in(results), severity)
-    return app.window(results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity)
+        return app.window(name_in(results), severity, confidence)
+    return app.window(results_in(results, "window", ["status", *needed(severity), *YIELDS]), severity, confidence)
+
+
+@_in_words_of_python
+def probability(results: ResultsLike, severity: int | None = None) -> Dataset:
+    """How probable a safe run and each response are at every operating point of results with samples of uncertain
+    numbers: a Dataset with ``probability``, ``low`` and ``high``, the ends of its 95 % interval, and ``unknown``.
+
+    Dimensions are ``outcome`` (``safe`` and the responses), the swept axes, and ``history`` where there are several
+    procedures: each of them, and ``every``, where safe is safe in all of them and a response is there in any.
+    ``severity`` is as in :func:`window`. InputError of results without samples.
+    """
+    from nsdrill.app.probability import dataset
+    from nsdrill.app.window import read_for_window
+
+    _check_severity(severity)
+    if not is_dataset(results):
+        return dataset(read_for_window(name_in(results), severity), severity)
+    from nsdrill.analysis.probability import needed
+
+    return dataset(results_in(results, "probability", ["status", *needed(severity)]), severity)
+
+
+@_in_words_of_python
+def sensitivity(results: ResultsLike, severity: int | None = None) -> dict[str, Any]:
+    """Which uncertain number matters most, of results with samples, as plain data in SI units: for the safe run and for
+    each feature that decides on a response the Sobol indices of every unknown, and which to ``measure_first``. The keys
+    are those of ``nsdrill sensitivity --json``. A Dataset may be a part of the results, ``data.sel(wob=40e3)`` say:
+    the answers are summed over its operating points. ``severity`` is as in :func:`window`.
+    """
+    from nsdrill.analysis.sensitivity import needed
+    from nsdrill.app import sensitivity as app
+
+    _check_severity(severity)
+    if not is_dataset(results):
+        return app.sensitivity(name_in(results), severity)
+    outline = cast("Results", outline_in(results))
+    return app.sensitivity(results_in(results, "sensitivity", ["status", *needed(outline, severity)]), severity)
+
+
+@_in_words_of_python
+def fit(
+    study: StudyLike,
+    data: PathLike,
+    *,
+    set: Settings = None,
+    rename: Mapping[str, str] | None = None,
+    ignore: Sequence[str] = (),
+    errors: Mapping[str, str] | None = None,
+    skip_gaps: bool = False,
+    shortest: Quantity = "120 s",
+    settle: Quantity = "60 s",
+    batch: int = 128,
+    rounds: int = 8,
+    samples: int = 128,
+    workers: int | None = None,
+    progress: bool | Callable[[Progress], object] = True,
+) -> Fit:
+    """Adjust the unknowns of a study, the numbers of its section ``uncertain``, to measurements.
+
+    ``data``: a CSV file with a name and a unit over every column, over operating points or over time. ``rename`` has
+    the names of nsdrill by heads of the file, ``ignore`` heads to pass over (``"*"`` for all that are not known),
+    ``errors`` standard deviations by name, as ``{"surface_torque_max": "0.2 kft*lbf"}`` or in percent; ``skip_gaps``
+    passes over rows with gaps. Of a table over time, a stretch of constant settings lasts at least ``shortest`` [s], of
+    which the first part, ``settle`` [s], is not used.
+
+    Rounds of ``batch`` samples are run, at most so many ``rounds``; ``samples`` are left in the study that comes out.
+    ``set``, ``workers`` and ``progress`` are as in :func:`run`. Gives a :class:`nsdrill.app.fit.Fit`: its ``note`` is
+    what ``nsdrill fit --json`` prints, its ``study`` the text of the adjusted study, ``picture()`` a figure. InputError
+    where the study has no unknown, or something in the file cannot be used.
+    """
+    from nsdrill.app import fit as app
+    from nsdrill.app.measured import Reading, read_measured
+
+    for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
+        if not is_whole(number) or number < least:
+            raise InputError(f"{name}: found {number!r}; allowed: a whole number, {least} or more.")
+    loaded = study_in(study, set)
+    times = seconds_in("shortest", shortest), seconds_in("settle", settle)
+    measured = read_measured(
+        name_in(data, "data"), loaded, Reading(rename or {}, tuple(ignore), errors or {}, skip_gaps, *times)
+    )
+    with reporting(progress) as watch:
+        return app.fit(loaded, measured, batch=batch, rounds=rounds, samples=samples, workers=workers, watch=watch)
 
 
 @_in_words_of_python
@@ -491,6 +588,24 @@ def diff(a: ResultsLike, b: ResultsLike) -> dict[str, Any]:
 
 
 @_in_words_of_python
+def combine(results: Sequence[ResultsLike], path: PathLike | None = None, overwrite: bool = False) -> Dataset:
+    """One set of results made of several whose studies differ in one number, which becomes an axis: the one that a
+    sweep of that axis would have given, to the bit. With a ``path`` it is written there; an existing file is an error
+    without ``overwrite=True``. InputError where they differ in anything else."""
+    from nsdrill.app import combine as app
+    from nsdrill.app import saving
+    from nsdrill.store.dataset import to_dataset
+
+    if isinstance(results, str | os.PathLike) or is_dataset(results):
+        raise InputError("results: found one of them; allowed: a list of two or more.")
+    parts = [results_in(one, "combine", ("status", "response")) if is_dataset(one) else name_in(one) for one in results]
+    whole, _ = app.combine(parts)
+    if path is not None:
+        saving.save(whole, name_in(path, "path"), overwrite=overwrite)
+    return to_dataset(whole)
+
+
+@_in_words_of_python
 def open_results(path: PathLike) -> Dataset:
     """The file ``path`` as a Dataset: results, which are read when they are used; a trace; or the points so far of an
     unfinished run (``path.part``). Close it, or use ``with``, when done. FileError where it cannot be read."""
@@ -536,6 +651,16 @@ def save(data: Dataset | Figure, path: PathLike, overwrite: bool = False) -> Non
             "the others out with drop_vars, or write all with to_netcdf."
         )
     saving.save(checked(from_dataset(dataset)), path, overwrite=overwrite)
+
+
+def _check_severity(severity: Any) -> None:
+    if severity is not None and (not is_whole(severity) or severity not in range(5)):
+        raise InputError(f"severity: found {severity!r}; allowed: 0 to 4, or None.")
+
+
+def _check_confidence(confidence: Any) -> None:
+    if confidence is not None and not (isinstance(confidence, float) and 0.0 < confidence < 1.0):
+        raise InputError(f"confidence: found {confidence!r}; allowed: a number between 0 and 1, as 0.9, or None.")
 
 
 _OPERATION = ("depth", "wob", "rotary_speed")

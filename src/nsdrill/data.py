@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.variables import Axis
+from nsdrill.variables import Axis, Unknown
 
 Array = np.ndarray[Any, np.dtype[Any]]
 IN_MEMORY = "the results"  # what messages call those that are in no file
@@ -39,17 +39,19 @@ def _plain(data: Any) -> Any:
 class Results:
     """The results of a sweep.
 
-    ``coords`` holds the 1-D coordinates in the order of the dimensions: ``procedure``, the axes ``depth`` [m], ``wob``
-    [N], ``rotary_speed`` [rad/s] and those of ``more``, ``start`` where every operating point is started from several
-    states, then ``peak``, ``crossing``, ``state``; ``variables`` one array per entry of
-    :data:`nsdrill.variables.VARIABLES`, over procedure, axes and start and its own dimension; ``attrs`` the root
-    attributes of the file.
+    ``coords`` holds the 1-D coordinates in the order of the dimensions: ``procedure``, the axes ``depth`` [m],
+    ``wob`` [N], ``rotary_speed`` [rad/s] and those of ``more``, ``start`` where every operating point is started
+    from several states, ``sample`` in its place where numbers are uncertain, then ``peak``, ``crossing``,
+    ``state``; ``variables`` one array per entry of :data:`nsdrill.variables.VARIABLES`, over procedure, axes and
+    start and its own dimension; ``attrs`` the root attributes of the file.
     """
 
     coords: dict[str, Array]
     variables: dict[str, Array]
     attrs: dict[str, Any] = field(default_factory=dict)
     more: tuple[Axis, ...] = ()
+    drawn: dict[Unknown, Array] = field(default_factory=dict)
+    """The samples of the uncertain numbers, each [samples]."""
 
     def __getitem__(self, name: str) -> Array:
         return self.variables[name] if name in self.variables else self.coords[name]
@@ -57,7 +59,7 @@ class Results:
     @property
     def axes(self) -> tuple[str, ...]:
         """The names of the axes: depth, wob, rotary_speed, and what else was swept."""
-        return tuple(name for name in self.grid if name not in ("procedure", "start"))
+        return tuple(name for name in self.grid if name not in ("procedure", "sample", "start"))
 
     @property
     def grid(self) -> tuple[str, ...]:
@@ -66,13 +68,21 @@ class Results:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(procedures, values of each axis), and the number of starts where each operating point has several."""
+        """(procedures, values of each axis), and the number of samples or starts where each operating point has
+        several."""
         return tuple(len(self.coords[name]) for name in self.grid)
 
     @property
     def slice(self) -> dict[str, Any]:
         """Where the starts are a slice, its two states, {state: {from, to, points}} in SI; else empty."""
         return dict(resolved_study(self.attrs).get("initial", {}).get("slice", {}))
+
+    @property
+    def held(self) -> dict[str, float]:
+        """The values of the axes that are the same in all runs."""
+        uncertain = {unknown.short for unknown in self.drawn}
+        still = [name for name in self.axes if len(self.coords[name]) == 1 and name not in uncertain]
+        return {name: float(self.coords[name][0]) for name in still}
 
     @property
     def swept(self) -> list[str]:

@@ -50,6 +50,17 @@ class Axis:
 
 
 @dataclass(frozen=True)
+class Unknown(Axis):
+    """A number of the study that is uncertain: each sample has a value of its own. Its name is that of its whole key,
+    ``operation_wob`` of the weight on bit, as ``wob`` is the value that the study gives."""
+
+    @property
+    def short(self) -> str:
+        """Its key among those of axes and unknowns: ``wob``."""
+        return self.key.removeprefix("operation.")
+
+
+@dataclass(frozen=True)
 class Variable:
     """One variable. ``room`` says who makes it: ``run`` (bookkeeping), ``feature`` (measured during the run; a new
     classification leaves it alone), ``label`` (made from features by the classification), ``trust`` (measured by the
@@ -108,12 +119,15 @@ CHECKS = ("tight", "long")
 TRUST = ("trusted", *(f"{check}_{what}" for what in ("response", "status") for check in CHECKS))
 SCHEDULED = {"depth": "depth", "wob": "wob", "rotary_speed": "drive_speed"}  # where a trace has the operating values
 
+SAMPLE = "sample"
+COUNTED = (SAMPLE, "start", "peak", "crossing")  # coordinates that count from 0
 COORDINATES: dict[str, tuple[str, str]] = {
     "procedure": ("1", "how the state was chosen: same at every point, carried up, carried down"),
     "depth": ("m", "measured depth"),
     "wob": ("N", "weight on bit"),
     "rotary_speed": ("rad s-1", "top-drive speed"),
     "peak": ("1", "peak number, oldest first"),
+    "sample": ("1", "number of the sample of the uncertain numbers"),
     "start": ("1", "number of the state from which the run began"),
     "crossing": ("1", "number of the return to the Poincare section, oldest first"),
     "state": ("1", "state name"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from pathlib import Path
 
@@ -140,3 +141,55 @@ def test_studies_of_the_paper_are_valid(call: Call) -> None:
     assert studies
     for study in studies:
         assert call("check", study).code == 0
+
+
+ROTARY = "rotary-assembly"
+
+
+def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> None:
+    """The eccentricities that are named have their wall speed at the ends of the sweep."""
+    call("new", "--example", ROTARY, "-o", "rotary.yaml")
+    sets = ["--set", "drillstring.eccentricity=12.7 mm"]
+    said = call("check", "rotary.yaml", *sets).err
+    (line,) = (one for one in said.splitlines() if one.startswith("Warning: Wall: "))
+    offsets = re.search(r"at 60 rpm up to ([\d.]+) mm, at 140 rpm up to ([\d.]+) mm", line)
+    assert offsets is not None
+    for offset, speed in zip(map(float, offsets.groups()), (60, 140), strict=True):
+
+        def reached(offset: float, speed: int = speed) -> bool:
+            sets = ["sweep={}", f"drillstring.eccentricity={offset} mm", f"operation.rotary_speed={speed} rpm"]
+            found = [
+                json.loads(call("check", "rotary.yaml", "--json", *(word for one in (*sets, f"operation.wob={wob} klbf")
+                                                                    for word in ("--set", one))).out)["figures"]
+                for wob in (5, 25)
+            ]  # fmt: skip
+            speeds = [one["wall_speed"]["value"] for one in found]
+            return any(one is not None and one * 30 / math.pi <= speed for one in speeds)
+
+        assert reached(1.005 * offset)
+        assert not reached(0.995 * offset)
+    assert "Wall:" not in call("check", "rotary.yaml").err  # 2 mm: 62 rpm
+    assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "drillstring.collar.span=30 ft").err
+    assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "modes.lateral=frozen").err
+    field = call("check", "rotary.yaml", *sets, "--units", "field").err
+    assert "The eccentricity is 0.5 in" in field
+
+
+def test_numbers_on_which_the_answer_hangs_are_named(call: Call) -> None:
+    call("new", "--example", ROTARY, "-o", "rotary.yaml")
+    said = call("check", "rotary.yaml").err
+    moved = re.search(r"half drillstring.eccentricity moves the speed .* wall from ([\d.]+) rpm to no speed", said)
+    assert moved is not None
+    figures = {
+        value: json.loads(call("check", "rotary.yaml", *sets, "--json").out)["figures"]["wall_speed"]["value"]
+        for value in ("2 mm", "1 mm")
+        for sets in [
+            ["--set", f"drillstring.eccentricity={value}", "--set", "sweep={}", "--set", "operation.wob=15 klbf",
+             "--set", "operation.rotary_speed=100 rpm"]
+        ]
+    }  # fmt: skip
+    assert figures["2 mm"] * 30 / math.pi == pytest.approx(float(moved[1]), rel=1e-3)
+    assert figures["1 mm"] is None
+    # What is said to be uncertain is no longer a guess.
+    told = "uncertain={drillstring.eccentricity: {uniform: [1 mm, 5 mm]}}"
+    assert "drillstring.eccentricity moves" not in call("check", "rotary.yaml", "--set", told).err

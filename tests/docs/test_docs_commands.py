@@ -13,6 +13,7 @@ import pytest
 
 from nsdrill.app.run import _header, check_sweep, kept_of, plan_of
 from nsdrill.cli.main import COMMANDS, group
+from nsdrill.cli.options import values
 from nsdrill.data import Results
 from nsdrill.plot import needed
 from nsdrill.store import MemoryLog, recorded
@@ -106,23 +107,24 @@ def test_examples_fit_their_studies(page: Path, root: Path, monkeypatch: pytest.
             continue
         given = command(words[0]).make_context(words[0], [word for word in words[1:] if word != "&"]).params
         if words[0] == "new" and given["output"]:
-            studies[given["output"]] = template_text()
+            example = (given["example"] or "").replace("-", "_")
+            studies[given["output"]] = studies[f"configs/{example}.yaml"] if example else template_text()
         if given.get("study") in studies:
             study = parse_study(studies[given["study"]], given["study"], given["overrides"])
             if words[0] == "run":
                 check_sweep(study)
                 sweeps[given["output"]] = study
         study = sweeps.get(given.get("file") or given.get("results"))
-        at = {name: given[name] for name in AXES if given.get(name) is not None}
+        at = values(given.get("at") or (), **{name: given.get(name) for name in AXES})
         if study is None:
             continue
         if words[0] == "plot":
             needed(outline(study), given["kind"], at, given["start"])
         elif words[0] == "replay":
-            values = {name: at.get(name, float(study.axes[name][0])) for name in AXES}
+            wanted = {name: at.get(name, float(study.axes[name][0])) for name in AXES}
             assert all(name in at or len(study.axes[name]) == 1 for name in AXES), words
             procedure = given["procedure"] or plan_of(study).procedures[0]
-            plan_of(study).find(values, procedure, given["start"] or 0)
+            plan_of(study).find(wanted, procedure, given["start"] or 0, int(at.get("sample", 0)))
         elif words[0] == "classify":
             change_thresholds(study.thresholds, given["overrides"])
 

@@ -16,7 +16,6 @@ known less exactly, a step may be ``UNSETTLED_SHARE`` of the lesser of the two `
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -24,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.branches import Places
+from nsdrill.analysis.probability import interval
 from nsdrill.data import Array
 from nsdrill.variables import CHAOTIC, EQUILIBRIUM, OK, PENDING, PERIODIC, QUASI_PERIODIC, UNDETERMINED
 
@@ -31,7 +31,6 @@ NEEDED = ("status", "response", "settled", "half_difference")  # beside what a m
 IF_THERE = ("whirl_kind", "motion", "period")
 _LABELS = ("response", "settled", *IF_THERE)
 UNSETTLED_SHARE = 1 / 4
-WILSON = 1.959963984540054  # standard deviations that hold 95 % of a normal distribution
 _PAIRS = 1 << 20  # compared at once
 _FAR = 1e6  # in place of a number that is missing
 _NEAREST = 16  # neighbours that are looked up first
@@ -253,11 +252,6 @@ def _most(of: Mapping[str, Array], inside: Array) -> tuple[int, int]:
 
 
 def wilson(count: int, total: int) -> tuple[float, float]:
-    """The 95 % interval of a share of which ``count`` in ``total`` independent draws were seen (Wilson 1927). Written
-    out: scipy's ``binomtest`` takes a thousand times as long, and its import half a second."""
-    if total == 0:
-        return 0.0, 1.0
-    share, z2 = count / total, WILSON**2
-    middle = (share + z2 / (2 * total)) / (1 + z2 / total)
-    half = WILSON / (1 + z2 / total) * math.sqrt(share * (1 - share) / total + z2 / (4 * total**2))
-    return 0.0 if count == 0 else middle - half, 1.0 if count == total else middle + half
+    """The 95 % interval of a share of which ``count`` in ``total`` independent draws were seen."""
+    low, high = interval(np.array(count), total)
+    return float(low), float(high)

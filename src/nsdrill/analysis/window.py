@@ -7,6 +7,7 @@ where none did, and *unknown* where a run failed or is missing and the others le
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,15 +16,16 @@ import numpy as np
 from nsdrill.analysis.hysteresis import words
 from nsdrill.analysis.outcome import known, text
 from nsdrill.analysis.plane import largest_margin, regions
+from nsdrill.analysis.probability import chances, check_samples, judged, one_procedure, window_state
 from nsdrill.data import Array, Results, overrides
 from nsdrill.errors import InputError
-from nsdrill.observe.trust import CHECK_FAILED, RESPONSE_DIFFERS, UNCHECKED, verdict
-from nsdrill.variables import BIT_BOUNCE, INFERRED, OK, STICK_SLIP, WHIRL
+from nsdrill.variables import BIT_BOUNCE, SAMPLE, STICK_SLIP, WHIRL
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across, the next one up
 SAFE, RIM, CRITICAL, UNKNOWN = 2, 1, 0, -1
 STATES = {SAFE: "safe", RIM: "rim", CRITICAL: "critical", UNKNOWN: "unknown"}
-SEVERITIES = ("stick_slip_severity", "bounce_severity", "whirl_severity")
+USUAL_CONFIDENCE = 0.9
+LEVELS = (0.5, 0.8, 0.9, 0.95, 0.99)  # at which the price of a confidence is told
 
 
 @dataclass(frozen=True)
@@ -33,8 +35,9 @@ class Classes:
     ``bits`` are the responses that occur in any history; ``failed`` and ``distrusted`` say whether any history (or the
     check of one that was safe) failed or has not run, or is not to be trusted; ``failed_runs`` how many there are of
     the first; ``safe_in`` how many points are safe in each procedure by itself. ``yields`` [third, y, x] is what the
-    points yield (:data:`YIELDS`), the mean of their histories, NaN where none has run; of old files there is none.
-    ``y`` and ``third`` are None where no such axis is swept; their length is then 1.
+    points yield (:data:`YIELDS`), the mean of their histories and samples, NaN where none has run; of old files there
+    is none. Where there is a ``confidence``, ``safety`` has the probability of a safe run and the ends of its 95 %
+    interval. ``y`` and ``third`` are None where no such axis is swept; their length is then 1.
     """
 
     results: Results
@@ -49,6 +52,8 @@ class Classes:
     failed_runs: int
     safe_in: dict[str, int]
     yields: dict[str, Array]
+    confidence: float | None = None
+    safety: tuple[Array, ...] = ()
 
     def values(self, axis: str | None) -> Array:
         """The values of an axis; a single zero for one that is not there."""
@@ -58,14 +63,10 @@ class Classes:
 YIELDS = ("rate_of_penetration", "mechanical_specific_energy")  # told of a point where the file has them
 
 
-def needed(severity: int | None) -> tuple[str, ...]:
-    """The variables that the window is made from."""
-    return ("status", "response", *(SEVERITIES if severity is not None else ()))
-
-
-def classes(results: Results, severity: int | None = None) -> Classes:
+def classes(results: Results, severity: int | None = None, confidence: float | None = None) -> Classes:
     """Safe, rim or critical at every operating point. With ``severity`` a history is safe where none of the three
-    severities exceeds it, whatever the response bits say.
+    severities exceeds it, whatever the response bits say. With ``confidence`` (0 to 1), of results with samples, a
+    point is safe where the probability of a safe run reaches it, and critical where it does not.
 
     An inferred point has a response, but no severity: by severity it is not known.
     """
@@ -74,20 +75,7 @@ def classes(results: Results, severity: int | None = None) -> Classes:
         if not swept:
             raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
         raise InputError(f"window: found the axes {', '.join(swept)}; allowed: a sweep of at most three.")
-    # Not trusted: a point whose checks gave another response. (That its numbers differ is the rule where the motion is
-    # chaotic.) An inferred point was not run, so it was not checked either; the runs around it were.
-    verdicts = verdict(results) if "trusted" in results.variables else np.full(results.shape, UNCHECKED)
-    verdicts = np.where(results["status"] == INFERRED, UNCHECKED, verdicts)
-    trusted = verdicts != RESPONSE_DIFFERS
-    if severity is None:
-        good, calm = known(results["status"]), results["response"] == 0
-    else:
-        good, calm = (
-            results["status"] == OK,
-            np.all([results[name] <= severity for name in SEVERITIES if name in results.variables], axis=0),
-        )
-    unchecked = good & calm & (verdicts == CHECK_FAILED)
-    failed = ~known(results["status"]) | unchecked
+    runs = judged(results, severity)
     third = swept[2] if len(swept) == 3 else None
     y = swept[1] if len(swept) > 1 else None
 
@@ -100,10 +88,14 @@ def classes(results: Results, severity: int | None = None) -> Classes:
         lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, swept[0])]
         return moved.reshape(*lengths, -1)
 
-    each, bad = good & calm & trusted & ~unchecked, good & ~(calm & trusted)
-    safe, some, none = planes(each), planes(each).any(axis=-1), planes(bad).any(axis=-1)
+    if confidence is not None:
+        return _confident(results, severity, confidence, (swept[0], y, third), planes)
+    each = runs.safe
+    safe, some, none = planes(each), planes(each).any(axis=-1), planes(runs.bad).any(axis=-1)
     state = np.where(
-        planes(each | bad).all(axis=-1) | (some & none), np.where(none, np.where(some, RIM, CRITICAL), SAFE), UNKNOWN
+        planes(each | runs.bad).all(axis=-1) | (some & none),
+        np.where(none, np.where(some, RIM, CRITICAL), SAFE),
+        UNKNOWN,
     )
     bits = np.bitwise_or.reduce(planes(np.where(known(results["status"]), results["response"], 0).astype(int)), axis=-1)
     safe_in = {
@@ -118,12 +110,50 @@ def classes(results: Results, severity: int | None = None) -> Classes:
         third,
         state,
         bits,
-        np.asarray(planes(failed).any(axis=-1)),
-        np.asarray(planes(good & ~trusted).any(axis=-1)),
+        np.asarray(planes(runs.failed).any(axis=-1)),
+        np.asarray(planes(runs.distrusted).any(axis=-1)),
         safe.shape[-1],
-        int(np.count_nonzero(failed)),
+        int(np.count_nonzero(runs.failed)),
         safe_in,
         yields,
+    )
+
+
+def _confident(
+    results: Results,
+    severity: int | None,
+    confidence: float,
+    swept: tuple[str, str | None, str | None],
+    planes: Callable[[Array], Array],
+) -> Classes:
+    """The classes where a point is safe if the probability of a safe run reaches ``confidence``. ``bits`` are the
+    responses without which it might be: those that occur in a third or more of the samples that are too many."""
+    x, y, third = swept
+    runs, chance = judged(results, severity), chances(results, severity)
+    inside, unsure = window_state(chance, confidence)
+
+    def placed(array: Array) -> Array:
+        return planes(array[None])[..., 0]
+
+    often = chance.share[-1, 1:] >= (1.0 - confidence) / 3
+    bits = sum(placed(one).astype(int) << number for number, one in enumerate(often))
+    state = np.where(inside, SAFE, np.where(unsure, UNKNOWN, CRITICAL))
+    return Classes(
+        results,
+        x,
+        y,
+        third,
+        placed(state),
+        np.asarray(bits),
+        np.asarray(planes(runs.failed).any(axis=-1)),
+        np.asarray(planes(runs.distrusted).any(axis=-1)),
+        len(results.coords["procedure"]),
+        int(np.count_nonzero(runs.failed)),
+        {name: int(np.count_nonzero(window_state(chance, confidence, name)[0])) for name in chance.histories[:-1]}
+        or {chance.histories[0]: int(np.count_nonzero(inside))},
+        {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables},
+        confidence,
+        tuple(placed(part) for part in chance.of("safe")),
     )
 
 
@@ -135,9 +165,14 @@ def _mean(values: Array) -> Array:
     return np.divide(total, count, out=np.full(count.shape, np.nan), where=count > 0)
 
 
-def find_window(results: Results, severity: int | None = None) -> dict[str, Any]:
-    """The safe window of a sweep with ascending axes, as plain data in SI units. See the page on the window."""
-    found = classes(results, severity)
+def find_window(results: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
+    """The safe window of a sweep with ascending axes, as plain data in SI units. See the page on the window. Of results
+    with samples it is that of a ``confidence``, 0.9 where none is given. InputError for one of results without."""
+    if SAMPLE in results.coords:
+        confidence = USUAL_CONFIDENCE if confidence is None else confidence
+    elif confidence is not None:
+        check_samples(results, "--confidence")
+    found = classes(results, severity, confidence)
     axes = [axis for axis in (found.x, found.y) if axis]
     names = words(BIT_BOUNCE | STICK_SLIP | WHIRL).split("+")
     note: dict[str, Any] = {
@@ -150,7 +185,7 @@ def find_window(results: Results, severity: int | None = None) -> dict[str, Any]
         "severity": severity,
         "axes": axes,
         "third": found.third,
-        "fixed": {axis: float(results.coords[axis][0]) for axis in results.axes if axis not in results.swept},
+        "fixed": results.held,
         "runs": int(results["status"].size),
         "failed_runs": found.failed_runs,
         "failed_points": int(np.count_nonzero(found.failed)),
@@ -159,6 +194,11 @@ def find_window(results: Results, severity: int | None = None) -> dict[str, Any]
         "unknown_failed": int(np.count_nonzero((found.state == UNKNOWN) & found.failed)),
         "safe_in": found.safe_in,
         "obstacles": {name: int(np.count_nonzero(found.bits >> number & 1)) for number, name in enumerate(names)},
+        "confidence": confidence,
+        "samples": len(results.coords.get(SAMPLE, ())) or None,
+        "most_probable": _most_probable(found),
+        "price": _price(found),
+        "alone": _alone(results, severity, confidence) if found.histories > 1 else [],
         "maps": [],
         "throughout": None,
         "depth": _over_depth(found),
@@ -236,7 +276,62 @@ def _recommended(found: Classes, state: Array, number: int | None) -> dict[str, 
     if found.y:
         point[found.y] = float(y[row])
         limits[found.y] = _limits(found, state, number, y, row, lambda place: (place, column))
-    return {**point, **_yields(found, number, (row, column)), "margin": margin, "margins": limits}
+    return {
+        **point, **_safety(found, number, (row, column)), **_yields(found, number, (row, column)), "margin": margin,
+        "margins": limits,
+    }  # fmt: skip
+
+
+def _safety(found: Classes, number: int | None, cell: tuple[int, int]) -> dict[str, Any]:
+    """The probability of a safe run at a cell, and its interval; of all maps the least."""
+    if not found.safety:
+        return {}
+    values = [part[(slice(None) if number is None else number, *cell)] for part in found.safety]
+    least = int(np.argmin(np.atleast_1d(values[0])))
+    probability, low, high = (float(np.atleast_1d(one)[least]) for one in values)
+    return {"probability": probability, "probability_low": low, "probability_high": high}
+
+
+def _most_probable(found: Classes) -> dict[str, Any] | None:
+    """The point at which a run is safe with the greatest probability; the first of several."""
+    if not found.safety:
+        return None
+    place = np.unravel_index(int(np.argmax(found.safety[0])), found.state.shape)
+    axes = dict(zip((found.third, found.y, found.x), place, strict=True))
+    at = {axis: float(found.values(axis)[i]) for axis, i in axes.items() if axis}
+    return {**at, **_safety(found, int(place[0]), (int(place[1]), int(place[2])))}
+
+
+def _price(found: Classes) -> list[dict[str, Any]]:
+    """What a confidence costs: at several of them how many points are safe, over all maps, and the fastest of these."""
+    if found.confidence is None:
+        return []
+    probability, rate, rows = found.safety[0], found.yields.get(YIELDS[0]), []
+    for level in sorted({*LEVELS, found.confidence}):
+        inside = probability >= level - 1e-9
+        row: dict[str, Any] = {"confidence": level, "safe": int(inside.sum()), "share": float(inside.mean())}
+        row["fastest"] = None
+        if rate is not None and np.any(inside & np.isfinite(rate)):
+            best = np.unravel_index(np.argmax(np.where(inside & np.isfinite(rate), rate, -np.inf)), rate.shape)
+            place = tuple(int(i) for i in best)
+            axes = dict(zip((found.third, found.y, found.x), place, strict=True))
+            at = {axis: float(found.values(axis)[i]) for axis, i in axes.items() if axis}
+            cell = (place[1], place[2])
+            row["fastest"] = {**at, **_safety(found, place[0], cell), **_yields(found, place[0], cell)}
+        rows.append(row)
+    return rows
+
+
+def _alone(results: Results, severity: int | None, confidence: float | None) -> list[dict[str, Any]]:
+    """The window of each procedure by itself, for results with samples."""
+    if confidence is None:
+        return []
+    found = []
+    for number, name in enumerate(results.coords["procedure"]):
+        one = classes(one_procedure(results, number), severity, confidence)
+        whole = _map(one, one.state[0], 0) if one.third is None else _counts(one.state)
+        found.append({"procedure": text(name), **whole})
+    return found
 
 
 def _limits(found: Classes, state: Array, number: int | None, values: Array, here: int, at: Any) -> dict[str, Any]:

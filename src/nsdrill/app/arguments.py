@@ -83,14 +83,15 @@ def keep_apart(study: Any, path: str) -> None:
 
 def values_in(at: Any, study: Study | None, **apart: Any) -> dict[str, float]:
     """The values of axes by their keys, in SI: those of ``at``, and those given apart; the axes are those of the
-    ``study``, else of any model."""
-    from nsdrill.study.keys import axes_of_all, did_you_mean, keys_of
+    ``study``, else of any model. ``at`` may have the number of a sample, too."""
+    from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean, keys_of
     from nsdrill.variables import dimension_of
 
     leaves = axes_of_all()
     if study is not None:
         keys_there = keys_of(study.model)
         leaves = {name: keys_there.leaf(leaf.key, study.resolved) for name, leaf in keys_there.axes.items()}
+    leaves = {**leaves, SAMPLE_LEAF.key: SAMPLE_LEAF}
     keys = {dimension_of(key): key for key in leaves}
     found = {key: _quantity(key, value, leaves[key]) for key, value in apart.items() if value is not None}
     if not isinstance(at, Mapping) and at is not None:

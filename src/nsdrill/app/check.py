@@ -10,6 +10,8 @@ from itertools import product
 from operator import attrgetter
 from typing import Any
 
+import numpy as np
+
 from nsdrill.app.planned import chosen_of, kept_of, plan_of
 from nsdrill.app.size import disk, memory
 from nsdrill.models.leaves import Values, values_at
@@ -178,16 +180,22 @@ def ends_of(study: Study, axis: str) -> tuple[float, float]:
 
 
 def _corners(study: Study) -> list[Values]:
-    """What the points have at the ends of all axes and ramps, each with each."""
+    """What the points have at the ends of all axes and ramps, each with each, and of the samples."""
     ends = [sorted(set(ends_of(study, axis))) for axis in study.axes]
-    return [
-        values_at(study.parameters, study.initial, dict(zip(study.axes, values, strict=True)))
-        for values in product(*ends)
-    ]
+    corners = [dict(zip(study.axes, values, strict=True)) for values in product(*ends)]
+    found = [values_at(study.parameters, study.initial, corner) for corner in corners]
+    # Of uncertain numbers the samples in which one of them is least or greatest, the others as they come.
+    samples = {int(at) for values in study.drawn.values() for at in (np.argmin(values), np.argmax(values))}
+    for number in sorted(samples):
+        here = {key: float(values[number]) for key, values in study.drawn.items()}
+        found += [values_at(study.parameters, study.initial, {**corner, **here}) for corner in corners]
+    return found
 
 
 def _few_turns(study: Study, units: str) -> str | None:
-    slowest = ends_of(study, "rotary_speed")[0]
+    slowest = float(
+        study.drawn["rotary_speed"].min() if "rotary_speed" in study.drawn else ends_of(study, "rotary_speed")[0]
+    )
     turns = slowest * study.simulation.observe / (2 * math.pi)
     if turns >= LEAST_TURNS:
         return None

@@ -32,6 +32,7 @@ OF_A_RUN = {
     "wob": "N",
     "rotary_speed": "rad/s",
     "procedure": "",
+    "sample": "",
     "start": "",
     "transient": "s",
     "observe": "s",

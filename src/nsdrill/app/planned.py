@@ -13,7 +13,7 @@ from nsdrill.sweep.plan import Plan
 
 def plan_of(study: Study) -> Plan:
     """The points and chains of a study; one point for a study that sweeps nothing."""
-    return Plan(study.axes, study.procedure, study.along, study.initial.starts)
+    return Plan(study.axes, study.procedure, study.along, study.initial.starts, study.drawn)
 
 
 def _derived(model: str) -> tuple[str, ...]:
@@ -33,7 +33,9 @@ def kept_of(study: Study) -> Kept:
         study.more,
         model.states(study.parameters),
         study.model,
-        (*model.options(values_at(study.parameters, study.initial, study.axes).parameters), *_derived(study.model)),
+        (*model.options(values_at(study.parameters, study.initial, study.varied).parameters), *_derived(study.model)),
+        study.samples,
+        study.unknowns,
         len(chosen_of(study).words()) > 1,
     )
 

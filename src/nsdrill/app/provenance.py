@@ -56,7 +56,7 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
 
 def _of_the_model(study: Study) -> dict[str, Any]:
     told = described(study.model).attributes
-    return {} if told is None else told(study.parameters, study.initial, study.axes)
+    return {} if told is None else told(study.parameters, study.initial, study.varied)
 
 
 def versions() -> dict[str, str]:

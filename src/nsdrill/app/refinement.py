@@ -31,8 +31,9 @@ class Grid:
         carried = plan.along if plan.chain_length > 1 else None
         lengths = [1 if name == carried else len(values) for name, values in plan.axes.items()]
         self.plan, self.depth = plan, depth
-        self.shape = tuple(lengths)
-        self.axes = tuple(name in refined for name in plan.axes)
+        several = [plan.samples] if plan.samples else []  # each refined by itself
+        self.shape = (*lengths, *several)
+        self.axes = (*(name in refined for name in plan.axes), *(False for _ in several))
         self.points = plan.points_of(np.arange(plan.chains)[:, None], np.arange(plan.chain_length))
         """Numbers of the points of each unit: [units, points of a unit]."""
         self.points = self.points.reshape(plan.chains, plan.chain_length)

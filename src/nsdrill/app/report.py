@@ -15,6 +15,7 @@ import numpy as np
 
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
+from nsdrill.analysis.probability import independent
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
@@ -23,7 +24,7 @@ from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
 from nsdrill.study.study import Study
-from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, has_failed
+from nsdrill.variables import AXES, CHECKS, INFERRED, OK, PENDING, POINT, SAMPLE, has_failed
 
 MEASURED = ("feature", "label", "section", "trust")  # the rooms of variables from which labels are made
 
@@ -52,7 +53,11 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         # Only a run log has points that are still to come.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),
-        "axes": {name: _axis(results, name) for name in results.axes},
+        "axes": {
+            name: _axis(results, name)
+            for name in results.axes
+            if name in {**results.held, **dict.fromkeys(results.swept)}
+        },
         "procedures": [str(p) for p in results.coords["procedure"]],
         "points": int(status.size),
         "status": _counts("status", status),
@@ -93,6 +98,11 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     ]
     if "trusted" in results.variables:
         summary["trust"] = trust_of(results)
+    if SAMPLE in results.coords:
+        summary |= _uncertain(results)
+        if "points_run" in results.attrs:
+            summary["refinement"] = refinement_of(results)
+        return summary
     if "start" in results.coords:
         summary["starts"] = len(results.coords["start"])
         summary["slice"] = results.slice
@@ -106,6 +116,27 @@ def _summarize_results(results: Results) -> dict[str, Any]:
     if "points_run" in results.attrs:
         summary["refinement"] = refinement_of(results)
     return summary
+
+
+def _uncertain(results: Results) -> dict[str, Any]:
+    """What is told of samples: how many, of which unknowns (of each the median ``value``, and ``from`` where ``to``
+    where nine in ten samples lie), and how probable each answer is."""
+    from nsdrill.app.probability import rows
+
+    unknowns: dict[str, Any] = {}
+    counted = len(results.coords[SAMPLE][independent(results)])
+    for unknown, values in results.drawn.items():
+        least, low, middle, high, most = np.quantile(values, [0.0, 0.05, 0.5, 0.95, 1.0])
+        unknowns[unknown.key] = {
+            "min": float(least), "from": float(low), "value": float(middle), "to": float(high), "max": float(most),
+            "units": unknown.units,
+        }  # fmt: skip
+    return {
+        "samples": len(results.coords[SAMPLE]),
+        "counted": counted,
+        "unknowns": unknowns,
+        "probabilities": rows(results),
+    }
 
 
 def refinement_of(results: Results) -> dict[str, Any]:
@@ -219,8 +250,11 @@ def _sizes(study: Study, results: Results) -> np.ndarray:
     """The natural sizes of the states at every point, shape (*grid, states)."""
     from nsdrill.models.registry import model_named
 
-    axes = np.meshgrid(*(results.coords[name] for name in results.axes), indexing="ij")
-    at = values_at(study.parameters, study.initial, dict(zip(study.axes, (axis.ravel() for axis in axes), strict=True)))
+    several = [np.arange(study.samples)] if study.samples else []
+    axes = np.meshgrid(*(results.coords[name] for name in results.axes), *several, indexing="ij")
+    values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
+    values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
+    at = values_at(study.parameters, study.initial, values)
     model = model_named(study.model)
     size = model.sizes(model.pack(at, study.thresholds), model.variant(study.parameters)).reshape(1, *axes[0].shape, -1)
     if "start" in results.coords:
@@ -246,7 +280,7 @@ def relabelled(results: Results, overrides: list[str]) -> Results:
     history = str(results.attrs.get("history", ""))
     attrs = {**results.attrs, **attrs, "history": f"{history}\n{line}" if history else line}
     kept = {name: labels.get(name, values).astype(values.dtype) for name, values in results.variables.items()}
-    return Results(results.coords, kept, attrs, results.more)
+    return Results(results.coords, kept, attrs, results.more, results.drawn)
 
 
 def new_labels(
@@ -261,7 +295,7 @@ def new_labels(
     from nsdrill.observe.trust import trust_labels
     from nsdrill.study import change_thresholds
 
-    study = stored_study(path, results.attrs, results.coords)
+    study = stored_study(path, results.attrs, results.coords, results.drawn)
     thresholds = change_thresholds(study.thresholds, overrides)
     size = _sizes(study, results)
     model = model_named(study.model)

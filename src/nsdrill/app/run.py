@@ -78,7 +78,7 @@ def run_in_memory(
     """Run ``study`` and keep the results in memory. ``workers`` defaults to the processors at hand; ``executor``
     replaces the threads of this machine."""
     check_sweep(study)
-    workers = _checked_workers(workers)
+    workers = checked_workers(workers)
     check_memory(plan_of(study), kept_of(study), in_file=False)
     log = MemoryLog(_header(study), plan_of(study).points, kept_of(study))
     _compute(study, log, workers, watch, executor)
@@ -104,7 +104,7 @@ def run_study(
     """
     check_sweep(study)
     path = Path(path)
-    workers = _checked_workers(workers)
+    workers = checked_workers(workers)
     plan = plan_of(study)
     check_memory(plan, kept_of(study), in_file=True)
     state = claim(path, overwrite=overwrite, resume=resume or retry_failed)
@@ -204,7 +204,8 @@ def processors() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _checked_workers(workers: int | None) -> int:
+def checked_workers(workers: int | None) -> int:
+    """How many to run side by side, all processors by default; InputError for none."""
     if workers is not None and workers < 1:
         raise InputError(f"--workers: found {workers}; allowed: 1 or more.")
     return workers or processors()
@@ -213,6 +214,9 @@ def _checked_workers(workers: int | None) -> int:
 def _header(study: Study) -> dict[str, Any]:
     plan = plan_of(study)
     coords: dict[str, Any] = {"procedure": list(plan.procedures), **plan.dimensions}
+    if study.samples:
+        coords["sample"] = list(range(study.samples))
+        coords |= {one.name: study.drawn[one.short] for one in study.unknowns}
     if study.initial.starts:
         coords["start"] = list(range(study.initial.starts))
     attrs = {**provenance(study, "run"), "method": " and ".join(chosen_of(study).words())}
@@ -306,6 +310,12 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
             f"{where}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it with "
             "those, or start anew by --overwrite."
         )
+    for one in study.unknowns:
+        if not np.array_equal(log.header["coords"].get(one.name), study.drawn[one.short]):
+            raise FileError(
+                f"{where}: its samples of {one.key} are not those that this version of SciPy draws. Finish it with the "
+                "versions that it was made with, or start anew by --overwrite."
+            )
     if retry_failed and json.loads(attrs.get("classification", "[]")):
         raise FileError(
             f"{where}: its labels were made by nsdrill classify, with thresholds that new points would not have. "

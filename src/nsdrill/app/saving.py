@@ -13,6 +13,7 @@ from nsdrill.files import replacing
 from nsdrill.models.registry import model_in
 from nsdrill.store import HeldResults, claim_file, kept_of, recorded, to_csv, write_results, write_trace
 from nsdrill.store.trace import held_in
+from nsdrill.variables import COUNTED
 
 ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
 
@@ -40,14 +41,14 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
 
 def _check_whole(results: Results) -> None:
     """InputError where a results file of these could not be read again."""
-    kept = kept_of(results.coords, results.more, results.variables, model_in(results.attrs).name)
+    kept = kept_of(results.coords, results.more, results.variables, model_in(results.attrs).name, results.drawn)
     if lacking := [v.name for v in recorded(kept) if v.name not in results.variables]:
         few = f"{', '.join(lacking[:4])}{f' and {len(lacking) - 4} more' if len(lacking) > 4 else ''}"
         raise InputError(f"the Dataset: found results without {few}; allowed: results with all of their variables.")
     for name in results.axes:
         if not np.all(np.diff(results.coords[name]) > 0):
             raise InputError(f"the Dataset: found values of {name} that do not ascend; allowed: sorted ones (sortby).")
-    for name in ("start", "peak", "crossing"):
+    for name in COUNTED:
         values = results.coords.get(name, np.arange(0))
         if not np.array_equal(values, np.arange(len(values))):
             raise InputError(f"the Dataset: found a part of {name}; allowed: all of it, from 0 on.")

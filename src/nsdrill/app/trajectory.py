@@ -31,7 +31,7 @@ from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.units import Asked, readable
-from nsdrill.variables import INFERRED, OK, PENDING, SCHEDULED, STEP_LIMIT
+from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE, SCHEDULED, STEP_LIMIT
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MOST_SAMPLES = 50_000_000
@@ -52,6 +52,7 @@ class Trajectory:
 def simulate(
     study: Study,
     *,
+    at_sample: float | None = None,
     depth: float | None = None,
     wob: float | None = None,
     rotary_speed: float | None = None,
@@ -62,7 +63,11 @@ def simulate(
     """Simulate one operating point of a study: depth [m], weight on bit [N], speed [rad/s], by default those of its
     ``operation``, from the start number ``start`` where the study has several, for ``duration`` [s] (default: transient
     and observed time, or until the last knot where the study has ramps), sampled every ``sample`` [s]. A value given
-    here takes the place of a ramp of the study."""
+    here takes the place of a ramp of the study. Uncertain numbers have the values of their own sections, or with
+    ``at_sample`` those of the sample of this number."""
+    if at_sample is not None:
+        at_sample = _sample("the study", at_sample, study.samples)
+        study = _of_sample(study, at_sample)
     given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     try:
         schedule = scheduled(study, {name: None if value is None else float(value) for name, value in given.items()})
@@ -89,6 +94,7 @@ def simulate(
     number = _start("the study", start, study.initial.starts)
     initial = model_named(study.model).starts(_points(study, operation), number)[0]
     extra = {"start": number} if study.initial.starts else {}
+    extra |= {} if at_sample is None else {SAMPLE: int(at_sample)}
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
 
 
@@ -113,13 +119,16 @@ def replay(
     """
     there = source if isinstance(source, Results) else read_results(source, ())
     path = IN_MEMORY if isinstance(source, Results) else source
-    study = stored_study(path, there.attrs, there.coords)
+    study = stored_study(path, there.attrs, there.coords, there.drawn)
     plan, units = plan_of(study), units_of(study)
     wanted: dict[str, float] = {}
     apart = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     given = {**(at or {}), **{name: value for name, value in apart.items() if value is not None}}
-    if unknown := [key for key in given if key not in plan.axes]:
-        raise InputError(f"{path}: --at: found {', '.join(unknown)}; allowed: the axes {', '.join(plan.axes)}.")
+    sample_number = _sample(path, given.pop(SAMPLE, None), plan.samples)
+    if unknown := [key for key in given if key not in plan.axes or key in plan.drawn]:
+        allowed = ", ".join(key for key in plan.axes if key not in plan.drawn)
+        samples = f", and {SAMPLE}, as its uncertain numbers go together" if plan.samples else ""
+        raise InputError(f"{path}: --at: found {', '.join(unknown)}; allowed: the axes {allowed}{samples}.")
     for name, values in plan.axes.items():
         if name not in given and len(values) > 1:
             raise InputError(
@@ -132,7 +141,7 @@ def replay(
         procedure = plan.procedures[0]
     begun = _start(path, start, plan.starts)
     try:
-        number, found = plan.find(wanted, procedure, begun)
+        number, found = plan.find(wanted, procedure, begun, sample_number)
     except ValueError as error:
         raise InputError(f"{path}: {error}.") from error
     place = tuple(int(i) for i in np.unravel_index(number, plan.grid))
@@ -145,13 +154,16 @@ def replay(
         raise InputError(f"{path}: {_not_run(status, plan, number, units)}")
     implicit = bool(chosen_of(study).points(np.array([number]))[0])
     here = values_at(study.parameters, study.initial, found)
-    study = replace(study, parameters=here.parameters, axes={key: np.array([value]) for key, value in found.items()})
+    one = {key: np.array([value]) for key, value in found.items()}
+    study = replace(study, parameters=here.parameters, axes=one, drawn={})
     schedule = Schedule(Operation(*here.operation), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
     if further := {key: value for key, value in found.items() if key not in OPERATION}:
         extra["at"] = json_text(further)
     if plan.starts:
         extra["start"] = begun
+    if plan.samples:
+        extra[SAMPLE] = sample_number
     initial = np.asarray(point["initial_state"], dtype=float)
     result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra, implicit)
     same = result.status == int(point["status"]) and bool(
@@ -175,9 +187,36 @@ def _start(where: str | os.PathLike[str], start: int | None, starts: int) -> int
     return start
 
 
+def _of_sample(study: Study, number: int) -> Study:
+    """The study with the values of one sample of its uncertain numbers."""
+    found = {key: float(values[number]) for key, values in study.drawn.items()}
+    here = values_at(study.parameters, study.initial, {**vars(study.operation), **found})
+    operation = Operation(*here.operation)
+    return replace(study, parameters=here.parameters, initial=here.initial, operation=operation, drawn={}, unknowns=())
+
+
+def _sample(where: str | os.PathLike[str], sample: float | None, samples: int) -> int:
+    """The number of the sample that is asked for, 0 where no number is uncertain; InputError where there is none
+    such."""
+    if sample is None:
+        if samples:
+            raise InputError(
+                f"{where}: every operating point has {samples} samples of uncertain numbers. Say which one with --at "
+                f"{SAMPLE}=..., 0 to {samples - 1}."
+            )
+        return 0
+    if not samples:
+        raise InputError(f"{where}: --at {SAMPLE}: found {sample:g}; allowed: nothing, as no number is uncertain.")
+    if sample != int(sample) or not 0 <= sample < samples:
+        raise InputError(f"{where}: --at {SAMPLE}: found {sample:g}; allowed: 0 to {samples - 1}.")
+    return int(sample)
+
+
 def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -> str:
     """That a point was inferred, and which point of the same procedure was run next to it, counted in steps."""
     here = np.array(np.unravel_index(number, plan.shape))
+    if plan.samples:
+        status, here = status[..., here[-1]], here[:-1]
     ran = np.argwhere(status[here[0]] != INFERRED)
     nearest = ran[np.argmin(np.sum((ran - here[1:]) ** 2, axis=1))]
     where = " ".join(

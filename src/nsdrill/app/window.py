@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from nsdrill.analysis.window import YIELDS, find_window, needed
+from nsdrill.analysis.probability import needed
+from nsdrill.analysis.window import YIELDS, find_window
 from nsdrill.app.overrides import with_overrides
 from nsdrill.data import IN_MEMORY, Results
 from nsdrill.errors import FileError, InputError
@@ -13,10 +14,12 @@ from nsdrill.store import read_results
 from nsdrill.variables import TRUST
 
 
-def window(source: Results | str | os.PathLike[str], severity: int | None = None) -> dict[str, Any]:
+def window(
+    source: Results | str | os.PathLike[str], severity: int | None = None, confidence: float | None = None
+) -> dict[str, Any]:
     """The safe window of the results, or the results file, ``source`` as plain data in SI units; by severity where that
-    is given, the greatest one allowed (0 to 4)."""
-    return find_window(read_for_window(source, severity), severity)
+    is given, the greatest one allowed (0 to 4); of results with samples at a ``confidence`` (0 to 1)."""
+    return find_window(read_for_window(source, severity), severity, confidence)
 
 
 def read_for_window(source: Results | str | os.PathLike[str], severity: int | None = None) -> Results:

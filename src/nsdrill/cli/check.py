@@ -141,4 +141,7 @@ def _sweep(study: Study, chains: int, units: str) -> str:
         way = {"up": "up", "down": "down", "up-down": "up and back down"}[study.procedure]
         along = label_of(study.along)
         how = f"the state carried {way} along the {along}, in {most}{counted(chains, 'chain')}"
-    return "; ".join(filter(None, (", ".join(axes), how)))
+    several = ""
+    if study.samples:
+        several = f"{counted(study.samples, 'sample')} of {', '.join(label_of(one.key) for one in study.unknowns)}"
+    return "; ".join(filter(None, (", ".join(axes), several, how)))

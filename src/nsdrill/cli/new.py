@@ -46,8 +46,9 @@ def _example(name: str) -> str:
     from nsdrill.study.examples import examples, title_of
 
     found = examples()
-    if name in found:
-        return found[name].read_text(encoding="utf-8")
+    stem = name.replace("-", "_")
+    if (known := next((one for one in found if one.replace("-", "_") == stem), None)) is not None:
+        return found[known].read_text(encoding="utf-8")
     listing = "\n".join(f"  {one:<26} {title_of(path)}" for one, path in found.items())
     near = difflib.get_close_matches(name, found, n=1)
     hint = f" Did you mean {near[0]}?" if near else ""

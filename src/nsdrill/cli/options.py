@@ -113,16 +113,17 @@ at = click.option(
     "at",
     multiple=True,
     metavar="KEY=VALUE",
-    help="The value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m'. May be given more than once.",
+    help="The value of any axis by its key, e.g. --at 'bit.rock_stiffness=25 MN/m', or --at sample=17 where numbers "
+    "are uncertain. May be given more than once.",
 )
 
 
 def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
     """The values of ``--at``, and those of the options for the operation where they were given, in SI by their keys."""
-    from nsdrill.study.keys import axes_of_all, did_you_mean
+    from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean
     from nsdrill.units import QuantityError, asked
 
-    leaves = axes_of_all()
+    leaves = {**axes_of_all(), SAMPLE_LEAF.key: SAMPLE_LEAF}
     found: dict[str, float] = {name: value for name, value in apart.items() if value is not None}
     for text in at:
         key, equals, value = (part.strip() for part in text.partition("="))
@@ -162,6 +163,12 @@ def known_model(name: str | None) -> str:
 start = click.option(
     "--start", type=int, metavar="K", help="Number of the start, from 0, where every operating point has several."
 )
+
+
+confidence = click.option(
+    "--confidence", type=click.FloatRange(1.0, 99.99), default=None, metavar="PERCENT",
+    help="Where numbers are uncertain: call a point safe where a run is so with this probability. Default: 90.",
+)  # fmt: skip
 
 
 def file_argument(name: str) -> Decorator:

@@ -11,6 +11,8 @@ from nsdrill.cli import options
 from nsdrill.errors import InputError
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from nsdrill.data import Results, Trace
 
 
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
         "plot map.h5 --wob 20kN -o cut.pdf --units field",
         "plot trace.h5 --kind orbit -o orbit.svg",
         "plot trace.h5 --kind ramp --over out.h5 -o ramp.png",
+        "plot out.h5 --kind surface_torque_max --data field.csv -o measured.png",
         "plot ensemble.h5 --kind basin --rotary-speed 3rad/s --states z,vz -o basin.png",
         "plot study.yaml --kind critical-speeds -o speeds.png",
         "plot study.yaml --kind drive-tuning --set drive.kind=soft_torque -o tuning.png",
@@ -37,9 +40,14 @@ if TYPE_CHECKING:
 @options.at
 @options.start
 @click.option("--states", metavar="A,B", help="The two states of a basin drawn from an ensemble: z,vz say.")
+@options.confidence
 @click.option(
     "--over", type=options.FileName(), metavar="OUT.h5",
     help="With the trace of a ramp and --kind ramp: draw it over the peaks of this sweep.",
+)  # fmt: skip
+@click.option(
+    "--data", "field", type=options.FileName(), metavar="FIELD.csv",
+    help="Measurements to draw over a picture along one axis, or over a map: see nsdrill fit.",
 )  # fmt: skip
 @click.option(
     "--along", metavar="KEY",
@@ -52,7 +60,8 @@ if TYPE_CHECKING:
 @options.overwrite
 def command(
     file: str, output: str | None, kind: str | None, units: str, depth: float | None, wob: float | None,
-    rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None, over: str | None,
+    rotary_speed: float | None, at: tuple[str, ...], start: int | None, states: str | None,
+    confidence: float | None, over: str | None, field: str | None,
     along: str | None, overrides: tuple[str, ...], overwrite: bool,
 ) -> int:  # fmt: skip
     """Draw FILE: a results file, the .part file of a run that goes on, or a trace; or a chart of a study (.yaml), which
@@ -64,7 +73,8 @@ def command(
 
     if is_study(file):
         unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
-                  "--states": states, "--over": over}  # fmt: skip
+                  "--states": states, "--over": over, "--confidence": confidence,
+                  "--data": field}  # fmt: skip
         return _chart(file, output, kind, units, along, overrides, unused, overwrite)
     for option, found in (("--along", along), ("--set", overrides)):
         if found:
@@ -87,19 +97,45 @@ def command(
         option = "--at" if at else "--" + next(iter(chosen)).replace("_", "-")
         raise InputError(f"{option}: found with a trace, which is of one point; allowed: with a results file.")
     if isinstance(data, Trace):
-        for option, value in (("--start", start), ("--states", states)):
+        for option, value in (("--start", start), ("--states", states), ("--confidence", confidence)):
             if value is not None:
-                raise InputError(f"{option}: found with a trace; allowed: with the results of several starts.")
+                of = "samples" if option == "--confidence" else "several starts"
+                raise InputError(f"{option}: found with a trace; allowed: with the results of {of}.")
     else:
         data = read(file, needed(data, kind, chosen, start))
     behind = None if over is None else _sweep(over, output, data)
     pair = None if states is None else [name.strip() for name in states.split(",")]
     if chosen and not isinstance(data, Trace):
         _say_nearest(data, chosen)
-    figure = draw(data, kind, units=units, at=chosen or None, over=behind, start=start, states=pair)
+    part = None if confidence is None else confidence / 100.0
+    more = {"over": behind, "states": pair, "confidence": part}
+    figure = draw(data, kind, units=units, at=chosen or None, start=start, **more)
+    if field is not None:
+        _overlay(figure, field, data, chosen, start, units)
     save(figure, output, overwrite=overwrite)
     click.echo(f"{output}: drawn.", err=True)
     return 0
+
+
+def _overlay(
+    figure: Figure, field: str, data: Results | Trace, chosen: dict[str, float], start: int | None, units: str
+) -> None:
+    """Put the measurements in the file ``field`` over the figure."""
+    import json
+
+    from nsdrill.app.measured import Reading, read_measured
+    from nsdrill.cli.words import count
+    from nsdrill.data import Trace
+    from nsdrill.plot import cut
+    from nsdrill.plot.overlay import overlay
+    from nsdrill.study.resolved import study_from_resolved
+
+    if isinstance(data, Trace) or "study_resolved" not in data.attrs:
+        raise InputError("--data: found with a trace; allowed: with the results of a sweep.")
+    study = study_from_resolved(json.loads(data.attrs["study_resolved"]))
+    measured = read_measured(field, study, Reading(ignore=("*",), gaps=True))
+    drawn = overlay(figure, cut(data, chosen or None, start), measured, units)
+    click.echo(f"{field}: {count(drawn, 'measurement')} drawn.", err=True)
 
 
 def _chart(

@@ -45,6 +45,7 @@ def command(
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, replay
     from nsdrill.cli.words import as_asked, point_text
     from nsdrill.store import claim_file
+    from nsdrill.variables import SAMPLE
 
     claim_file(output, overwrite)
     asked = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
@@ -53,8 +54,9 @@ def command(
     )  # fmt: skip
     attrs = result.trace.attrs
     point = {name: attrs[name] for name in ("depth", "wob", "rotary_speed")} | json.loads(attrs.get("at", "{}"))
-    near = any(abs(value - point[name]) > 1e-3 * abs(value) for name, value in asked.items())
+    near = any(abs(value - point[name]) > 1e-3 * abs(value) for name, value in asked.items() if name in point)
     which = "" if start is None else f", start {start}"
+    which += f", sample {attrs[SAMPLE]}" if SAMPLE in attrs else ""
     told = {name: as_asked(name, float(value), asked) for name, value in point.items()}
     click.echo(
         f"Point: {point_text(told, units)}, {attrs['procedure']}{which}{', the nearest of the sweep' if near else ''}.",

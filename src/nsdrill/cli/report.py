@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import shlex
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import click
 
 from nsdrill.cli import options
 from nsdrill.errors import InputError, NsdrillError
+
+if TYPE_CHECKING:
+    from nsdrill.web.session import Session
 
 
 @click.command(
@@ -26,8 +30,8 @@ from nsdrill.errors import InputError, NsdrillError
 @options.units
 @options.overwrite
 def command(results: tuple[str, ...], output: str, motions: int, units: str, overwrite: bool) -> int:
-    """Write RESULTS, one file or several, as one page of HTML that opens without a network: what was asked, diagrams
-    with numbers, where history matters, the safe window, motions, and the command lines that make it again."""
+    """Write RESULTS, files of sweeps or branches, as one page of HTML that opens without a network: what was asked,
+    diagrams with numbers, where history matters, the safe window, motions, and the command lines that make it again."""
     if not output.lower().endswith((".html", ".htm")):
         raise InputError(f"{output}: found another ending; allowed: .html.")
     for file in results:
@@ -36,10 +40,13 @@ def command(results: tuple[str, ...], output: str, motions: int, units: str, ove
 
     claim_file(output, overwrite)
     from nsdrill.files import amount, write_text
+    from nsdrill.web.branches import is_branches
     from nsdrill.web.report import Part, report
-    from nsdrill.web.session import Session
 
-    parts = [Part(session, _notes(session, units)) for session in (Session(file, units) for file in results)]
+    branches = [file for file in results if is_branches(file)]
+    over = branches[0] if len(branches) == 1 else None  # drawn over the sweeps along the same number
+    sessions = [_session(file, units, None if file in branches else over) for file in results]
+    parts = [Part(session, _notes(session, units)) for session in sessions]
     words = ["nsdrill", "report", *results, "-o", output]
     words += ["--motions", str(motions)] if motions != 4 else []
     words += ["--units", units] if units != "si" else []
@@ -49,13 +56,25 @@ def command(results: tuple[str, ...], output: str, motions: int, units: str, ove
     return 0
 
 
-def _notes(session, units: str) -> list[tuple[str, list[str]]]:  # type: ignore[no-untyped-def]
+def _session(file: str, units: str, over: str | None) -> Session:
+    """A session of ``file``, with the branches ``over`` where they are of the same model."""
+    from nsdrill.web.session import Session
+
+    if over is not None:
+        with suppress(InputError):
+            return Session(file, units, over=over)
+    return Session(file, units)
+
+
+def _notes(session: Session, units: str) -> list[tuple[str, list[str]]]:
     """What ``nsdrill show`` and ``nsdrill window`` say of the file."""
     from nsdrill.analysis.window import find_window
     from nsdrill.app.report import summarize
     from nsdrill.cli.show import lines
     from nsdrill.cli.window_note import lines as window_lines
 
+    if session.branches is not None and session.results is None:
+        return []
     if session.results is None:
         raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
     notes = [("Numbers", list(lines(session.path, summarize(session.results), units)))]

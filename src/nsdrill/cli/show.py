@@ -15,6 +15,7 @@ from nsdrill.variables import AXES
 MOST_FAILED = 20
 MOST_INTERVALS = 40
 MOST_CHANGED = 12
+MOST_POINTS = 24
 
 
 @click.command(
@@ -79,6 +80,7 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     if starts := s.get("starts"):
         kind = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"
         yield f"  starts         {starts} of every operating point, {kind}"
+    yield from _show_unknowns(s, units)
     yield f"  points         {s['points']}: {status}; {s['settled']} settled"
     if refinement := s.get("refinement"):
         from nsdrill.cli.refined import saving
@@ -108,6 +110,8 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
                 yield f"  severity, {what}: {counted}"
     if intervals := s.get("intervals"):
         yield from _show_intervals(intervals, units)
+    if "probabilities" in s:
+        yield from _show_probabilities(s, units)
     if "operating_points" in s:
         from nsdrill.cli.attractors import show_attractors
 
@@ -121,10 +125,54 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         yield f"\nFailed points ({len(failed)}), to look at with nsdrill replay:"
         for point in failed[:MOST_FAILED]:
             where = point_text({name: point[name] for name in s["axes"]}, units)
-            where += f", start {point['start']}" if "start" in point else ""
+            where += "".join(f", {name} {point[name]}" for name in ("sample", "start") if name in point)
             yield f"  {in_words(point['status'])}: {where}, {point['procedure']}"
         if len(failed) > MOST_FAILED:
             yield f"  and {len(failed) - MOST_FAILED} more (all with --json)"
+
+
+def _show_unknowns(s: dict[str, Any], units: str) -> Iterator[str]:
+    from nsdrill.cli.words import label_of
+    from nsdrill.quantity import quantity
+
+    if "unknowns" not in s:
+        return
+    yield f"  samples        {s['samples']} of every operating point; of the uncertain numbers nine in ten lie in"
+    for key, values in s["unknowns"].items():
+        low, high = (quantity(key).text(values[end], units, 4) for end in ("from", "to"))
+        yield f"    {label_of(key):26s} {low} to {high}"
+
+
+def _show_probabilities(s: dict[str, Any], units: str) -> Iterator[str]:
+    """How probable each answer is at some of the operating points."""
+    from nsdrill.cli.words import point_text
+
+    rows = s["probabilities"]
+    histories = {row["history"]: None for row in rows}
+    swept = [name for name, axis in s["axes"].items() if axis["points"] > 1]
+    names = [name for name in rows[0] if isinstance(rows[0][name], dict)]
+    for history in histories:
+        here = [row for row in rows if row["history"] == history]
+        what = f", {history}" if history != "every" else ", whatever the history"
+        what = what if len(histories) > 1 else ""
+        yield f"\nProbability{what}, in brackets its 95 % interval from {s['counted']} samples:"
+        yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
+        for row in _evenly(here):
+            where = point_text({name: row[name] for name in swept}, units) or "the operating point"
+            yield f"  {where:30s}" + "".join(f"{_share(row[name]):>22s}" for name in names)
+        if len(here) > MOST_POINTS:
+            yield f"  ({MOST_POINTS} of {len(here)} points; all with --json, or nsdrill plot --kind probability)"
+
+
+def _share(one: dict[str, float]) -> str:
+    return f"{100 * one['probability']:.1f} % ({100 * one['low']:.0f} to {100 * one['high']:.0f})"
+
+
+def _evenly(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """At most :data:`MOST_POINTS` of them, the first and the last among them."""
+    if len(rows) <= MOST_POINTS:
+        return rows
+    return [rows[round(i * (len(rows) - 1) / (MOST_POINTS - 1))] for i in range(MOST_POINTS)]
 
 
 def _show_overrides(overrides: dict[str, str]) -> Iterator[str]:

@@ -65,7 +65,9 @@ def command(
 
     claim_file(output, overwrite)
     result = simulate(
-        loaded, depth=given.get("depth"), wob=given.get("wob"), rotary_speed=given.get("rotary_speed"), start=start,
+        loaded,
+        at_sample=given.get("sample"),
+        depth=given.get("depth"), wob=given.get("wob"), rotary_speed=given.get("rotary_speed"), start=start,
         duration=duration,
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )  # fmt: skip

@@ -20,9 +20,12 @@ from nsdrill.cli import options
     "--set", "overrides", multiple=True, metavar="KEY=VALUE",
     help="With a study: change a key of it, e.g. --set 'operation.wob=30 kN'. May be given more than once.",
 )  # fmt: skip
+@click.option(
+    "--over", type=options.FileName(), metavar="BRANCHES.h5", help="With results: draw these branches over their peaks."
+)
 @options.units
-def command(file: str, port: int, no_browser: bool, overrides: tuple[str, ...], units: str) -> int:
-    """Explore FILE in the browser: results, the .part file of a run that goes on, or a study.
+def command(file: str, port: int, no_browser: bool, overrides: tuple[str, ...], over: str | None, units: str) -> int:
+    """Explore FILE in the browser: results, the .part file of a run that goes on, branches, or a study.
 
     A click on a point runs it again, bit for bit, and shows its motion; sliders run on from there. The page is served
     on this machine only, to those who have its address, and ends with its tab or with Ctrl-C.
@@ -33,7 +36,7 @@ def command(file: str, port: int, no_browser: bool, overrides: tuple[str, ...], 
     from nsdrill.web.server import Explorer
     from nsdrill.web.session import Session
 
-    explorer = Explorer(Session(file, units, list(overrides)), port)
+    explorer = Explorer(Session(file, units, list(overrides), over), port)
     try:
         with interrupt.heeded():
             explorer.start()

@@ -13,6 +13,7 @@ from nsdrill.cli import options
         "window map.h5",
         "window map.h5 --units field -o window.png",
         "window map.h5 --severity 1",
+        "window uncertain.h5 --confidence 95",
         "window map.h5 --json | jq .maps[0].recommended",
     ),
 )
@@ -24,13 +25,18 @@ from nsdrill.cli import options
     "--severity", type=click.IntRange(0, 4), default=None,
     help="Call a run safe where none of the three severities exceeds this. Default: where no response is critical.",
 )  # fmt: skip
+@options.confidence
 @options.overwrite
-def command(results: str, units: str, as_json: bool, output: str | None, severity: int | None, overwrite: bool) -> int:
+def command(
+    results: str, units: str, as_json: bool, output: str | None, severity: int | None, confidence: float | None,
+    overwrite: bool,
+) -> int:  # fmt: skip
     """Say where one may run whatever the history.
 
     Of a map over weight on bit, speed or depth, or of a sweep along one of them: the points that are safe in every
     procedure of RESULTS, their largest region, the point with the most room around it and how far one may go from
-    there, and how the window changes with depth.
+    there, and how the window changes with depth. Where the study has uncertain numbers, a point is safe where a run is
+    so with a stated probability.
     """
     if output is not None:
         from nsdrill.plot import check_suffix
@@ -48,7 +54,8 @@ def command(results: str, units: str, as_json: bool, output: str | None, severit
     from nsdrill.errors import printable
 
     data = read_for_window(results, severity)
-    note = find_window(data, severity)
+    part = None if confidence is None else confidence / 100.0
+    note = find_window(data, severity, part)
     if as_json:
         click.echo(json_text(in_units(note, units), indent=2))
     else:
@@ -58,6 +65,6 @@ def command(results: str, units: str, as_json: bool, output: str | None, severit
     if output is not None:
         from nsdrill.plot import draw, save
 
-        save(draw(data, "window", units=units, severity=severity), output, overwrite=overwrite)
+        save(draw(data, "window", units=units, severity=severity, confidence=part), output, overwrite=overwrite)
         click.echo(f"{output}: drawn.", err=True)
     return 0

@@ -62,11 +62,13 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
     yield ""
     held = ", ".join(w.value(axis, value) for axis, value in note["fixed"].items())
     yield f"{f'At {held}' if held else 'In all'}: {_shares(note)}."
-    if note["history_examined"] and len(note["safe_in"]) > 1:
+    if note["confidence"] is not None:
+        yield from _alone(note, w)
+    elif note["history_examined"] and len(note["safe_in"]) > 1:
         alone = ", ".join(f"{n} {procedure}" for procedure, n in note["safe_in"].items())
         yield f"Each procedure by itself: safe at {alone}."
     if note["safe"] == 0:
-        yield from _no_window(note)
+        yield from _no_window(note, w)
     several = len(note["maps"]) > 1
     if several:
         yield ""
@@ -81,6 +83,43 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
     if one["safe"]:
         yield ""
         yield from _map(note, one, w)
+    yield from _price(note, w)
+
+
+def _price(note: dict[str, Any], w: Writer) -> Iterator[str]:
+    """What more confidence costs: points, and speed of drilling."""
+    if not note["price"]:
+        return
+    yield ""
+    yield "What the confidence costs:"
+    for row in note["price"]:
+        text = f"  {100 * row['confidence']:4g} %  {row['safe']:5d} safe ({100 * row['share']:.1f} %)"
+        if best := row["fastest"]:
+            axes = sorted((axis for axis in (*note["axes"], note["third"]) if axis), key=_order)
+            where = ", ".join(w.value(axis, best[axis]) for axis in axes)
+            text += f"; fastest {where}, {_rate(best, w)}"
+        yield text
+
+
+def _rate(best: dict[str, Any], w: Writer) -> str:
+    return w.value("rate_of_penetration", best["rate_of_penetration"])
+
+
+def _alone(note: dict[str, Any], w: Writer) -> Iterator[str]:
+    """The window without history against the one with it: of each procedure by itself, and of all of them."""
+    for one in note["alone"]:
+        best = one.get("recommended")
+        where = ""
+        if best:
+            at = ", ".join(w.value(axis, best[axis]) for axis in sorted(note["axes"], key=_order))
+            where = f"; best at {at}, safe with {_percent(best)}"
+        yield f"By itself, {one['procedure']}: {one['safe']} safe ({100 * one['share']['safe']:.1f} %){where}."
+
+
+def _percent(best: dict[str, Any]) -> str:
+    """``97.3 % (94.4 to 98.7)``."""
+    ends = " to ".join(f"{100 * best[f'probability_{end}']:.1f}" for end in ("low", "high"))
+    return f"{100 * best['probability']:.1f} % ({ends})"
 
 
 def _basis(note: dict[str, Any]) -> Iterator[str]:
@@ -90,7 +129,19 @@ def _basis(note: dict[str, Any]) -> Iterator[str]:
     what = "without a critical response"
     if note["severity"] is not None:
         what = f"with no severity above {note['severity']}"
-    if note["history_examined"]:
+    if note["confidence"] is not None:
+        by = f" in every procedure, {' and '.join(note['procedures'])}," if note["history_examined"] else ""
+        yield (
+            f"  safe      {100 * note['confidence']:g} % or more of {note['samples']} samples of the uncertain numbers "
+            f"end well{by} {what}"
+        )
+        if not note["history_examined"]:
+            yield (
+                f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only ({note['procedures'][0]}). Run the "
+                "study with procedure: up-down\n  to learn whether the window holds whatever came before."
+            )
+        yield "  critical  fewer of them"
+    elif note["history_examined"]:
         by = " and ".join(note["procedures"])
         if note["histories"] > len(note["procedures"]):
             by += f", {note['histories']} histories in all"
@@ -102,7 +153,8 @@ def _basis(note: dict[str, Any]) -> Iterator[str]:
             f"  HISTORY WAS NOT EXAMINED: the file holds one procedure only ({note['procedures'][0]}). Run the "
             "study with procedure: up-down\n  to learn whether the window holds whatever came before."
         )
-    yield "  critical  no run of the point was safe"
+    if note["confidence"] is None:
+        yield "  critical  no run of the point was safe"
     if note["unknown"]:
         yield "  unknown   a run failed or has no severity, and the others leave it open; no window goes there"
     if note["failed_runs"]:
@@ -115,7 +167,7 @@ def _basis(note: dict[str, Any]) -> Iterator[str]:
 
 
 def _shares(note: dict[str, Any]) -> str:
-    words = ("safe", "rim", "critical") if note["history_examined"] else ("safe", "critical")
+    words = tuple(word for word in _columns({**note, "unknown": 0}) if word != "rim" or note["history_examined"])
     parts = [f"{note[word]} {word} ({100 * note['share'][word]:.1f} %)" for word in words]
     if note["unknown"]:
         parts.append(f"{note['unknown']} unknown ({unknown_words(note)}, {100 * note['share']['unknown']:.1f} %)")
@@ -124,6 +176,8 @@ def _shares(note: dict[str, Any]) -> str:
 
 def _columns(note: dict[str, Any]) -> tuple[str, ...]:
     """The classes of points in the tables of this note."""
+    if note["confidence"] is not None:
+        return ("safe", "critical", "unknown") if note["unknown"] else ("safe", "critical")
     return ("safe", "rim", "critical", "unknown") if note["unknown"] else ("safe", "rim", "critical")
 
 
@@ -135,10 +189,17 @@ def _row(note: dict[str, Any], counts: dict[str, Any]) -> str:
     return "".join(f"{100 * counts['share'][word]:8.1f} %" for word in _columns(note))
 
 
-def _no_window(note: dict[str, Any]) -> Iterator[str]:
+def _no_window(note: dict[str, Any], w: Writer) -> Iterator[str]:
     met = [f"{_words(name)} at {count}" for name, count in note["obstacles"].items() if count]
     noun = "point" if note["points"] == 1 else "points"
-    yield "There is no safe point." + (f" Critical responses, in any history: {', '.join(met)} {noun}." if met else "")
+    none = "There is no safe point."
+    if note["confidence"] is not None:
+        none = f"No point is safe with {100 * note['confidence']:g} %."
+    yield none + (f" Critical responses, in any history: {', '.join(met)} {noun}." if met else "")
+    if best := note["most_probable"]:
+        axes = sorted((axis for axis in (*note["axes"], note["third"]) if axis), key=_order)
+        at = ", ".join(w.value(axis, best[axis]) for axis in axes)
+        yield f"Most probably safe: {at}, with {_percent(best)}."
     if note["severity"] is None:
         yield (
             "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill "
@@ -196,6 +257,8 @@ def _map(note: dict[str, Any], one: dict[str, Any], w: Writer) -> Iterator[str]:
         )
     best = one["recommended"]
     yield f"Recommended: {', '.join(w.value(axis, best[axis]) for axis in axes)}.{_yields(best, w)}"
+    if "probability" in best:
+        yield f"  safe with a probability of {_percent(best)}; in brackets the 95 % interval from the number of samples"
     for axis in axes:
         other = "" if len(axes) == 1 else f", the {name_of(next(a for a in axes if a != axis))} held"
         yield f"  {name_of(axis)}{other}:"

@@ -5,14 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from nsdrill.models.registry import described
-from nsdrill.variables import MODEL, POINT, Axis, Variable
+from nsdrill.variables import MODEL, POINT, Axis, Unknown, Variable
 
 
 @dataclass(frozen=True)
 class Kept:
     """What is kept of each point beside features and labels: how many peaks and returns to the Poincare section, and
     whether the Lyapunov exponent; from how many states each operating point is started, 0 where from one only,
-    without a dimension for it; whether there are checks of each point; the axes beside those of the operation; the
+    without a dimension for it; with how many samples it is run, 0 where no number is uncertain, and which the
+    ``unknowns`` are; whether there are checks of each point; the axes beside those of the operation; the
     names of the states, () for those that the model has by default; the name of the model; the words of its
     options that bring variables; and whether the method by which a point was integrated."""
 
@@ -25,6 +26,8 @@ class Kept:
     states: tuple[str, ...] = ()
     model: str = MODEL
     options: tuple[str, ...] = ()
+    samples: int = 0
+    unknowns: tuple[Unknown, ...] = ()
     method: bool = False
 
     def __post_init__(self) -> None:
@@ -33,6 +36,8 @@ class Kept:
         object.__setattr__(self, "states", tuple(self.states) or model.state_sets[0])
         made = tuple(axis if isinstance(axis, Axis) else Axis(**axis) for axis in self.axes)
         object.__setattr__(self, "axes", made)
+        unknowns = tuple(one if isinstance(one, Unknown) else Unknown(**one) for one in self.unknowns)
+        object.__setattr__(self, "unknowns", unknowns)
         object.__setattr__(self, "options", tuple(self.options))
 
     @property
@@ -43,7 +48,8 @@ class Kept:
     @property
     def grid(self) -> tuple[str, ...]:
         """The dimensions over which points are numbered, the last fastest."""
-        return (*POINT, *(axis.name for axis in self.axes), *(("start",) if self.starts else ()))
+        several = (("sample",) if self.samples else ()) + (("start",) if self.starts else ())
+        return (*POINT, *(axis.name for axis in self.axes), *several)
 
     def dims(self, variable: Variable) -> tuple[str, ...]:
         """The dimensions of ``variable`` in a file."""
@@ -56,5 +62,8 @@ class Kept:
 
     def length(self, dimension: str) -> int:
         """The length of a dimension that is no axis."""
-        lengths = {"start": self.starts, "peak": self.peaks, "crossing": self.returns, "state": len(self.states)}
+        lengths = {
+            "sample": self.samples, "start": self.starts, "peak": self.peaks, "crossing": self.returns,
+            "state": len(self.states),
+        }  # fmt: skip
         return lengths[dimension]

@@ -39,7 +39,8 @@ def draw(
     values, in SI: ``{"wob": 22240.0}`` draws the cut of a map. ``start`` draws one start of every operating point,
     where there are several. Other ``options`` are those that the kind takes (None is as not given): ``over``, a sweep
     to draw a ``ramp`` over; ``states``, the two over which an ensemble's ``basin`` is drawn; ``severity`` of a
-    ``window``.
+    ``window`` or ``tornado``, ``confidence`` (0 to 1) of a ``window`` or of ``probability``, where numbers are
+    uncertain.
     """
     check_units(units)
     given = {name: value for name, value in options.items() if value is not None}
@@ -67,11 +68,13 @@ def needed(
 
 def cut(data: Results, at: Mapping[str, float] | None, start: int | None = None) -> Results:
     """A sweep with every axis ascending, cut at the values ``at`` of some (SI), and at one of its starts."""
-    from nsdrill.plot.slices import one_start, ordered
-    from nsdrill.variables import dimension_of
+    from nsdrill.plot.slices import one_sample, one_start, ordered
+    from nsdrill.variables import SAMPLE, dimension_of
 
     given = at or {}
     at = {dimension_of(key): value for key, value in given.items()}
+    if SAMPLE in at:
+        data = one_sample(data, at.pop(SAMPLE))
     if unknown := set(at) - set(data.axes):
         keys = {dimension_of(key): key for key in given}
         found, allowed = (", ".join(keys.get(name, name) for name in names) for names in (sorted(unknown), data.axes))

@@ -22,7 +22,7 @@ LEAST_SPREAD = 0.02  # of the greatest value: below it there is nothing to tell 
 
 def drawn_of(model: Description) -> tuple[str, ...]:
     """The variables of a sweep of a model that the lines are drawn from."""
-    return tuple(one.name for one in model.features if one.name == RATE)
+    return tuple(one.name for one in model.derived if one.name == RATE)
 
 
 def draw_lines(axes: Axes, x: Array, y: Array, values: Array, units: str) -> bool:

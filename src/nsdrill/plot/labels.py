@@ -63,7 +63,7 @@ def operating_point(values: Mapping[str, Any], units: str) -> str:
 
 def fixed_values(results: Results) -> dict[str, float]:
     """The operating values that the sweep does not change."""
-    return {name: float(results.coords[name][0]) for name in results.axes if len(results.coords[name]) == 1}
+    return results.held
 
 
 def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.models.description import Description
-from nsdrill.variables import TRUST
+from nsdrill.variables import SAMPLE, TRUST
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,12 +30,13 @@ MAX_PANELS = 12
 LINE = "a sweep over one axis"
 RETURNS = "a sweep with `record.poincare`"
 STARTS = "several starts"
+SAMPLES = "samples of uncertain numbers"
 PLANE = "a sweep over two or three axes"
 TRACE = "a trace"
 RAMP = "a trace of a ramp"
 STUDY = "a study (.yaml)"
 VALUE = "a sweep, one value"
-GROUPS = (LINE, RETURNS, STARTS, PLANE, TRACE, RAMP, STUDY, VALUE)
+GROUPS = (LINE, RETURNS, STARTS, SAMPLES, PLANE, TRACE, RAMP, STUDY, VALUE)
 
 
 @dataclass(frozen=True)
@@ -101,10 +102,15 @@ def choose_kind(data: Any, kind: str | None) -> Kind:
         raise InputError(f"plot kind: found {kind!r} with {_what(data)}; allowed: with a study, a YAML file.")
     listing = "\n".join(f"  {name:<24} {known[name].words}" for name in allowed)
     if kind in known:
-        if isinstance(data, Results) and "start" in data.coords and known[kind].place(_one_start(data)) is not None:
+        if isinstance(data, Results) and "start" in data.coords and known[kind].place(_one(data, "start")) is not None:
             raise InputError(
                 f"plot kind: found {kind!r}, which draws one start of every operating point, with {_what(data)}; "
                 f"allowed here:\n{listing}\nor {kind!r} with --start, 0 to {len(data.coords['start']) - 1}."
+            )
+        if isinstance(data, Results) and SAMPLE in data.coords and known[kind].place(_one(data, SAMPLE)) is not None:
+            raise InputError(
+                f"plot kind: found {kind!r}, which draws one sample of the uncertain numbers, with {_what(data)}; "
+                f"allowed here:\n{listing}\nor {kind!r} with --at {SAMPLE}=..., 0 to {len(data.coords[SAMPLE]) - 1}."
             )
         advice = known[kind].advice(data)
         raise InputError(
@@ -130,8 +136,20 @@ def is_study(path: object) -> bool:
 
 
 def is_sweep(data: Any) -> bool:
-    """Whether these are results with one start of every operating point."""
-    return isinstance(data, Results) and "start" not in data.coords
+    """Whether these are results with one start and one sample of every operating point."""
+    return isinstance(data, Results) and "start" not in data.coords and SAMPLE not in data.coords
+
+
+def has_samples(data: Any) -> bool:
+    """Whether these are results with several samples of uncertain numbers."""
+    return isinstance(data, Results) and SAMPLE in data.coords
+
+
+def needs_samples(data: Any) -> str:
+    """The advice of pictures of samples."""
+    if isinstance(data, Results) and SAMPLE not in data.coords:
+        return "it needs samples of uncertain numbers: the section uncertain of a study"
+    return ""
 
 
 def fits_columns(data: Any) -> bool:
@@ -175,8 +193,8 @@ def needs_starts(data: Any) -> str:
     return "it shows one axis: select a value of the others" if data.swept else "it needs a swept axis"
 
 
-def _one_start(data: Results) -> Results:
-    coords = {name: values for name, values in data.coords.items() if name != "start"}
+def _one(data: Results, dimension: str) -> Results:
+    coords = {name: values for name, values in data.coords.items() if name != dimension}
     return Results(coords, data.variables, data.attrs, data.more)
 
 
@@ -187,4 +205,6 @@ def _what(data: Any) -> str:
         return "this file"
     axes = [f"{axis} ({len(data.coords[axis])} values)" for axis in data.swept]
     what = f"a sweep over {' and '.join(axes)}" if axes else "a single point"
+    if SAMPLE in data.coords:
+        return f"{what} with {len(data.coords[SAMPLE])} samples each"
     return f"{what} with {len(data.coords['start'])} starts each" if "start" in data.coords else what

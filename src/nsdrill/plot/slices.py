@@ -15,7 +15,7 @@ from nsdrill.observe.trust import verdict
 from nsdrill.plot.labels import quantity
 from nsdrill.quantity import amount
 from nsdrill.units import Asked
-from nsdrill.variables import AXES
+from nsdrill.variables import AXES, SAMPLE
 
 
 def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
@@ -31,6 +31,19 @@ def ordered(results: Results, at: Mapping[str, float] | None = None) -> Results:
             continue
         coords[axis] = values[chosen]
         variables = {name: np.take(array, chosen, axis=place) for name, array in variables.items()}
+    return Results(coords, variables, results.attrs, results.more, results.drawn)
+
+
+def one_sample(results: Results, number: float) -> Results:
+    """The results of one sample of the uncertain numbers, as of a sweep without others."""
+    if SAMPLE not in results.coords:
+        raise InputError(f"--at {SAMPLE}: found {number:g}; allowed: nothing, as no number is uncertain.")
+    count = len(results.coords[SAMPLE])
+    if number != int(number) or not 0 <= number < count:
+        raise InputError(f"--at {SAMPLE}: found {number:g}; allowed: 0 to {count - 1}.")
+    coords = {name: values for name, values in results.coords.items() if name != SAMPLE}
+    place = results.grid.index(SAMPLE)
+    variables = {name: v.take(int(number), axis=place) for name, v in results.variables.items()}
     return Results(coords, variables, results.attrs, results.more)
 
 

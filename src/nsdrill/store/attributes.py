@@ -24,13 +24,13 @@ LARGEST = 1e100  # of any number: what is larger overflows in sums and units, an
 _LONGEST_LIST = 1000  # numbers in an array
 _LONGEST_TITLE = 500  # characters; the first versions had no limit
 _TEXT = (
-    "axes", "dimensions", "model", "title", "study", "study_source", "study_overrides", "study_resolved",
+    "axes", "unknowns", "dimensions", "model", "title", "study", "study_source", "study_overrides", "study_resolved",
     "study_sha256", "classification", "classification_resolved", "border_spacing", "ramps", "at", "nsdrill_version",
     "model_digest", "created", "history", "procedure", "status", "replay_of", "method",
 )  # fmt: skip
 _NUMBERS = ("gap", *AXES, "transient", "observe", "rtol")
 _REFINED = ("refine", "points_run", "points_inferred", "border_spacing")  # all of them or none
-_COUNTS = ("format_version", "refine", "points_run", "points_inferred", "start", "steps", "rejected")
+_COUNTS = ("format_version", "refine", "points_run", "points_inferred", "sample", "start", "steps", "rejected")
 
 
 def get_attributes(path: str | os.PathLike[str], file: Any) -> dict[str, Any]:

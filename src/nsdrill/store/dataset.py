@@ -30,7 +30,7 @@ from nsdrill.store.read import LATER, check_coordinates, check_file, checked, ke
 from nsdrill.store.records import recorded
 from nsdrill.store.trace import held_in
 from nsdrill.units import plain_units
-from nsdrill.variables import FORMAT_VERSION, POINT, Axis, Variable
+from nsdrill.variables import COUNTED, FORMAT_VERSION, POINT, Axis, Unknown, Variable
 
 _NAME = "the Dataset"
 _GIVE = "Give one of nsdrill.run or nsdrill.open_results, or a part of it by isel or sel."
@@ -87,10 +87,10 @@ def _results(results: Results) -> Any:
     import xarray
 
     model = model_in(results.attrs)
-    kept = kept_of(results.coords, results.more, results.variables, model.name)
+    kept = kept_of(results.coords, results.more, results.variables, model.name, results.drawn)
     known = {variable.name: variable for variable in model.variables}
     lengths = {name: len(results.coords[name]) for name in results.grid}
-    attrs = _attributes(root_attributes("results", results.attrs, results.more, lengths))
+    attrs = _attributes(root_attributes("results", results.attrs, results.more, lengths, kept.unknowns))
     layout = layout_of(lengths, attrs)
     axes = {axis.name: axis for axis in results.more}
     made: dict[str, Any] = {}
@@ -99,7 +99,10 @@ def _results(results: Results) -> Any:
         scalar = name in layout.grid and name not in layout.order
         made[name] = ((), values[0]) if scalar else ((name,), values)
         made[name] += (coordinate_attributes(name, axes.get(name)),)
-    scalars = " ".join(name for name in layout.grid if name not in layout.order)
+    for unknown, samples in results.drawn.items():
+        made[unknown.name] = (("sample",), samples, coordinate_attributes(unknown.name, unknown))
+    beside = [*(name for name in layout.grid if name not in layout.order), *(one.name for one in results.drawn)]
+    scalars = " ".join(beside)
     variables = {
         name: (layout.dims(known[name]), layout.to_file(values), variable_attributes(known[name], kept.states))
         for name, values in results.variables.items()
@@ -141,15 +144,27 @@ def _attributes(attrs: Mapping[str, Any]) -> dict[str, Any]:
 def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | None) -> Results:
     model = model_in(attrs)
     keys = {name: coordinate.attrs.get("key") for name, coordinate in data.coords.items() if name not in POINT}
+    # An unknown is a coordinate along the samples, or a scalar where one of them was selected.
+    unknowns = attrs["unknowns"].split() if "unknowns" in attrs else []
+    unknowns = unknowns or [str(name) for name, key in keys.items() if key and data.coords[name].dims == ("sample",)]
     named = attrs["axes"].split() if "axes" in attrs else [str(name) for name, key in keys.items() if key]
-    axes = tuple(_axis(data, name) for name in named)
-    grid = (*POINT, *(axis.name for axis in axes), *(["start"] if "start" in data.coords else []))
+    axes = tuple(_axis(data, name) for name in named if name not in unknowns)
+    grid = (
+        *POINT,
+        *(axis.name for axis in axes),
+        *(name for name in ("sample", "start") if name in (data.coords if name == "start" else data.dims)),
+    )
+    drawn = {
+        Unknown(**vars(_axis(data, name))): np.atleast_1d(np.asarray(data.coords[name].values, dtype=float))
+        for name in unknowns
+        if "sample" in data.dims
+    }
     own = [name for name in ("peak", "crossing", "state") if name in data.dims or name in data.coords]
     coords = {name: _coordinate(data, name) for name in (*grid, *own)}
     if "state" not in data.dims:  # no variable with states was selected
         coords["state"] = np.array(_states(model, data))
     check_coordinates(_NAME, coords, model, whole=False)
-    kept = kept_of(coords, axes, data.variables, model.name)
+    kept = kept_of(coords, axes, data.variables, model.name, drawn)
     known = {variable.name: variable for variable in recorded(kept)}
     there = list(known)
     wanted = set(there) if names is None else set(names)
@@ -160,7 +175,7 @@ def _from_results(data: Any, attrs: Mapping[str, Any], names: Iterable[str] | No
         for name in there
         if name in wanted and (name in data.data_vars or not (names is None or name in LATER))
     }
-    return Results(coords, variables, dict(attrs), axes)
+    return Results(coords, variables, dict(attrs), axes, drawn)
 
 
 def _states(model: Description, data: Any) -> tuple[str, ...]:
@@ -185,7 +200,7 @@ def _coordinate(data: Any, name: str) -> Array:
     values = np.atleast_1d(data.coords[name].values)
     if name in ("procedure", "state"):
         return np.array(values, dtype=str)
-    whole = name in ("start", "peak", "crossing")
+    whole = name in COUNTED
     if values.dtype.kind != ("i" if whole else "f") or not np.all(np.abs(values) <= LARGEST):
         raise FileError(f"{_NAME}: the coordinate {name} should have {'whole' if whole else 'finite'} numbers. {_GIVE}")
     return values

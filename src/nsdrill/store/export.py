@@ -40,13 +40,16 @@ def to_csv(
     chosen = [BY_NAME[name] for name in results.variables if name in BY_NAME and BY_NAME[name].room in rooms]
     with replacing(path, overwrite=overwrite) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"start": ""}
+        units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": ""}
         units |= {axis.name: CF[axis.units] for axis in results.more}
+        drawn = [one for one in results.drawn if "sample" in results.grid]
         heads = [_heading(name, units[name]) for name in results.grid]
+        heads += [_heading(one.name, CF[one.units]) for one in drawn]
         writer.writerow([*heads, *_headings(results, chosen)])
         words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
         for place in np.ndindex(*results.shape):
             row: list[object] = [results.coords[n][i].item() for n, i in zip(results.grid, place, strict=True)]
+            row += [results.drawn[one][place[results.grid.index("sample")]].item() for one in drawn]
             for variable in chosen:
                 value: Array = results.variables[variable.name][place]
                 row.extend(np.atleast_1d(value).tolist())

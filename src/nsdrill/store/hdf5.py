@@ -32,7 +32,7 @@ from nsdrill.store.layout import stored_attributes, variable_attributes
 from nsdrill.store.log import part_path
 from nsdrill.store.log_header import MAGIC as LOG_MAGIC
 from nsdrill.units import plain_units
-from nsdrill.variables import FORMAT_VERSION, PROCEDURES, Axis, Variable
+from nsdrill.variables import COUNTED, FORMAT_VERSION, PROCEDURES, Axis, Variable
 
 EDITED = "Was the file edited, or made by another version of nsdrill? Make it again."
 TURNED = (
@@ -108,11 +108,19 @@ def add_coordinate(file: Any, name: str, values: Any, attrs: Mapping[str, Any]) 
         dataset.make_scale(name)
 
 
+def add_samples(file: Any, name: str, values: Array, attrs: Mapping[str, Any]) -> None:
+    """Write the samples [n] of an uncertain number, a coordinate along ``sample``, which is already written."""
+    dataset = file.create_dataset(name, data=values, **_storage(values.shape, values.dtype, values.shape))
+    for attribute, value in attrs.items():
+        dataset.attrs[attribute] = value
+    dataset.dims[0].attach_scale(file["sample"])
+
+
 def add_variable(
     file: Any, variable: Variable, dims: tuple[str, ...], chunk: tuple[int, ...], scalars: Sequence[str] = ()
 ) -> Any:
     """An empty dataset for ``variable`` on the coordinates ``dims``, already written, in chunks of shape
-    ``chunk`` if it is large. ``scalars`` names the scalar coordinates that it has, too."""
+    ``chunk`` if it is large. ``scalars`` names the other coordinates that it has."""
     shape = tuple(len(file[name]) for name in dims)
     kind = np.dtype(f"<{variable.dtype}")
     dataset = file.create_dataset(variable.name, shape, kind, **_storage(shape, kind, chunk))
@@ -320,7 +328,7 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
     import h5py
 
     scale = file.get(name)
-    kinds = "OS" if name in ("procedure", "state") else "i" if name in ("start", "peak", "crossing") else "f"
+    kinds = "OS" if name in ("procedure", "state") else "i" if name in COUNTED else "f"
     if not isinstance(scale, h5py.Dataset) or scale.shape is None or scale.ndim > 1 or scale.dtype.kind not in kinds:
         raise FileError(f"{path}: the coordinate {name} is missing or no list of values. Make the file again.")
     if kinds != "OS":
@@ -333,10 +341,11 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
     return np.array(scale.asstr()[()], dtype=str)
 
 
-def read_axes(path: str | os.PathLike[str], file: Any) -> tuple[Axis, ...]:
-    """The swept axes beside those of the operation, in the order of the dimensions: coordinates that name their key."""
+def read_axes(path: str | os.PathLike[str], file: Any, attribute: str = "axes") -> tuple[Axis, ...]:
+    """The swept axes beside those of the operation, in the order of the dimensions: coordinates that name their key.
+    With the ``attribute`` unknowns the uncertain numbers."""
     axes = []
-    for name in text_of(path, file, "axes").split():
+    for name in text_of(path, file, attribute).split():
         scale = file.get(name)
         told = {} if scale is None else {item: text_of(path, scale, item) for item in ("key", "units", "long_name")}
         if not told or not told["key"]:

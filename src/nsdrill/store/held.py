@@ -18,7 +18,9 @@ class HeldResults:
     """The points of ``results``, for :func:`nsdrill.store.write_results`. FileError where they are not whole."""
 
     def __init__(self, results: Results) -> None:
-        self.kept = kept_of(results.coords, results.more, results.variables, model_in(results.attrs).name)
+        self.kept = kept_of(
+            results.coords, results.more, results.variables, model_in(results.attrs).name, results.drawn
+        )
         whole = {variable.name for variable in recorded(self.kept)}
         if odd := sorted(whole ^ set(results.variables)):
             raise FileError(
@@ -26,7 +28,8 @@ class HeldResults:
                 "with it. Give all that the run made."
             )
         self.header: dict[str, Any] = {
-            "coords": {name: results.coords[name] for name in results.grid},
+            "coords": {name: results.coords[name] for name in results.grid}
+            | {one.name: values for one, values in results.drawn.items()},
             "attrs": dict(results.attrs),
         }
         self.n_points = math.prod(results.shape)

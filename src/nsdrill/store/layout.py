@@ -55,10 +55,11 @@ class Layout:
 
 def layout_of(lengths: Mapping[str, int], attrs: Mapping[str, Any]) -> Layout:
     """The layout of a file with the root attributes ``attrs`` of a grid with these ``lengths`` of its dimensions, in
-    their order in memory: procedure, the axes as the study names them, start, as far as they have several values."""
+    their order in memory: procedure, the axes as the study names them, sample, start, as far as they have
+    several values."""
     named = [dimension_of(key) for key in _sweep(attrs)]
-    axes = [name for name in lengths if name not in ("procedure", "start")]
-    ordered = ["procedure", *(name for name in dict.fromkeys([*named, *axes]) if name in axes), "start"]
+    axes = [name for name in lengths if name not in ("procedure", "sample", "start")]
+    ordered = ["procedure", *(name for name in dict.fromkeys([*named, *axes]) if name in axes), "sample", "start"]
     return Layout(tuple(lengths), tuple(name for name in ordered if lengths.get(name, 1) > 1))
 
 
@@ -75,7 +76,8 @@ def coordinate_names(layout: Layout, kept: Kept) -> list[str]:
 
 
 def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]:
-    """The attributes of the coordinate ``name``, of the swept ``axis`` if it is one beside those of the operation."""
+    """The attributes of the coordinate ``name``, of the swept ``axis`` if it is one beside those of the operation, or
+    of the unknown."""
     units, long_name = (CF[axis.units], axis.long_name) if axis else COORDINATES[name]
     key = axis.key if axis else f"operation.{name}" if name in AXES else None
     return {
@@ -100,16 +102,22 @@ def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> dict[
 
 
 def root_attributes(
-    kind: str, attrs: Mapping[str, Any], axes: Sequence[Axis] = (), lengths: Mapping[str, int] | None = None
+    kind: str,
+    attrs: Mapping[str, Any],
+    axes: Sequence[Axis] = (),
+    lengths: Mapping[str, int] | None = None,
+    unknowns: Sequence[Axis] = (),
 ) -> dict[str, Any]:
     """``attrs`` with what every file of nsdrill carries; of results with these ``lengths`` of the dimensions in memory
-    also the names of the dimensions of the file, and of the ``axes`` beside those of the operation.
+    also the names of the dimensions of the file, and of the ``axes`` beside those of the operation, and of
+    the ``unknowns``.
 
     The conventions are its own: those of CF ask for numeric coordinates, one unit for a variable, a vertical depth and
     a time with a date."""
     return {
         "history": "", "model": MODEL, **attrs, "Conventions": CONVENTIONS, "nsdrill_kind": kind,
         "format_version": FORMAT_VERSION, "axes": " ".join(axis.name for axis in axes) or None,
+        "unknowns": " ".join(one.name for one in unknowns) or None,
         "dimensions": None if lengths is None else " ".join(layout_of(lengths, attrs).order),
     }  # fmt: skip
 

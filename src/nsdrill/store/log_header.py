@@ -51,7 +51,7 @@ def pack_header(header: dict[str, Any], n_points: int, kept: Kept) -> tuple[list
 
 def _axes(kept: Kept) -> list[str]:
     """The coordinates that are written as numbers, not as text: there may be 10^8 of them."""
-    return [name for name in kept.grid if name not in ("procedure", "start")]
+    return [name for name in kept.grid if name not in ("procedure", "sample", "start")]
 
 
 def first_slot(header_bytes: int) -> int:

@@ -24,9 +24,20 @@ from nsdrill.store.layout import Layout
 from nsdrill.store.log import RunLog
 from nsdrill.store.log_header import MAGIC
 from nsdrill.store.records import pending_records, recorded
-from nsdrill.store.results import block_shape, blocks, columns, coordinates, points_in_block
+from nsdrill.store.results import block_shape, blocks, columns, coordinates, drawn, points_in_block
 from nsdrill.store.sink import Source, grid_shape
-from nsdrill.variables import AXES, FORMAT_VERSION, INFERRED, PENDING, POINT, PROCEDURES, Axis, Variable
+from nsdrill.variables import (
+    AXES,
+    COUNTED,
+    FORMAT_VERSION,
+    INFERRED,
+    PENDING,
+    POINT,
+    PROCEDURES,
+    Axis,
+    Unknown,
+    Variable,
+)  # fmt: skip
 
 PathLike = str | os.PathLike[str]
 LATER = ("bounce_severity", "whirl_severity")  # labels that the first files did not have yet
@@ -44,7 +55,7 @@ def read_results(path: PathLike, names: Iterable[str] | None = None) -> Results:
             for variable in points.present
             if wanted is None or variable.name in wanted
         }
-        return Results(points.coords, variables, get_attributes(path, file), points.kept.axes)
+        return Results(points.coords, variables, get_attributes(path, file), points.kept.axes, points.drawn)
 
 
 def read_partial(path: PathLike, names: Iterable[str] | None = None) -> Results:
@@ -63,7 +74,7 @@ def collect(log: Source, names: Iterable[str] | None = None) -> Results:
     flat = columns(log, [v.name for v in recorded(log.kept) if wanted is None or v.name in wanted])
     variables = {name: values.reshape(*shape, *values.shape[1:]) for name, values in flat.items()}
     attrs = {**log.header["attrs"], "format_version": FORMAT_VERSION}
-    return Results(coordinates(log), variables, attrs, log.kept.axes)
+    return Results(coordinates(log), variables, attrs, log.kept.axes, drawn(log))
 
 
 def variables_in(path: PathLike) -> tuple[Variable, ...]:
@@ -105,7 +116,9 @@ def log_from_results(path: PathLike, part: PathLike) -> RunLog:
         points = _Points.of(path, file)
         kept, layout, shape = points.kept, points.layout, points.shape
         datasets = {v.name: points.dataset(v) for v in recorded(kept)}
-        header = {"coords": {name: points.coords[name] for name in kept.grid}, "attrs": get_attributes(path, file)}
+        coords = {name: points.coords[name] for name in kept.grid}
+        coords |= {one.name: values for one, values in points.drawn.items()}
+        header = {"coords": coords, "attrs": get_attributes(path, file)}
         log = None
         try:
             log = RunLog.create(part, header, int(np.prod(shape)), kept)
@@ -195,6 +208,7 @@ class _Points:
     coords: dict[str, Array]
     kept: Kept
     layout: Layout
+    drawn: dict[Unknown, Array]
 
     @classmethod
     def of(cls, path: PathLike, file: Any) -> _Points:
@@ -202,7 +216,8 @@ class _Points:
         if file.attrs["nsdrill_kind"] != "results":
             raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed here.")
         axes = hdf5.read_axes(path, file)
-        grid = (*POINT, *(axis.name for axis in axes), *(["start"] if "start" in file else []))
+        unknowns = tuple(Unknown(**vars(axis)) for axis in hdf5.read_axes(path, file, "unknowns"))
+        grid = (*POINT, *(axis.name for axis in axes), *(name for name in ("sample", "start") if name in file))
         own = (*(name for name in ("peak", "crossing") if name in file), "state")
         found = {name: hdf5.read_coordinate(path, file, name) for name in (*grid, *own)}
         old = plain(file.attrs, "format_version") == 1
@@ -213,7 +228,13 @@ class _Points:
         coords = {name: np.atleast_1d(values) for name, values in found.items()}
         model = model_in(get_attributes(path, file))
         check_coordinates(path, coords, model)
-        kept = kept_of(coords, axes, file, model.name)
+        drawn = {one: hdf5.read_coordinate(path, file, one.name) for one in unknowns}
+        for one, values in drawn.items():
+            if values.shape != coords.get("sample", np.empty(())).shape:
+                raise FileError(
+                    f"{path}: {one.name} has {values.size} values, and not one of each sample. {hdf5.EDITED}"
+                )
+        kept = kept_of(coords, axes, file, model.name, unknowns)
         order = kept.grid
         if not old:
             # The scales of a dataset would tell, too, but the library can crash on what a file says of them.
@@ -225,7 +246,7 @@ class _Points:
                     f"{path}: the attribute dimensions is {' '.join(named) or 'empty'}; it should name "
                     f"{', '.join(varying) or 'nothing'}, in the order of the variables. {hdf5.EDITED}"
                 )
-        return cls(path, file, coords, kept, Layout(kept.grid, order))
+        return cls(path, file, coords, kept, Layout(kept.grid, order), drawn)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -245,9 +266,15 @@ class _Points:
         return hdf5.check_shape(self.path, self.file, variable.name, shape, kinds)
 
 
-def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Container[str], model: str) -> Kept:
+def kept_of(
+    coords: Mapping[str, Array],
+    axes: tuple[Axis, ...],
+    names: Container[str],
+    model: str,
+    unknowns: Iterable[Unknown] = (),
+) -> Kept:
     """What results of the model of this name with these ``coords``, further ``axes`` and ``names`` of variables keep of
-    each point."""
+    each point, with which ``unknowns``."""
     starts, peaks, returns = (len(coords.get(name, ())) for name in ("start", "peak", "crossing"))
     states = tuple(coords["state"].tolist())
     told = described(model)
@@ -263,6 +290,8 @@ def kept_of(coords: Mapping[str, Array], axes: tuple[Axis, ...], names: Containe
         states=states,
         model=model,
         options=tuple(options),
+        samples=len(coords.get("sample", ())),
+        unknowns=tuple(unknowns),
         method="method" in names,
     )
 
@@ -280,7 +309,7 @@ def check_coordinates(where: PathLike, coords: Mapping[str, Array], model: Descr
     if not whole:
         return
     _check_axes(where, coords)
-    for name in ("start", "peak", "crossing"):
+    for name in COUNTED:
         values = coords.get(name)
         if values is not None and (not len(values) or not np.array_equal(values, np.arange(len(values)))):
             raise FileError(f"{where}: the coordinate {name} does not count from 0. {hdf5.EDITED}")

@@ -16,7 +16,7 @@ from nsdrill.store import hdf5
 from nsdrill.store.layout import coordinate_attributes, coordinate_names, layout_of, root_attributes
 from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
-from nsdrill.variables import POINT
+from nsdrill.variables import POINT, Unknown
 
 _BLOCK_BYTES = 4 << 20
 _BLOCK_POINTS = 4096
@@ -31,7 +31,7 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
     standing = getattr(log, "standing", lambda: "The points are still in memory.")
     kept, coords = log.kept, coordinates(log)
     lengths = {name: len(coords[name]) for name in kept.grid}
-    root = root_attributes("results", {**log.header["attrs"], **(attrs or {})}, kept.axes, lengths)
+    root = root_attributes("results", {**log.header["attrs"], **(attrs or {})}, kept.axes, lengths, kept.unknowns)
     layout = layout_of(lengths, root)
     shape = grid_shape(log.header, kept)
     block = block_shape(shape, points_in_block(kept))
@@ -43,8 +43,11 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
             for name in coordinate_names(layout, kept):
                 values = coords[name][0] if name in scalars else coords[name]
                 hdf5.add_coordinate(file, name, values, coordinate_attributes(name, axes.get(name)))
+            for unknown, samples in drawn(log).items():
+                hdf5.add_samples(file, unknown.name, samples, coordinate_attributes(unknown.name, unknown))
+            beside = [*scalars, *(unknown.name for unknown in kept.unknowns)]
             datasets = [
-                hdf5.add_variable(file, v, layout.dims(v), layout.place(block) + kind[v.name].shape, scalars)
+                hdf5.add_variable(file, v, layout.dims(v), layout.place(block) + kind[v.name].shape, beside)
                 for v in variables
             ]
             for place, start, stop in blocks(shape, block):
@@ -59,10 +62,15 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
 def coordinates(log: Source) -> dict[str, np.ndarray[Any, np.dtype[Any]]]:
     """The coordinates of these results in the order of the dimensions in memory."""
     coords = {name: np.asarray(log.header["coords"][name]) for name in (*POINT, *(a.name for a in log.kept.axes))}
-    for name in ("start", "peak", "crossing"):
+    for name in ("sample", "start", "peak", "crossing"):
         if log.kept.length(name):
             coords[name] = np.arange(log.kept.length(name), dtype="<i4")
     return {**coords, "state": np.array(log.kept.states)}
+
+
+def drawn(log: Source) -> dict[Unknown, Array]:
+    """The samples of the uncertain numbers of these results."""
+    return {one: np.asarray(log.header["coords"][one.name], dtype=float) for one in log.kept.unknowns}
 
 
 def points_in_block(kept: Kept) -> int:

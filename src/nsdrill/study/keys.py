@@ -22,7 +22,7 @@ from nsdrill.observe.thresholds import Record, Thresholds
 from nsdrill.ranges import bound_text, range_text
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.units import USUAL, QuantityError, quoted
-from nsdrill.variables import MODEL
+from nsdrill.variables import MODEL, SAMPLE
 
 MANY = 12  # choices that no message lists
 BARE = ("", "percent")  # units of which a bare number is
@@ -294,6 +294,9 @@ def keys_of(model: str = MODEL) -> Keys:
     meanings |= {key: one.meaning for key, one in every.items() if key not in meanings}
     meanings |= {part.key: part.meaning for one in every.values() for part in one.parts}
     return Keys(found, sections, every, axes, physical, meanings)
+
+
+SAMPLE_LEAF = Leaf(SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a sample of the uncertain numbers")
 
 
 @lru_cache

@@ -22,7 +22,7 @@ from nsdrill.ranges import check_fields
 from nsdrill.study.keys import MODEL_LEAF, Keys, Leaf, keys_of
 from nsdrill.study.study import Procedure, Study
 from nsdrill.study.uncertain import draws, uncertain_of
-from nsdrill.variables import AXES, Axis
+from nsdrill.variables import AXES, Axis, Unknown
 
 LATER = ("drive", "modes", "stabilizer")  # sections that the first studies did not have
 # What the sections of earlier versions did not have, and its value where nothing has changed.
@@ -105,7 +105,7 @@ def study_from_resolved(
             refined=refined,
             more=tuple(_axis(leaf, keys, resolved) for leaf in more),
             drawn=drawn,
-            unknowns=tuple(_axis(leaves[key], keys, resolved) for key in drawn),
+            unknowns=tuple(Unknown(**vars(_axis(leaves[key], keys, resolved))) for key in drawn),
         )
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError, RecursionError) as error:
         name = source or "the resolved study"

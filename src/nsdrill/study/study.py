@@ -12,7 +12,7 @@ from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
-from nsdrill.variables import Axis
+from nsdrill.variables import Axis, Unknown
 
 Procedure = Literal["same", "up", "down", "up-down"]
 
@@ -54,7 +54,7 @@ class Study:
     more: tuple[Axis, ...] = ()
     ramps: dict[str, Ramp] = field(default_factory=dict)
     drawn: dict[str, np.ndarray] = field(default_factory=dict)
-    unknowns: tuple[Axis, ...] = ()
+    unknowns: tuple[Unknown, ...] = ()
 
     @property
     def samples(self) -> int:

@@ -30,6 +30,12 @@ sweep:                                      # {sweep}; without it one operating 
   procedure: same                           # same | up | down | up-down: the last three carry the state
   # along: depth                            # {along}
   refine: 0                                 # {refine}
+
+# uncertain:                                # {uncertain}
+#   {axis}: {{uniform: [{low}, {high}]}}
+#   # or normal: {{mean, deviation}}, lognormal: {{median, factor}}, triangular: [low, mode, high], values: [...]
+#   samples: 256                            # {samples}
+#   seed: 1                                 # {seed}
 """
 
 
@@ -41,6 +47,8 @@ def template_text(model: str = MODEL) -> str:
     for name in keys.sections:
         if name == "simulation":
             told = {key: MEANINGS[f"sweep.{key}"] for key in ("along", "refine")}
+            told |= {key: MEANINGS[f"uncertain.{key}"] for key in ("samples", "seed")}
+            told["uncertain"] = MEANINGS["uncertain"].partition(";")[0]
             axis, low, high = keys.model.example_axis
             parts.append(_SWEEP.format(sweep=MEANINGS["sweep"], axis=axis, low=low, high=high, **told))
         parts.append("\n".join(section(keys, name, lambda leaf: leaf.default_text)))

@@ -118,7 +118,8 @@ def _faults(document: Document, given: dict[str, Any], swept: dict[str, Any], ke
     told = [key for key in given if key not in HOW]
     columns = given.get("table") or {}
     if not told and not columns:
-        if given:
+        raw = document.data.get("uncertain")
+        if given and not any(key not in HOW or (key == "table" and raw[key]) for key in raw):
             yield _at(document, ("uncertain",), "no unknown", f"one by its key, {_example(keys)}")
         return
     if len(told) + len(columns) > MOST_UNKNOWNS:

@@ -109,7 +109,7 @@ def _of_unknowns(keys: Keys, resolved: dict[str, Any], name: str) -> str | None:
     if name not in found:
         return None
     if name in HOW:
-        return json.dumps(found[name]).replace('"', "") if name != "table" else None
+        return json.dumps(found[name], allow_nan=False).replace('"', "") if name != "table" else None
     ((kind, numbers),) = found[name].items()
     if isinstance(numbers, list):
         return f"{{{kind}: {_values(keys, resolved, name, numbers)}}}"

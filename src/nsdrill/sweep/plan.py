@@ -1,14 +1,14 @@
 """From axes to points to chains: which operating points there are, and in which order the state is carried.
 
-Points are numbered over (procedure, axes), the last axis fastest; where every operating point is started from several
-states, each start is a point of its own, and the starts run fastest. A chain is a row of points that follow one
-another; without carried state every point is a chain of its own.
+Points are numbered over (procedure, axes), the last axis fastest; where every operating point is run with several
+samples of uncertain numbers, or started from several states, each is a point of its own, and these run fastest. A
+chain is a row of points that follow one another; without carried state every point is a chain of its own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,8 @@ Array = np.ndarray[Any, np.dtype[Any]]
 class Plan:
     """``axes``: the ascending values in SI of each axis by its key, in order; ``procedure`` same, up, down or up-down;
     ``along`` the key of the axis along which the state is carried; ``starts`` from how many states each operating point
-    is started, 0 where from one; there are several with procedure same only.
+    is started, 0 where from one; there are several with procedure same only. ``drawn`` has the samples of the uncertain
+    numbers by key, arrays of one length; a state is carried along an axis in each sample by itself.
 
     Up-down is one chain: up to the end and back down from there, so that the end point is run twice.
     """
@@ -31,8 +32,11 @@ class Plan:
     procedure: str
     along: str | None
     starts: int = 0
+    drawn: dict[str, Array] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        if self.starts and self.drawn:
+            raise ValueError(f"starts: found {self.starts} with samples of uncertain numbers, allowed: one of the two")
         if self.starts and self.procedure != "same":
             raise ValueError(f"starts: found {self.starts} with procedure {self.procedure}, allowed: with same")
 
@@ -41,14 +45,25 @@ class Plan:
         return ("up", "down") if self.procedure == "up-down" else (self.procedure,)
 
     @property
+    def samples(self) -> int:
+        """With how many samples of the uncertain numbers every operating point is run; 0 where none is uncertain."""
+        return len(next(iter(self.drawn.values()))) if self.drawn else 0
+
+    @property
+    def varied(self) -> dict[str, Array]:
+        """All values of every number that differs from point to point, by key."""
+        return {**self.axes, **self.drawn}
+
+    @property
     def dimensions(self) -> dict[str, Array]:
         """The values of each axis by the name of its dimension."""
         return {dimension_of(key): values for key, values in self.axes.items()}
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """(procedures, values of each axis)."""
-        return len(self.procedures), *(len(values) for values in self.axes.values())
+        """(procedures, values of each axis), and the number of samples where numbers are uncertain."""
+        axes = (len(values) for values in self.axes.values())
+        return len(self.procedures), *axes, *([self.samples] if self.samples else [])
 
     @property
     def grid(self) -> tuple[int, ...]:
@@ -88,22 +103,28 @@ class Plan:
         return np.asarray(np.ravel_multi_index((second.astype(np.int64), *position), self.shape))
 
     def values(self, points: Array) -> dict[str, Array]:
-        """The values of every axis at these points."""
+        """The values of every axis, and of the uncertain numbers, at these points."""
         _, *indices = np.unravel_index(points, self.grid)
-        return {name: values[index] for (name, values), index in zip(self.axes.items(), indices, strict=False)}
+        found = {name: values[index] for (name, values), index in zip(self.axes.items(), indices, strict=False)}
+        return found | {name: values[indices[len(self.axes)]] for name, values in self.drawn.items()}
 
     def starts_of(self, points: Array) -> Array:
         """The number of the start of these points."""
         return np.asarray(points) % max(self.starts, 1)
 
-    def find(self, wanted: Mapping[str, float], procedure: str, start: int = 0) -> tuple[int, dict[str, float]]:
-        """The point nearest to the values ``wanted`` of all axes in a procedure, and its values. ValueError for a
-        procedure or a start that is not there."""
+    def find(
+        self, wanted: Mapping[str, float], procedure: str, start: int = 0, sample: int = 0
+    ) -> tuple[int, dict[str, float]]:
+        """The point nearest to the values ``wanted`` of all axes in a procedure, and its values, those of the uncertain
+        numbers among them. ValueError for a procedure, a start or a sample that is not there."""
+        if not 0 <= sample < max(self.samples, 1):
+            raise ValueError(f"sample: found {sample}, allowed: 0 to {max(self.samples, 1) - 1}")
         if not 0 <= start < max(self.starts, 1):
             raise ValueError(f"start: found {start}, allowed: 0 to {max(self.starts, 1) - 1}")
         if procedure not in self.procedures:
             raise ValueError(f"procedure: found {procedure}, allowed: {', '.join(self.procedures)}")
         nearest = [int(np.argmin(np.abs(values - wanted[name]))) for name, values in self.axes.items()]
         found = {name: float(values[i]) for (name, values), i in zip(self.axes.items(), nearest, strict=True)}
-        operating_point = int(np.ravel_multi_index((self.procedures.index(procedure), *nearest), self.shape))
-        return operating_point * max(self.starts, 1) + start, found
+        found |= {name: float(values[sample]) for name, values in self.drawn.items()}
+        place = (self.procedures.index(procedure), *nearest, *([sample] if self.samples else []))
+        return int(np.ravel_multi_index(place, self.shape)) * max(self.starts, 1) + start, found

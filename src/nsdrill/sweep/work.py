@@ -79,7 +79,7 @@ class Work:
     def variant(self) -> Variant:
         """What is fixed when it is compiled."""
         # An option is compiled in where an axis needs it at some point.
-        fixed = self.kind.variant(self.at(self.plan.axes).parameters)
+        fixed = self.kind.variant(self.at(self.plan.varied).parameters)
         if self.simulation.method == "implicit":
             fixed = self.kind.apart(fixed)
         return Variant(self.model, fixed, self.record.exponent, self.simulation.stepper)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import html
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -23,7 +24,8 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import Line, edges
 from nsdrill.variables import INFERRED, OK
-from nsdrill.web.diagrams import Reply, axis_of, diagram, longest, members, plane
+from nsdrill.web.branches import END, REGULAR, Branches
+from nsdrill.web.diagrams import Reply, axis_of, longest, members, plane
 from nsdrill.web.packet import packed
 from nsdrill.web.server import static
 from nsdrill.web.session import Session
@@ -84,20 +86,23 @@ def _of_file(page: _Page, part: Part, motions: int) -> None:
     session = part.session
     results = session.results
     if results is None:
-        raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
+        if session.branches is None:
+            raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
+        _of_branches(page, session, session.branches)
+        return
     chosen = representatives(results, motions)
     _asked(page, session, results)
     page.add("<h3>Diagrams</h3>", '<p class="screen">Point at a diagram for its numbers.</p>')
     _diagrams(page, session, results)
     for heading, lines in part.notes:
         page.add(f"<h3>{_text(heading)}</h3>", f"<pre>{_text(chr(10).join(lines))}</pre>")
-    commands = [f"nsdrill show {session.path} --study &gt; study.yaml", "nsdrill run study.yaml -o again.h5"]
+    commands = [f"nsdrill show {shlex.quote(session.path)} --study > study.yaml", "nsdrill run study.yaml -o again.h5"]
     if chosen:
         page.add("<h3>Motions</h3>", "<p>One point of each kind that is common, run once more.</p>")
-        for place in chosen:
-            commands.append(_text(_motion(page, session, place)))
+        for number, place in enumerate(chosen, start=1):
+            commands.append(_motion(page, session, place).replace(" -o trace.h5", f" -o trace{number}.h5"))
     page.add("<h3>From the command line</h3>")
-    page.add(f"<p>Study, results, and the motions above:</p><pre>{chr(10).join(commands)}</pre>")
+    page.add(f"<p>Study, results, and the motions above:</p><pre>{_text(chr(10).join(commands))}</pre>")
     page.add(
         f"<details><summary>The study, every key</summary><pre>{_text(study_of(session.path, results.attrs))}</pre>"
     )
@@ -160,11 +165,31 @@ def _diagrams(page: _Page, session: Session, results: Results) -> None:
             page.add(f"<h4>{_text(words)}</h4>")
         panels = drawn_in(results.attrs).panels
         replies = [
-            _thinned(diagram(results, units, p.peaks, names[0], held))
+            _thinned(session.diagram({"y": p.peaks, "x": names[0], "held": held}))
             for p in panels
             if p.greatest in results.variables
         ]
         page.drawing("lines", replies, more, f"Peaks along {names[0]} {words}")
+
+
+def _of_branches(page: _Page, session: Session, found: Branches) -> None:
+    """Branches by themselves: their curves, and what is special about them."""
+    rows = [("File", session.path), ("Model", session.meta()["model"])]
+    rows += [(name, value) for name, value in (("Made", str(found.attrs.get("created", ""))),) if value]
+    page.add("<h3>What was asked</h3>", _table(rows), "<h3>Branches</h3>")
+    panels = [p for p in drawn_in(found.attrs).panels if p.greatest in found.features]
+    replies = [session.diagram({"y": p.peaks}) for p in panels]
+    page.drawing("lines", replies, {"responses": response_styles()}, f"Branches along {found.along}")
+    x, first, told_ = quantity(found.along, session.units), 0, []
+    for number, (size, name, end) in enumerate(zip(found.sizes.tolist(), found.names, found.ends, strict=True)):
+        part = found.numbers[first : first + size]
+        told_.append((f"Branch {number}", f"{name}, {x.value(part.min())} to {x.value(part.max())}; ends: {end}"))
+        for point in range(first, first + size):
+            if (label := int(found.label[point])) not in (REGULAR, END):
+                words = f"{found.meanings.get(label, str(label))} at {x.value(float(found.numbers[point]))}"
+                told_.append(("", f"{words} (point {point})"))
+        first += size
+    page.add(_table(told_))
 
 
 def _cuts(results: Results, names: Sequence[str], units: str) -> Iterator[tuple[dict[str, int], str]]:

@@ -34,6 +34,7 @@ MOST = 65536  # bytes of a request
 PATIENCE = (
     3.0  # seconds without a page, after which the explorer stops: a page that is loaded anew is gone for a moment
 )
+DRAWN = 5.0  # seconds after which there is no waiting for a page any more
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data: blob:; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'self' http://localhost:* http://127.0.0.1:*"
@@ -62,7 +63,7 @@ class Explorer:
 
     def __init__(self, session: Session, port: int = 0) -> None:
         self.session, self.token = session, secrets.token_urlsafe(24)
-        self.stopped = threading.Event()
+        self.stopped, self._drawn = threading.Event(), threading.Event()
         self.pages, self.seen, self.left = 0, False, 0.0
         self._count = threading.Lock()
         try:
@@ -82,11 +83,13 @@ class Explorer:
         return f"http://{ADDRESS}:{self.port}/#{self.token}"
 
     def start(self) -> None:
-        """Begin to answer, and make ready what computes."""
+        """Begin to answer, and make ready what computes, once the first page has its diagram."""
         threading.Thread(target=self._server.serve_forever, args=(0.1,), daemon=True).start()
         threading.Thread(target=self._warm, daemon=True).start()
 
     def _warm(self) -> None:
+        if self.session.results is not None:
+            self._drawn.wait(DRAWN)
         with suppress(NsdrillError, KeyboardInterrupt):  # a page is told when it asks
             self.session.warm()
 
@@ -127,9 +130,11 @@ class Explorer:
             return "application/json", json_text(session.saved(asked)).encode()
         reply = {
             "diagram": session.diagram, "plane": session.plane, "replay": session.replay, "live": session.live,
-            "local": session.local, "section": session.section,
+            "local": session.local, "section": session.section, "orbit": session.orbit,
         }[name](asked)  # fmt: skip
-        return "application/octet-stream", packed(*reply)
+        body = packed(*reply)
+        self._drawn.set()
+        return "application/octet-stream", body
 
 
 class _Server(ThreadingHTTPServer):
@@ -275,7 +280,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Nothing: the terminal is for what matters."""
 
 
-NAMES = ("meta", "diagram", "plane", "replay", "live", "local", "section", "saved")
+NAMES = ("meta", "diagram", "plane", "replay", "live", "local", "section", "orbit", "saved")
 
 
 def _no_constant(name: str) -> None:

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import math
 import os
+import shlex
 import threading
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +27,7 @@ from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import is_study
 from nsdrill.quantity import find
 from nsdrill.variables import OK, POINT, dimension_of
+from nsdrill.web.branches import Branches, curves, fits, is_branches, read_branches
 from nsdrill.web.diagrams import Reply, choices, diagram, members, plane
 from nsdrill.web.shown import response_styles, rows, told, verdict_words
 
@@ -44,13 +47,21 @@ WIDE = 0.2  # of the value on both sides
 
 
 class Session:
-    """The explorer of the file ``path``: results, an unfinished run, or a study with ``overrides`` applied.
+    """The explorer of the file ``path``: results, an unfinished run, branches, or a study with ``overrides`` applied;
+    of results with the branches of the file ``over`` above them.
 
     FileError or InputError where it is something else.
     """
 
-    def __init__(self, path: str | os.PathLike[str], units: str = "si", overrides: list[str] | None = None) -> None:
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        units: str = "si",
+        overrides: list[str] | None = None,
+        over: str | os.PathLike[str] | None = None,
+    ) -> None:
         self.path, self.units = os.fspath(path), units
+        self.branches: Branches | None = None if over is None else read_branches(over)
         self._turn = threading.Lock()  # to compute
         self._motions: Motions | None = None
         self.results: Results | None = None
@@ -61,11 +72,23 @@ class Session:
         else:
             if overrides:
                 raise InputError(f"--set: found with {self.path}; allowed: with a study, which ends in .yaml or .yml.")
-            self.results = self._read()
-            from nsdrill.app.stored import stored_study
+            self._open()
+        if over is not None and self.results is None:
+            raise InputError(f"--over: found with {self.path}; allowed: with results of a sweep.")
+        if self.branches is not None and self.branches.study.model != self.study.model:
+            raise InputError(
+                f"--over: found branches of the model {self.branches.study.model}; allowed: of {self.study.model}."
+            )
 
-            self.study = stored_study(path, self.results.attrs, self.results.coords)
-        self._run_at_start = self.results is None
+    def _open(self) -> None:
+        if os.path.lexists(self.path) and is_branches(self.path):
+            self.branches = read_branches(self.path)
+            self.study = self.branches.study
+            return
+        self.results = self._read()
+        from nsdrill.app.stored import stored_study
+
+        self.study = stored_study(self.path, self.results.attrs, self.results.coords)
 
     def _read(self) -> Results:
         from nsdrill.app.reading import read_any
@@ -112,7 +135,7 @@ class Session:
         """What a page needs to begin: names, words, units, colours, sliders."""
         model, attrs = described(self.study.model), self._attrs
         head: dict[str, Any] = {
-            "kind": "study" if self.results is None else "results",
+            "kind": "results" if self.results is not None else "study" if self.branches is None else "branches",
             "file": os.path.basename(self.path),
             "title": " ".join(self.study.title.split()) or os.path.basename(self.path),
             "model": model.title,
@@ -124,12 +147,28 @@ class Session:
             "responses": response_styles(),
             "sliders": self._sliders(),
             "usual": list(dict.fromkeys([*USUAL, *self.study.swept])),
-            "command": f"nsdrill view {self.path}",
+            "command": f"nsdrill view {shlex.quote(self.path)}",
         }
         if self.results is not None:
             head["choices"] = choices(self.results, self.units)
             head["points"] = int(self.results["status"].size)
+        elif self.branches is not None:
+            head["choices"] = self._of_branches()
+            head["points"] = len(self.branches.label)
         return head
+
+    def _of_branches(self) -> dict[str, Any]:
+        """What can be drawn of branches alone."""
+        assert self.branches is not None
+        there = self.branches.features
+        panels = [one for one in drawn_in(self._attrs).panels if one.greatest in there]
+        axis = told(self.branches.along, self.units)
+        return {
+            "axes": [{**axis, "key": self.branches.key, "dimension": 0, "values": [], "log": False}],
+            "procedures": [""], "members": None, "labels": [], "responses": response_styles(), "dimensions": 0,
+            "panels": [{**told(one.peaks, self.units), "mode": one.mode, "trace": one.trace} for one in panels],
+            "features": [told(name, self.units) for name in there if name in BY_NAME],
+        }  # fmt: skip
 
     @property
     def _attrs(self) -> Mapping[str, Any]:
@@ -188,10 +227,63 @@ class Session:
 
     def diagram(self, asked: Mapping[str, Any]) -> Reply:
         """Peaks or a feature along an axis: ``y``, and perhaps ``x``, ``held`` and ``member``."""
+        y = _word(asked, "y")
+        panel = next((one for one in drawn_in(self._attrs).panels if one.peaks == y), None)
+        name = panel.greatest if panel else y
+        if self.results is None and self.branches is not None:
+            return self._curves_alone(y, name)
         results = self._swept()
-        return diagram(
-            results, self.units, _word(asked, "y"), _word(asked, "x", None), _counts(asked), _whole(asked, "member", 0)
+        head, columns = diagram(
+            results, self.units, y, _word(asked, "x", None), _counts(asked), _whole(asked, "member", 0)
         )
+        if self.branches is not None:
+            why = fits(self.branches, results, head["x"]["name"], head["place"])
+            if not why and name in self.branches.features:
+                more, lines = curves(self.branches, name, self.units)
+                return head | more, columns | lines
+            head["note"] = why or "The branches have no such feature."
+        return head, columns
+
+    def _curves_alone(self, y: str, name: str) -> Reply:
+        """Branches without a sweep beneath."""
+        assert self.branches is not None
+        if name not in self.branches.features or name not in BY_NAME:
+            raise InputError(f"y: found {y}; allowed: peaks or a feature of these branches.")
+        more, lines = curves(self.branches, name, self.units)
+        across = lines["curve x"]
+        head = {
+            "x": self._of_branches()["axes"][0], "y": told(y, self.units), "procedures": [""], "head_told": [],
+            "place": None, "hysteresis": [], "lines": [], "edges": [across.min(), across.max()],
+        }  # fmt: skip
+        none: dict[str, Array] = {"values": np.empty((1, 0, 1)), "outcome": np.empty((1, 0)), "still": np.empty((1, 0))}
+        return head | more, none | lines
+
+    def orbit(self, asked: Mapping[str, Any]) -> Reply:
+        """The motion of a ``point`` of the branches: one period where it is unstable, else so long as others."""
+        found, point = self.branches, _whole(asked, "point", -1)
+        if found is None or not 0 <= point < len(found.label):
+            raise InputError(f"point: found {point}; allowed: a point of the branches.")
+        here = {name: float(found.features[name][point]) for name in USUAL if name in found.features}
+        here[found.key] = float(found.numbers[point])
+        period = float(found.period[point])
+        if not 0.0 < period < LONGEST:  # of steady drilling
+            period = SHOWN_SECONDS
+        seconds = period * (1 if found.unstable[point] else max(1, math.ceil(SHOWN_SECONDS / period)))
+        with self._turn:
+            study = self.motions.at(self.motions.own | here)
+            fine = replace(study.simulation, rtol=float(found.attrs.get("rtol", study.simulation.rtol)))
+            study = replace(study, simulation=fine)
+            state = np.append(found.state[point], 0.0)
+            motion = self.motions.go_on(study, state, seconds, min(SAMPLE, period / 400))
+        head, columns = self._told(motion, study, {"status": motion.status, **motion.found})
+        if motion.status == OK:
+            head["features"] = rows(described(study.model).shown, motion.found, self.units)
+        head |= {
+            "begins": f"Point {point}, {found.name_of(point)}: run for {seconds:.4g} s, its period is {period:.4g} s.",
+            "changes": here,
+            "command": f"nsdrill simulate STUDY --orbit {shlex.quote(found.path)} --point {point} -o trace.h5",
+        }  # fmt: skip
+        return head, columns
 
     def plane(self, asked: Mapping[str, Any]) -> Reply:
         """A label or feature over two axes: ``colour``, ``x``, ``y``, and perhaps ``held`` and ``member``."""
@@ -438,7 +530,7 @@ class Session:
         from nsdrill.study.keys import keys_of
 
         results, leaves = self._swept(), keys_of(self.study.model).axes
-        parts = ["nsdrill replay", self.path]
+        parts = ["nsdrill replay", shlex.quote(self.path)]
         keys = {axis.name: axis.key for axis in results.more}
         for name in results.swept:
             key = keys.get(name, name)

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from typing import Any
 
 from nsdrill.models.christoforou_yigit.coefficients import UNITS, Coefficients, derive
-from nsdrill.models.christoforou_yigit.figures import figures, growth_at_rest, lateral_stiffness, mean_torque
+from nsdrill.models.christoforou_yigit.figures import (
+    figures,
+    growth_at_rest,
+    lateral_stiffness,
+    mean_torque,
+    wall_speed,
+)
 from nsdrill.models.christoforou_yigit.further import further_figures
 from nsdrill.models.christoforou_yigit.laws import steepest
 from nsdrill.models.christoforou_yigit.parameters import Parameters
-from nsdrill.models.leaves import Values
+from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import Figure
 from nsdrill.models.operation import Operation
 from nsdrill.models.steepness import implicit
@@ -39,6 +45,12 @@ COEFFICIENTS = {name: (UNITS[name], meaning) for name, meaning in MEANINGS.items
 MOST_STEPS_A_SECOND = 2000  # a point of 500 s then takes a million steps
 LEAST_PERIODS = 4
 SHARP = 500.0  # smoothing times dynamic_from
+# Numbers that a sheet of the assembly does not give, and that move critical speeds.
+DOUBTED = ("drillstring.eccentricity", "mud.added_mass", "mud.drag", "bit.rock_stiffness", "bit.friction.static",
+           "bit.friction.dynamic", "bit.friction.decay")  # fmt: skip
+LEAST_OFFSET = 1e-6  # m
+MUCH = 0.25  # of the sweep's speeds, by which the part that is said to be critical changes
+NEAR = 0.2  # of the resonance with the lobes
 
 
 def coefficients(parameters: Parameters, operation: Operation) -> Coefficients:
@@ -54,7 +66,10 @@ def every_figure(parameters: Parameters, operation: Operation) -> dict[str, Figu
 def warnings(study: Any, corners: list[Values], told: Told) -> list[str | None]:
     """Warnings of a study, with what its points have at the ends of all axes and ramps in ``corners``; None where there
     is nothing to warn of."""
-    found = [one(study, corners, told) for one in (_buckled, _slow, _rounded, _overloaded, _eccentric, _unstable)]
+    found = [
+        one(study, corners, told)
+        for one in (_buckled, _slow, _rounded, _overloaded, _eccentric, _unstable, _on_the_wall, _hangs)
+    ]
     if study.swept or not study.ramped:  # else there is no observed window
         found.append(_few_periods(study, corners, told))
     return found
@@ -160,6 +175,118 @@ def _eccentric(study: Any, corners: list[Values], told: Told) -> str | None:
         f"Eccentric: the eccentricity ({told(offset, 'm', 'mm')}) exceeds the clearance "
         f"({told(gap, 'm', 'mm')}): the collar is on the wall at almost any speed."
     )
+
+
+def _speeds(study: Any, corners: list[Values]) -> tuple[float, float]:
+    speeds = [float(at.operation[2]) for at in corners]
+    return min(speeds), max(speeds)
+
+
+def _on_the_wall(study: Any, corners: list[Values], told: Told) -> str | None:
+    """The collar reaches the wall below the slowest speed, at every corner: no point of the sweep is free of it."""
+    slowest, fastest = _speeds(study, corners)
+    if study.parameters.modes.lateral == "frozen":
+        return None
+    reached = [
+        (wall_speed(at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)), at)
+        for at in corners
+    ]
+    if any(speed is None or speed > slowest for speed, _ in reached):
+        return None
+    highest, at = max(((speed, at) for speed, at in reached if speed is not None), key=itemgetter(0))
+    if highest == 0.0:
+        return None  # it is buckled, which is said elsewhere
+    own = at.parameters.drillstring.eccentricity
+    ends = [
+        (speed, min(_eccentricity_at(one) for one in corners if float(one.operation[2]) == speed))
+        for speed in sorted({slowest, fastest})
+    ]
+    free = ", ".join(
+        f"at {told(speed, 'rad/s', 'rpm')} "
+        + (f"up to {told(offset, 'm', 'mm')}" if offset > LEAST_OFFSET else "with none")
+        for speed, offset in ends
+    )
+    return (
+        f"Wall: from {told(highest, 'rad/s', 'rpm')} on the imbalance brings the collar to the wall, and the slowest "
+        f"speed is {told(slowest, 'rad/s', 'rpm')}: no point lies below. The eccentricity is {told(own, 'm', 'mm')}; "
+        f"the collar would stay off the wall {free}. A shorter span helps as well."
+    )
+
+
+def _eccentricity_at(at: Values) -> float:
+    """The greatest eccentricity [m] with which the collar stays off the wall at this point; at most its own."""
+    low, high = 0.0, float(at.parameters.drillstring.eccentricity)
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        tried = with_values(at.parameters, {"drillstring.eccentricity": middle})
+        reached = wall_speed(tried, Operation(*at.operation), derive(tried, *at.operation))
+        low, high = (middle, high) if reached is None or reached > float(at.operation[2]) else (low, middle)
+    return low
+
+
+def _hangs(study: Any, corners: list[Values], told: Told) -> str | None:
+    """Numbers of which half or twice the value moves a critical speed through much of the sweep."""
+    slowest, fastest = _speeds(study, corners)
+    middle = Operation(*(float(sum(column)) / len(corners) for column in zip(*(at.operation for at in corners),
+                                                                            strict=True)))  # fmt: skip
+    base = corners[0].parameters
+    before = _critical(base, middle)
+    free = [key for key in DOUBTED if key not in study.axes and key not in study.drawn]
+    said = []
+    for key in free:
+        value = attrgetter(key)(base)
+        worst = None
+        for factor in (0.5, 2.0):
+            tried = with_values(base, {key: factor * value})
+            law = tried.bit.friction
+            if law.dynamic > law.static:
+                continue
+            for name, speed in _critical(tried, middle).items():
+                moved = abs(_part(name, speed, slowest, fastest) - _part(name, before[name], slowest, fastest))
+                if moved >= MUCH and (worst is None or moved > worst[0]):
+                    worst = moved, factor, name, speed
+        if worst is not None:
+            _, factor, name, speed = worst
+            was, now = (told(one, "rad/s", "rpm") if one is not None else "no speed" for one in (before[name], speed))
+            said.append(f"{'half' if factor < 1 else 'twice'} {key} moves {CRITICAL[name]} from {was} to {now}")
+    if not said:
+        return None
+    speeds = told(slowest, "rad/s", "rpm") + (f" to {told(fastest, 'rad/s', 'rpm')}" if fastest > slowest else "")
+    return (
+        f"Hangs: at {speeds} the answer hangs on numbers that are rarely known well: {'; '.join(said)}. Say what they "
+        "may be in the section uncertain, or run the study with both ends."
+    )
+
+
+CRITICAL = {
+    "wall_speed": "the speed at which the collar reaches the wall",
+    "stick_slip_onset": "the speed below which the bit sticks and slips",
+    "lobe_resonance": "the speed at which the lobes make the bit bounce",
+}
+
+
+def _critical(parameters: Parameters, operation: Operation) -> dict[str, float | None]:
+    """The critical speeds of the motions that are free."""
+    modes = parameters.modes
+    free = {"wall_speed": modes.lateral, "stick_slip_onset": modes.torsional, "lobe_resonance": modes.axial}
+    found = figures(parameters, operation)
+    return {name: found[name].value for name, mode in free.items() if mode == "free"}
+
+
+def _part(name: str, critical: float | None, slowest: float, fastest: float) -> float:
+    """The part of the sweep's speeds on the critical side of a ``critical`` speed, or near it."""
+    low, high = {
+        "wall_speed": (critical, math.inf),
+        "stick_slip_onset": (0.0, critical),
+        "lobe_resonance": (
+            None if critical is None else (1 - NEAR) * critical, None if critical is None else (1 + NEAR) * critical
+        ),
+    }[name]  # fmt: skip
+    if low is None or high is None:
+        return 0.0
+    if fastest == slowest:
+        return float(low <= slowest <= high)
+    return max(min(high, fastest) - max(low, slowest), 0.0) / (fastest - slowest)
 
 
 def _unstable(study: Any, corners: list[Values], told: Told) -> str | None:

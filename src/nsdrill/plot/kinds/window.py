@@ -32,9 +32,9 @@ COLOURS = ListedColormap([UNKNOWN_COLOUR, CRITICAL_COLOUR, RIM_COLOUR, SAFE_COLO
 NORM = BoundaryNorm([-1.5, -0.5, 0.5, 1.5, 2.5], 4)
 
 
-def draw(results: Results, units: str = "si", severity: int | None = None) -> Figure:
-    found = classes(results, severity)
-    note = find_window(results, severity)
+def draw(results: Results, units: str = "si", severity: int | None = None, confidence: float | None = None) -> Figure:
+    note = find_window(results, severity, confidence)
+    found = classes(results, severity, note["confidence"])
     shown = _shown(len(found.state))
     figure, panels = _frame(found, shown, units)
     cells = _cells(found, units)
@@ -133,9 +133,12 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
     words = {SAFE: f"safe: {calm}, {both}", RIM: "rim: depends on the history", CRITICAL: "critical"}
     if not note["history_examined"]:
         words[SAFE] = f"safe: {calm}; history not examined"
+    if note["confidence"] is not None:
+        history = f"in {both}" if note["history_examined"] else "history not examined"
+        words[SAFE] = f"safe with {100 * note['confidence']:g} %: {calm}, {history}"
     handles: list[Artist] = []
     for value, name in ((SAFE, "safe"), (RIM, "rim"), (CRITICAL, "critical")):
-        if value == RIM and not note["history_examined"]:
+        if value == RIM and (not note["history_examined"] or note["confidence"] is not None):
             continue
         handles.append(
             Patch(
@@ -185,7 +188,7 @@ KINDS = (
         place=_place,
         draw=draw,
         uses=drawn_of,
-        takes=("severity",),
+        takes=("severity", "confidence"),
         across=lambda data: lies_across(data) if len(data.swept) > 1 else longest(data),
     ),
 )

@@ -210,7 +210,8 @@ window.nsdrill = (() => {
     let count = 0;
     for (const value of d.values) if (Number.isFinite(value)) count++;
     const open = (p) => d.procedures[p] === "down" && P > 1;
-    let range = limits(d.values);
+    const curve = d.curves && { x: d["curve x"], y: d["curve y"], unstable: d["curve unstable"] };
+    let range = curve ? (N ? limits(d.values, curve.y) : limits(curve.y)) : limits(d.values);
     for (const line of d.lines || [])
       if (line.y[1] <= range[1] + 1.5 * (range[1] - range[0])) range = limits(range, line.y);
     const frame = {
@@ -267,12 +268,12 @@ window.nsdrill = (() => {
               c.moveTo(x + r, y - r); c.lineTo(x - r, y + r);
               c.stroke();
             }
-        if (o.after) o.after(c, X, Y, u);
+        if (curve) branches(c, X, Y, u);
       },
       over(c, X, Y, u) {
         const dpr = ratio();
         if (o.chosen) {
-          const x = X(xs[o.chosen[1]]);
+          const x = X(o.chosen[0] < 0 ? o.chosen[1] : xs[o.chosen[1]]);
           c.strokeStyle = "#000";
           c.lineWidth = 1.5 * dpr;
           c.setLineDash([2 * dpr, 2 * dpr]);
@@ -295,6 +296,49 @@ window.nsdrill = (() => {
       move(px, py, u) { o.move && o.move(nearest(px, py, u)); },
       click(px, py, u) { const hit = nearest(px, py, u); if (hit) o.pick(hit); },
     };
+    // Branches: solid where stable, dashed where not; special points by their first letters.
+    function branches(c, X, Y, u) {
+      const dpr = ratio();
+      let first = 0;
+      c.strokeStyle = "#000";
+      for (const size of d.curves.sizes) {
+        for (const stable of [true, false]) {
+          c.lineWidth = (stable ? 1.8 : 1.2) * dpr;
+          c.setLineDash(stable ? [] : [4 * dpr, 3 * dpr]);
+          c.beginPath();
+          for (let i = first; i + 1 < first + size; i++)
+            if ((curve.unstable[i] === 0 && curve.unstable[i + 1] === 0) === stable) {
+              c.moveTo(X(curve.x[i]), Y(curve.y[i]));
+              c.lineTo(X(curve.x[i + 1]), Y(curve.y[i + 1]));
+            }
+          c.stroke();
+        }
+        first += size;
+      }
+      c.setLineDash([]);
+      c.font = `bold ${10 * dpr}px "DejaVu Sans", Verdana, sans-serif`;
+      c.textAlign = "left";
+      const written = []; // no word over another
+      for (const [i, words] of d.curves.special) {
+        c.fillStyle = "#fff";
+        c.strokeStyle = "#000";
+        c.lineWidth = 1.4 * dpr;
+        c.beginPath();
+        c.arc(X(curve.x[i]), Y(curve.y[i]), 3.6 * dpr, 0, 2 * Math.PI);
+        c.fill();
+        c.stroke();
+        const place = [X(curve.x[i]), Y(curve.y[i])];
+        if (written.some(([x, y]) => Math.abs(x - place[0]) < 62 * dpr && Math.abs(y - place[1]) < 13 * dpr)) continue;
+        written.push(place);
+        c.lineWidth = 3 * dpr;
+        c.strokeStyle = "rgba(255, 255, 255, 0.85)";
+        const late = place[0] > u.bbox.left + u.bbox.width - 75 * dpr;
+        c.textAlign = late ? "right" : "left";
+        c.strokeText(words, place[0] + (late ? -6 : 6) * dpr, place[1] - 5 * dpr);
+        c.fillStyle = "#000";
+        c.fillText(words, place[0] + (late ? -6 : 6) * dpr, place[1] - 5 * dpr);
+      }
+    }
     // The peak nearest to a place in the plot; of none near, the nearest point along the axis.
     function nearest(px, py, u) {
       let best = null, least = Infinity, column = null, gap = Infinity;
@@ -312,6 +356,11 @@ window.nsdrill = (() => {
           }
         }
       }
+      if (curve)
+        for (let i = 0; i < curve.x.length; i++) {
+          const dx = u.valToPos(curve.x[i], "x") - px, dy = u.valToPos(curve.y[i], "y") - py, far = dx * dx + dy * dy;
+          if (far < 100 && far <= least) { least = far; best = { curve: i, value: curve.y[i], at: curve.x[i] }; }
+        }
       if (best) return best;
       if (column === null) return null;
       let p = visible.indexOf(true);
@@ -324,6 +373,15 @@ window.nsdrill = (() => {
       show(list) { list.forEach((on, p) => { visible[p] = on; }); made.plot.redraw(); },
       live(marks) { o.live = marks; made.over(); },
     };
+  }
+
+  // Which branch a point of the curves is of, in words.
+  function branchWords(d, i) {
+    let first = 0, number = 0;
+    while (i >= first + d.curves.sizes[number]) first += d.curves.sizes[number++];
+    const special = d.curves.special.find(([at]) => at === i), count = d["curve unstable"][i];
+    const stands = count ? `unstable in ${count} direction${count > 1 ? "s" : ""}` : "stable";
+    return `branch ${number}, ${d.curves.names[number]}, ${stands}${special ? `: ${special[1]}` : ""}`;
   }
 
   // Classes or values over two axes.
@@ -405,7 +463,7 @@ window.nsdrill = (() => {
         pen = true;
       }
     } else {
-      let column = -1, low = Infinity, high = -Infinity;
+      let column = -1, low = Infinity, high = -Infinity, before = NaN;
       const flush = () => {
         if (low > high) return;
         c.moveTo(column + 0.5, Y(low) + 0.5);
@@ -413,9 +471,15 @@ window.nsdrill = (() => {
       };
       for (let i = first; i <= last; i++) {
         const pixel = Math.round(X(time[i]));
-        if (pixel !== column) { flush(); column = pixel; low = Infinity; high = -Infinity; }
-        if (values[i] < low) low = values[i];
-        if (values[i] > high) high = values[i];
+        if (pixel !== column) { // a column begins where the one before ended, so that the line has no gaps
+          flush();
+          column = pixel;
+          low = before === before ? before : Infinity;
+          high = before === before ? before : -Infinity;
+        }
+        before = values[i];
+        if (before < low) low = before;
+        if (before > high) high = before;
       }
       flush();
     }
@@ -711,5 +775,5 @@ window.nsdrill = (() => {
     return cut;
   }
 
-  return { unpack, make, digits, amount, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
+  return { branchWords, unpack, make, digits, amount, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
 })();

@@ -176,7 +176,8 @@
       charts.push(
         N.scatter(box, d, {
           responses: meta.responses, visible: [...view.visible], height: all.length > 1 ? (number === all.length - 1 ? 222 : 190) : 430,
-          bare: number < all.length - 1, sync: "sweep", move: (hit) => hit && hover(d, hit), pick: (hit) => pick(d, hit.p, hit.i),
+          bare: number < all.length - 1, sync: "sweep", move: (hit) => hit && hover(d, hit),
+          pick: (hit) => ("curve" in hit ? orbit(d, hit) : pick(d, hit.p, hit.i)),
         }),
       );
       for (const code of d.outcome) seen.add(code);
@@ -188,12 +189,21 @@
       items.push(make("li", {}, N.swatch("o", "#4D4D4D"), "up: filled"), make("li", {}, N.swatch("o", "#4D4D4D", false), "down: open"));
     if (d.hysteresis.length) items.push(make("li", {}, N.swatch("s", "#E8D47A"), "up and down differ"));
     if (seen.has(-2)) items.push(make("li", {}, N.swatch("X", "#000"), "failed"));
+    if (d.curves) items.push(make("li", {}, "line: branch, solid where stable, dashed where not"));
+    if (d.note) items.push(make("li", {}, d.note));
     $("legend").replaceChildren(...items);
     view.count = d.x.values.length;
     live();
   }
 
-  function hover(d, { p, i, value }) {
+  function hover(d, { p, i, value, curve, at }) {
+    if (curve !== undefined) {
+      $("hover").replaceChildren(
+        make("span", { class: "name" }, `${d.x.words} ${amount(at, d.x.unit, 6)}: ${N.branchWords(d, curve)}`),
+        make("br"), `${d.y.words} ${amount(value, d.y.unit)}`,
+      );
+      return;
+    }
     const code = d.outcome[p * d.x.values.length + i];
     const head = [
       make("span", { class: "name" }, `${d.x.words} ${amount(d.x.values[i], d.x.unit, 5)}${d.procedures.length > 1 ? `, ${d.procedures[p]}` : ""}: ${word(code)}`),
@@ -244,6 +254,12 @@
     return place;
   }
 
+  function orbit(d, hit) {
+    for (const one of charts) one.choose(-1, hit.at);
+    view.chosen = null;
+    follow(d, hit.curve);
+  }
+
   function choose(p, i) {
     view.chosen = [p, i];
     for (const one of charts) one.choose(p, i);
@@ -257,6 +273,7 @@
   // With the keyboard: left and right along the axis, up and down the procedure or the other axis.
   $("diagram").addEventListener("keydown", (event) => {
     if (!view || !view.all) return;
+    if (!view.all[0].x.values.length) return;
     const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
     const d = view.all[0], n = d.x.values.length, clip = (value, count) => Math.min(Math.max(value, 0), count - 1);
     const far = event.shiftKey ? 10 : 1;
@@ -287,6 +304,14 @@
     const reply = await ask("replay", { place, seconds: seconds() });
     now.place = place;
     now.changes = {};
+    present(reply);
+  });
+
+  // The motion of a point of a branch; sliders go on from it.
+  const follow = inTurn(async (d, point) => {
+    const reply = await ask("orbit", { point });
+    now.place = d.place;
+    now.changes = { ...reply.head.changes };
     present(reply);
   });
 
@@ -486,6 +511,7 @@
     $("local-run").addEventListener("click", () => around($("around").value));
     $("which").textContent = "No point is chosen yet.";
     if (meta.choices && meta.choices.axes.length) {
+      if (meta.kind === "branches") $("hover").textContent = "Point at a branch; click a point of it to run its motion.";
       controls();
       await redraw();
     } else {

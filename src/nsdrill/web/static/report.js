@@ -39,6 +39,13 @@
           pick() {},
           move(hit) {
             if (!hit) return;
+            if ("curve" in hit) {
+              said.replaceChildren(
+                make("span", { class: "name" }, `${d.x.words} ${amount(hit.at, d.x.unit, 6)}: ${N.branchWords(d, hit.curve)}`),
+                make("br"), `${d.y.words} ${amount(hit.value, d.y.unit)}`,
+              );
+              return;
+            }
             const n = d.x.values.length, f = d.head_told.length;
             const numbers = d.head_told.map((one, k) => [one, d.told[(hit.p * n + hit.i) * f + k]]).filter(([, value]) => Number.isFinite(value));
             said.replaceChildren(
@@ -55,6 +62,8 @@
       if (d && d.procedures.includes("down") && d.procedures.length > 1)
         legend.append(make("li", {}, N.swatch("o", "#4D4D4D"), "up: filled"), make("li", {}, N.swatch("o", "#4D4D4D", false), "down: open"));
       if (d && d.hysteresis.length) legend.append(make("li", {}, N.swatch("s", "#E8D47A"), "up and down differ"));
+      if (d && d.curves) legend.append(make("li", {}, "line: branch, solid where stable, dashed where not"));
+      if (d && d.note) legend.append(make("li", {}, d.note));
       if (seen.has(-2)) legend.append(make("li", {}, N.swatch("X", "#000"), "failed"));
       place.append(legend, said);
     }

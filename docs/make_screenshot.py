@@ -1,0 +1,45 @@
+"""Photograph the explorer for its page: the study of figure 4, a point clicked, the speed moved down.
+
+    python docs/make_screenshot.py fig4.h5
+
+Needs Playwright and chromium (`pip install '.[browser]'`).
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from pathlib import Path
+
+from PIL import Image  # matplotlib needs it, so it is there
+from playwright.sync_api import sync_playwright
+
+import nsdrill
+
+PICTURE = Path(__file__).parent / "pictures" / "explorer.png"
+
+
+def main(results: str) -> None:
+    with nsdrill.view(results) as view, sync_playwright() as engine:
+        browser = engine.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1280, "height": 1000})
+        page.goto(view.url)
+        page.locator("body[data-ready='1']").wait_for()
+        box = page.locator("#diagram .u-over").first.bounding_box()
+        page.mouse.click(box["x"] + 0.83 * box["width"], box["y"] + 0.2 * box["height"])
+        page.locator("#bits").wait_for(timeout=300_000)
+        page.locator("#s-rotary_speed").focus()
+        for _ in range(9):
+            with page.expect_response("**/api/live", timeout=300_000):
+                page.keyboard.press("ArrowLeft")
+        page.locator("#local-run").click()
+        page.locator("#local-diagram .u-over").first.wait_for(timeout=300_000)
+        page.wait_for_timeout(500)
+        page.screenshot(path=PICTURE, full_page=True)
+        browser.close()
+    image = Image.open(PICTURE).convert("RGB")
+    image.quantize(64, Image.Quantize.MAXCOVERAGE, kmeans=2, dither=Image.Dither.NONE).save(PICTURE, optimize=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

@@ -1,0 +1,169 @@
+"""Results files whose studies differ in one number, made into one file with that number as an axis.
+
+A point has the bits of a study of its own, so the file is the one that a sweep of that axis would have made.
+"""
+
+from __future__ import annotations
+
+import copy
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from nsdrill.app.planned import plan_of
+from nsdrill.app.provenance import provenance, versions
+from nsdrill.data import Array, Results, resolved_study
+from nsdrill.errors import InputError
+from nsdrill.store import kind_of, read_results
+from nsdrill.study.keys import Keys, keys_of
+from nsdrill.study.resolved import axis_values, study_from_resolved
+from nsdrill.study.study import Study
+from nsdrill.study.written import changes, study_text
+from nsdrill.variables import MODEL, POINT, dimension_of
+
+Named = tuple[str, Results]  # what messages call it, and the results
+_MADE = ("h5py_version", "python_version", "processor")
+
+
+def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Results, str]:
+    """The results of all ``sources``, results or their files, in one, and the key that became an axis. InputError where
+    they differ in more than one number."""
+    if len(sources) < 2:
+        raise InputError(f"combine: found {len(sources)} file; allowed: two or more.")
+    found = [_read(source, number) for number, source in enumerate(sources)]
+    _check_alike(found)
+    key, keys = _differing(found)
+    study, places = _study(found, key, keys)
+    whole = _joined([results for _, results in found], study, places, dimension_of(key))
+    names = ", ".join(name for name, _ in found)
+    made = provenance(study, f"combine {names}")
+    first = found[0][1].attrs
+    kept = {name: first[name] for name in (*versions(), *_MADE) if name in first}
+    kept |= {name: first[name] for name in ("classification", "classification_resolved") if name in first}
+    histories = dict.fromkeys(line for _, results in found for line in str(results.attrs["history"]).splitlines())
+    attrs = {**made, **kept, "history": "\n".join([*histories, made["history"]])}
+    whole = replace(whole, attrs=attrs)
+    if "start" in whole.coords:  # attractors are numbered alike along the new axis, too
+        from nsdrill.app.report import relabelled
+
+        whole = relabelled(whole, json.loads(attrs.get("classification", "[]")))
+    return whole, key
+
+
+def _read(source: str | os.PathLike[str] | Results, number: int) -> Named:
+    name = f"Dataset {number}" if isinstance(source, Results) else os.fspath(source)
+    if not isinstance(source, Results) and kind_of(source) != "results":
+        kind = "a trace" if kind_of(source) == "trace" else "an unfinished run; finish it with --resume"
+        raise InputError(f"{name}: found {kind}; allowed: results of nsdrill run.")
+    results = source if isinstance(source, Results) else read_results(source)
+    if not resolved_study(results.attrs):
+        raise InputError(f"{name}: found no study in the file; allowed: results of nsdrill run.")
+    if "points_run" in results.attrs:
+        raise InputError(f"{name}: found a refined sweep, of which not every point was run; allowed: sweeps without.")
+    return name, results
+
+
+def _check_alike(found: Sequence[Named]) -> None:
+    """InputError unless all were made by the same versions and hold the same variables under the same thresholds."""
+    name, first = found[0]
+    for other, results in found[1:]:
+        for attribute, what in (("model_digest", "other versions of nsdrill or of its libraries"),
+                                ("classification_resolved", "labels with other thresholds")):  # fmt: skip
+            if first.attrs.get(attribute) != results.attrs.get(attribute):
+                raise InputError(f"{other}: found {what} than in {name}; allowed: files that were made alike.")
+        if alone := sorted(set(first.variables) ^ set(results.variables)):
+            few = ", ".join(alone[:4])
+            raise InputError(f"{other}: found other variables than in {name} ({few}); allowed: the same in all.")
+        if not np.array_equal(first.coords["state"], results.coords["state"]):
+            raise InputError(f"{other}: found other states than in {name}; allowed: the same in all.")
+
+
+def _differing(found: Sequence[Named]) -> tuple[str, Keys]:
+    """The one key of an axis in which the studies differ, as a sweep names it."""
+    name, first = found[0]
+    base = resolved_study(first.attrs)
+    keys = keys_of(base.get("model", MODEL))
+    told: dict[str, str] = {}
+    for other, results in found[1:]:
+        here = [(key, a, b) for key, a, b in changes(base, resolved_study(results.attrs)) if key != "title"]
+        if not here:
+            raise InputError(f"{other}: found the same study as in {name}; allowed: one that differs in one number.")
+        told |= {key: f"{key}: {a} in {name}, {b} in {other}" for key, a, b in here}
+    if len(told) > 1:
+        raise InputError(f"combine: found {'; '.join(told.values())}; allowed: files that differ in one number.")
+    ((key, words),) = told.items()
+    axis = key.removeprefix("sweep.").removeprefix("operation.")
+    if axis not in keys.axes:
+        raise InputError(f"combine: found {words}; allowed: a difference in a number that a sweep may vary.")
+    if axis in base.get("uncertain", {}):
+        raise InputError(f"combine: found {words}, which is uncertain in them; allowed: a number that is not.")
+    sweep = base["sweep"]
+    if sweep["along"] == axis:
+        raise InputError(f"combine: found {words}, along which the state is carried; allowed: an axis beside it.")
+    if axis in keys.model.compiled and sweep["procedure"] != "same":
+        raise InputError(f"combine: found {words}, which is compiled in; allowed: with sweep.procedure: same.")
+    return axis, keys
+
+
+def _study(found: Sequence[Named], key: str, keys: Keys) -> tuple[Study, list[Array]]:
+    """The study of all, and of each file the places of its values on the new axis."""
+    values = [_values(resolved_study(results.attrs), key, keys, name) for name, results in found]
+    every = np.unique(np.concatenate(values))
+    if len(every) < sum(map(len, values)):
+        raise InputError(f"combine: found a value of {key} in two files; allowed: each value in one of them.")
+    resolved = copy.deepcopy(resolved_study(found[0][1].attrs))
+    sweep = resolved["sweep"]
+    axes = {name: axis for name, axis in sweep.items() if name not in ("procedure", "along", "refine")}
+    rest = {name: sweep[name] for name in sweep if name not in axes}
+    whole = keys.axes[key].kind == "whole"
+    resolved["sweep"] = {**axes, key: [int(one) if whole else one for one in every.tolist()], **rest}
+    study = study_from_resolved(resolved)
+    head = [f"Made by nsdrill combine of {', '.join(name for name, _ in found)}"]
+    study = replace(study, text=study_text(resolved, head), source="nsdrill combine")
+    samples = {unknown.short: drawn for unknown, drawn in found[0][1].drawn.items()}
+    study = replace(study, drawn={name: samples.get(name, drawn) for name, drawn in study.drawn.items()})
+    return study, [np.searchsorted(every, one) for one in values]
+
+
+def _values(resolved: dict[str, Any], key: str, keys: Keys, name: str) -> Array:
+    """The values of ``key`` in a study, ascending."""
+    if key in resolved["sweep"]:
+        return axis_values(resolved["sweep"][key])
+    value: Any = resolved
+    for part in keys.axes[key].key.split("."):
+        value = value[part]
+    if value is None:
+        raise InputError(f"{name}: found {key}: null; allowed: a number, as the others have.")
+    return np.array([float(value)])
+
+
+def _joined(parts: Sequence[Results], study: Study, places: Sequence[Array], dimension: str) -> Results:
+    """All points in one set of arrays. InputError where other axes differ, by rounding say."""
+    several = [name for name in ("sample", "start") if name in parts[0].coords]
+    grid = (*POINT, *(axis.name for axis in study.more), *several)
+    place = grid.index(dimension)
+    plan = plan_of(study)
+    for one in parts:
+        for name in grid:
+            wanted = plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name]
+            if name != dimension and not np.array_equal(one.coords[name], wanted):
+                raise InputError(
+                    f"combine: found other values of {name} in one of the files; allowed: the same in all."
+                )
+    order = np.argsort(np.concatenate(places), kind="stable")
+
+    def joined(name: str) -> Array:
+        arrays = [one.variables[name] for one in parts]
+        arrays = [
+            a if dimension in one.grid else np.expand_dims(a, place) for a, one in zip(arrays, parts, strict=True)
+        ]
+        return np.concatenate(arrays, axis=place).take(order, axis=place)
+
+    own = {name: values for name, values in parts[0].coords.items() if name in ("peak", "crossing", "state")}
+    coords = {name: plan.dimensions[name] if name in plan.dimensions else parts[0].coords[name] for name in grid}
+    variables = {name: joined(name) for name in parts[0].variables}
+    return Results({**coords, **own}, variables, {}, study.more, parts[0].drawn)

@@ -1,0 +1,278 @@
+"""Adjust the unknown numbers of a study to measurements: run an ensemble, weigh it, say what the data tell."""
+
+from __future__ import annotations
+
+import copy
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.stats import chi2
+
+from nsdrill.analysis.fitting import (
+    AT_THE_END,
+    GOOD_GAIN,
+    LEAST_GAIN,
+    SURE,
+    TIGHT,
+    Array,
+    Measured,
+    Posterior,
+    posterior,
+)
+from nsdrill.app.passes import Watch
+from nsdrill.app.run import check_sweep, checked_workers
+from nsdrill.errors import FileError, InputError, StudyError
+from nsdrill.kernel.gang import choose_lanes
+from nsdrill.models.leaves import OPERATION
+from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.observe.thresholds import Record
+from nsdrill.sampling import quantile, rounded
+from nsdrill.study.keys import keys_of
+from nsdrill.study.load import parse_study
+from nsdrill.study.study import Study
+from nsdrill.study.uncertain import HOW
+from nsdrill.study.written import study_text
+from nsdrill.sweep.engine import Engine, Progress
+from nsdrill.sweep.rows import Rows
+from nsdrill.sweep.work import Work, compiled_parts
+from nsdrill.units import plain_units
+from nsdrill.variables import OK
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+QUANTILES = (0.05, 0.5, 0.95)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """What came of a fit: ``note`` in plain data (SI), ``study`` the text of the study with the posterior samples as
+    its section uncertain; for pictures the ``prior`` and ``samples`` of each unknown by key and the ``predicted``
+    values [samples, points] by name."""
+
+    note: dict[str, Any]
+    study: str
+    measured: Measured
+    prior: dict[str, Array]
+    samples: dict[str, Array]
+    predicted: dict[str, Array]
+
+    def picture(self, units: str = "si") -> Figure:
+        """The unknowns before and after, and measured beside predicted values, in ``units`` "si" or "field"."""
+        from nsdrill.plot.fitted import draw
+
+        return draw(self.note["title"], self.measured, self.prior, self.samples, self.predicted, units)
+
+
+def fit(
+    study: Study, measured: Measured, *, batch: int = 128, rounds: int = 8, samples: int = 128,
+    workers: int | None = None, watch: Watch = lambda progress: None,
+) -> Fit:  # fmt: skip
+    """Adjust the unknowns of ``study`` to ``measured``; the sweep of the study is not run. InputError where there is
+    nothing to adjust, or where no run ends well."""
+    keys = unknowns_of(study)
+    if clash := [key for key in measured.at if key in keys]:
+        raise InputError(f"{measured.source}: found a column of {clash[0]}, which is an unknown; allowed: one of both.")
+    _check_points(study, measured)
+    run = _Runs(study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2))
+    values, errors, there = measured.flat
+    seed = study.resolved["uncertain"]["seed"]
+    try:
+        found = posterior(lambda z: run(z)[:, there], values, errors, len(keys), seed=seed, batch=batch, rounds=rounds)
+    except ValueError as error:
+        raise InputError(
+            f"{study.source}: {error} at some point of {measured.source}. nsdrill run says why."
+        ) from error
+    chosen = found.drawn(samples, seed)
+    drawn = _values(keys, found.z[chosen])
+    predicted = np.full((samples, measured.points * len(measured.values)), np.nan)
+    predicted[:, there] = found.found[chosen]
+    by_name = dict(zip(measured.values, np.split(predicted, len(measured.values), axis=1), strict=True))
+    rng = np.random.default_rng(0)
+    prior = {key: quantile(numbers, rng.random(2000)) for key, numbers in keys.items()}
+    note = _note(study, measured, keys, found, by_name)
+    return Fit(note, _text(study, measured, drawn, note), measured, prior, drawn, by_name)
+
+
+def unknowns_of(study: Study) -> dict[str, Any]:
+    """The distributions of the unknowns of ``study`` by key; InputError where there is none to adjust."""
+    section = study.resolved.get("uncertain") or {}
+    keys = {key: numbers for key, numbers in section.items() if key not in HOW}
+    source = study.source or "the study"
+    if section.get("table"):
+        raise InputError(f"{source}: found uncertain.table; allowed: distributions, which are what a fit begins with.")
+    if not keys:
+        raise InputError(
+            f"{source}: found no unknown; allowed: a section `uncertain` that says of each number to adjust what is "
+            "known of it before, e.g. uncertain: {bit.friction.static: {uniform: [0.2, 0.6]}}."
+        )
+    if section["correlations"]:
+        raise InputError(f"{source}: found uncertain.correlations; allowed: unknowns that do not go together.")
+    if listed := [key for key, numbers in keys.items() if "values" in numbers]:
+        raise InputError(f"{source}: uncertain.{listed[0]}: found a list of values; allowed: a distribution.")
+    return keys
+
+
+def _check_points(study: Study, measured: Measured) -> None:
+    """FileError where the study does not hold at a point: where a setting is least or greatest, as a depth above the
+    length of the collars."""
+    leaves = keys_of(study.model).axes
+    text = study_text(study.resolved)
+    for place in sorted({int(end(values)) for values in measured.at.values() for end in (np.argmin, np.argmax)}):
+        point = {key: leaves[key].text(float(values[place])) for key, values in measured.at.items()}
+        sets = [f"{f'operation.{key}' if key in OPERATION else key}={value}" for key, value in point.items()]
+        try:
+            parse_study(text, study.source, ["sweep={}", *sets])
+        except StudyError as error:
+            fault = error.faults[0]
+            raise FileError(
+                f"{measured.source}, {measured.where[place]}: {fault.key}: found {fault.found}; allowed: "
+                f"{fault.allowed}."
+            ) from error
+
+
+@dataclass
+class _Runs:
+    """Runs of the model at all points of the measurements, for samples of the unknowns."""
+
+    study: Study
+    measured: Measured
+    keys: dict[str, Any]
+    workers: int
+    watch: Watch
+    most: int
+    done: int = 0
+
+    def __post_init__(self) -> None:
+        check_sweep(replace(self.study, axes={k: v[:1] for k, v in self.study.axes.items()}))
+
+    def __call__(self, z: Array) -> Array:
+        """The model's values [samples, names x points], NaN where a run failed."""
+        n, points = len(z), self.measured.points
+        operation = self.study.operation
+        table = {name: np.full(points, getattr(operation, name)) for name in ("depth", "wob", "rotary_speed")}
+        table |= self.measured.at
+        table = {key: np.tile(values, n) for key, values in table.items()}
+        table |= {key: np.repeat(values, points) for key, values in _values(self.keys, z).items()}
+        found = self._run(table)
+        found = {name: values.reshape(n, points) for name, values in found.items()}
+        return np.concatenate([found[name] for name in self.measured.values], axis=1)
+
+    def _run(self, table: dict[str, Array]) -> dict[str, Array]:
+        study = self.study
+        plan, order = Rows.of(table)
+        record = Record(peaks=0)
+        work = Work(plan, study.parameters, study.initial, study.simulation, study.thresholds, record, study.model)
+        out = {name: np.full(plan.points, np.nan) for name in self.measured.values}
+
+        def deliver(points: Array, columns: dict[str, Array]) -> None:
+            ok = columns["status"] == OK
+            for name, values in out.items():
+                values[order[points]] = np.where(ok, columns[name], np.nan)
+
+        def watch(now: Progress) -> None:
+            self.watch(replace(now, total=self.most * self.measured.points, done=self.done + now.done, note="fit"))
+
+        lanes = choose_lanes(-(-plan.points // self.workers))
+        compiled_parts(lanes, work.variant)
+        with ThreadPoolExecutor(self.workers) as threads:
+            Engine(work, threads, self.workers, lanes, deliver, watch).run()
+        self.done += plan.points
+        return out
+
+
+def _values(keys: dict[str, Any], z: Array) -> dict[str, Array]:
+    """The unknowns by key, of samples z [n, unknowns]."""
+    from scipy.special import ndtr
+
+    u = np.clip(ndtr(z), 2.0**-54, 1 - 2.0**-54)
+    return {key: rounded(quantile(numbers, u[:, i])) for i, (key, numbers) in enumerate(keys.items())}
+
+
+def _note(
+    study: Study, measured: Measured, keys: dict[str, Any], found: Posterior, predicted: dict[str, Array]
+) -> dict[str, Any]:
+    from scipy.special import ndtr
+
+    part = ndtr(found.z)
+    order = np.argsort(found.z, axis=0)
+    widths, correlations = found.widths, found.correlations
+    unknowns = []
+    for i, (key, numbers) in enumerate(keys.items()):
+        edges = np.cumsum(found.weights[order[:, i]])
+        ranked = part[order[:, i], i]
+        at = [float(ranked[min(int(np.searchsorted(edges, q)), len(edges) - 1)]) for q in QUANTILES]
+        low, high = (float(found.weights @ side) for side in (part[:, i] < AT_THE_END, part[:, i] > 1 - AT_THE_END))
+        width = float(widths[i])
+        unknowns.append({
+            "key": key,
+            "units": next(axis.units for axis in study.unknowns if axis.key == key),
+            "prior": quantile(numbers, np.array(QUANTILES)).tolist(),
+            "posterior": quantile(numbers, np.clip(np.array(at), 2.0**-54, 1 - 2.0**-54)).tolist(),
+            "width": width,
+            "told": "well" if width < GOOD_GAIN else "partly" if width < LEAST_GAIN else "not",
+            "at_the_end": "low" if low > 10 * AT_THE_END else "high" if high > 10 * AT_THE_END else None,
+        })  # fmt: skip
+    names = list(keys)
+    pairs = [
+        {"keys": [names[i], names[j]], "correlation": float(correlations[i, j])}
+        for i in range(len(names)) for j in range(i) if abs(correlations[i, j]) > TIGHT and max(widths[[i, j]]) < 1.5
+    ]  # fmt: skip
+    freedom = max(len(found.spread) - len(keys), 1)
+    chance = float(chi2.sf(found.misfit, freedom))
+    return {
+        "kind": "fit",
+        "title": study.title,
+        "data": measured.source,
+        "points": measured.points,
+        "values": len(found.spread),
+        "notes": list(measured.notes),
+        "features": [_of_feature(name, measured, predicted[name], found) for name in measured.values],
+        "unknowns": unknowns,
+        "together": pairs,
+        "runs": found.runs * measured.points,
+        "samples": found.runs,
+        "failed": found.failed,
+        "rounds": found.rounds,
+        "effective": found.size,
+        "beta": found.beta,
+        "misfit": found.misfit / len(found.spread),
+        "chance": chance,
+        "explained": chance >= SURE,
+    }
+
+
+def _of_feature(name: str, measured: Measured, predicted: Array, found: Posterior) -> dict[str, Any]:
+    there = np.isfinite(measured.values[name])
+    places = list(measured.values).index(name) * measured.points + np.flatnonzero(there)
+    at = np.searchsorted(measured.flat[2], places)
+    error, spread = measured.errors[name][there], found.spread[at]
+    away = np.median(predicted[:, there], axis=0) - measured.values[name][there]
+    return {
+        "name": name,
+        "units": plain_units(BY_NAME[name].units),
+        "points": int(there.sum()),
+        "error": float(np.sqrt(np.mean(error**2))),
+        "spread": float(np.sqrt(np.mean(spread**2))),
+        "deviation": float(np.sqrt(np.mean(away**2 / (error**2 + 2 * spread**2)))),
+    }
+
+
+def _text(study: Study, measured: Measured, drawn: dict[str, Array], note: dict[str, Any]) -> str:
+    """The study with the samples as a table in place of the distributions."""
+    resolved = copy.deepcopy(study.resolved)
+    section = {key: value for key, value in resolved["uncertain"].items() if key in HOW}
+    table = {key: values.tolist() for key, values in drawn.items()}
+    resolved["uncertain"] = section | {"samples": len(next(iter(table.values()))), "table": table, "correlations": []}
+    source = study.source or "a study"
+    told = ", ".join(f"{one['key']} {one['told']}" for one in note["unknowns"])
+    head = (
+        f"{source}, its unknowns adjusted to {measured.source} by nsdrill fit: {note['points']} operating points, "
+        f"{note['values']} measured values, effective number of samples {note['effective']:.0f}.",
+        f"What the data tell: {told}.",
+    )
+    text = study_text(resolved, head)
+    parse_study(text, "the adjusted study")
+    return text

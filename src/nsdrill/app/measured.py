@@ -1,0 +1,434 @@
+"""Measurements of a well, from a table as rigs export them: CSV with a name and a unit over every column.
+
+There are two forms. Over *operating points* a row is one setting (``wob``, ``rotary_speed``, ``depth`` or any key of
+the study) with the features and severities that were measured there. Over *time*, with a column ``time``, the columns
+are signals; rows in which the settings stay the same are a stretch, and every stretch is an operating point with the
+features that follow from its signals: ``surface_torque`` gives surface_torque_mean, surface_torque_min and
+surface_torque_max.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import math
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from nsdrill.analysis.fitting import Array, Measured
+from nsdrill.errors import FileError, InputError
+from nsdrill.models.registry import described
+from nsdrill.study.keys import Keys, keys_of
+from nsdrill.study.study import Study
+from nsdrill.units import QuantityError, plain_units, to_si
+from nsdrill.variables import dimension_of
+
+MOST_BYTES = 200_000_000
+RELATIVE, ABSOLUTE = 0.05, 0.02  # the error of a value where none is given, of itself and of the greatest of its column
+GRADE = 0.5  # of a severity
+NULLS = ("", "nan", "null", "-999", "-999.25", "-9999", "na", "n/a")
+SAME = 0.05  # a setting stays the same while it is within this part of its mean
+SLOWEST = 2.0  # s between samples, beyond which extremes are missed
+TIME = "time"
+ERROR = "_error"
+MEAN, CHANGE = "_mean", "_change"
+_HEAD = re.compile(r"\s*(?P<name>.*?)\s*(?:\[(?P<square>[^\]]*)\]|\((?P<round>[^)]*)\))?\s*")
+_JOINED = re.compile(r"(?<=[A-Za-z])[.\-·](?=[A-Za-z])")  # kft.lbf and kft-lbf, as rigs write kft*lbf
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a table is read: ``rename`` has the names of nsdrill by the heads of the file, ``ignore`` the heads that are
+    passed over, ``*`` for all that are not known; ``errors`` the standard deviations by name, as texts (``0.5
+    kft*lbf``, ``10 percent``); ``gaps`` whether rows with gaps are passed over; and of a table over time how long a
+    stretch lasts at least and what of its beginning is not used [s]."""
+
+    rename: Mapping[str, str] = field(default_factory=dict)
+    ignore: Sequence[str] = ()
+    errors: Mapping[str, str] = field(default_factory=dict)
+    gaps: bool = False
+    shortest: float = 120.0
+    settle: float = 60.0
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its place, its head, its name here and the SI value of one of its unit."""
+
+    place: int
+    head: str
+    name: str
+    scale: float
+
+
+def read_measured(path: str | os.PathLike[str], study: Study, how: Reading | None = None) -> Measured:
+    """The measurements in the CSV file ``path``, to be compared with runs of ``study``; FileError, with the line, where
+    something in it cannot be used."""
+    how = how or Reading()
+    lines = _rows(path)
+    number, heads, units, body = _heads(path, lines)
+    names = _Names.of(study)
+    timed = any(_name(head, how) == TIME for head, _ in heads)
+    columns, notes = _columns(path, number, heads, units, names, how, timed)
+    table, at = _numbers(path, body, columns, names, how, timed, notes)
+    if timed:
+        return _over_time(path, table, at, names, how, notes)
+    given = {column.name for column in columns}
+    settings = {names.settings[name]: table[name] for name in given & names.settings.keys()}
+    values = {name: table[name] for name in names.results if name in given}
+    if not values:
+        raise FileError(f"{path}, line {number}: found no measured value; allowed: {names.some_results()}.")
+    _in_range(path, settings, at, names)
+    errors = {name: table[name + ERROR] for name in values if name + ERROR in given}
+    if any(np.any(~(error[np.isfinite(values[name])] > 0)) for name, error in errors.items()):
+        raise FileError(f"{path}: found an error of 0 or less, or none beside a value; allowed: one above 0.")
+    return _made(path, settings, values, errors, [f"line {line}" for line in at], names, how, notes)
+
+
+@dataclass(frozen=True)
+class _Names:
+    """What a column may be: ``settings``, keys of the study by their names as columns; ``results`` [name -> SI units]
+    of what a run gives; ``signals`` of a trace."""
+
+    keys: Keys
+    settings: dict[str, str]
+    results: dict[str, str]
+    signals: dict[str, str]
+
+    @classmethod
+    def of(cls, study: Study) -> _Names:
+        keys, model = keys_of(study.model), described(study.model)
+        options = (*model.states(study.parameters), *model.options(study.parameters), "drilled")
+        settings = {name: key for key in keys.axes for name in (key, dimension_of(key))}
+        results = {v.name: v.units for v in (*model.features, *model.derived) if v.only is None or v.only in options}
+        results |= {name: "" for name in model.severities}
+        signals: dict[str, str] = {}
+        for name in results:
+            for end in (f"{CHANGE}_min", f"{CHANGE}_max", MEAN, "_min", "_max"):
+                if name.endswith(end):
+                    signals.setdefault(name.removesuffix(end), results[name])
+                    break
+        return cls(keys, settings, {name: "" if u == "1" else plain_units(u) for name, u in results.items()},
+                   {name: "" if u == "1" else plain_units(u) for name, u in signals.items()})  # fmt: skip
+
+    def units(self, name: str, timed: bool) -> str | None:
+        """The SI units of a column of this name, None where there is none such."""
+        if name in self.settings:
+            return self.keys.axes[self.settings[name]].units
+        if timed:
+            return "s" if name == TIME else self.signals.get(name)
+        return self.results.get(name.removesuffix(ERROR))
+
+    def known(self, timed: bool) -> list[str]:
+        return [*self.settings, *([TIME, *self.signals] if timed else self.results)]
+
+    def some_results(self) -> str:
+        return f"a feature that a run has, as {', '.join(list(self.results)[:6])}"
+
+
+def _rows(path: str | os.PathLike[str]) -> list[tuple[int, list[str]]]:
+    """The rows of the file with their line numbers, without empty ones and comments."""
+    try:
+        if Path(path).stat().st_size > MOST_BYTES:
+            raise FileError(f"{path}: found a file of more than {MOST_BYTES // 10**6} MB; allowed: a part of it.")
+        text = Path(path).read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise FileError(f"{path}: this is no text in UTF-8; a table in CSV is needed here.") from None
+    except OSError as error:
+        raise FileError(f"{path}: {error.strerror or error}.") from error
+    first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    delimiter = max(",;\t", key=first.count)
+    reader = csv.reader(text.splitlines(), delimiter=delimiter, skipinitialspace=True)
+    try:
+        found = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
+    except csv.Error as error:
+        raise FileError(f"{path}, line {reader.line_num}: no CSV: {error}.") from error
+    return [(n, row) for n, row in found if any(row) and not row[0].startswith("#")]
+
+
+def _heads(
+    path: str | os.PathLike[str], rows: list[tuple[int, list[str]]]
+) -> tuple[int, list[tuple[str, str | None]], bool, list[tuple[int, list[str]]]]:
+    """The line of the head, the (name, unit) of each column, whether the units have a row of their own, the rest."""
+    if len(rows) < 2:
+        raise FileError(f"{path}: found no table; allowed: a head of names with units and at least one row of numbers.")
+    number, head = rows[0]
+    heads = []
+    for cell in head:
+        match = _HEAD.fullmatch(cell)
+        assert match is not None
+        unit = match["square"] if match["square"] is not None else match["round"]
+        heads.append((match["name"], unit))
+    second = rows[1][1]
+    if all(unit is None for _, unit in heads) and not any(_number(cell) is not None for cell in second):
+        units = [cell.strip("[]() ") for cell in second]
+        units += [""] * (len(heads) - len(units))
+        return number, [(name, unit) for (name, _), unit in zip(heads, units, strict=False)], True, rows[2:]
+    return number, heads, False, rows[1:]
+
+
+def _name(head: str, how: Reading) -> str:
+    name = how.rename.get(head, head).strip().lower()
+    return re.sub(r"[\s\-]+", "_", name)
+
+
+def _columns(
+    path: str | os.PathLike[str], line: int, heads: list[tuple[str, str | None]], own_row: bool, names: _Names,
+    how: Reading, timed: bool,
+) -> tuple[list[Column], list[str]]:  # fmt: skip
+    where = f"{path}, line {line}"
+    notes: list[str] = []
+    there = {head for head, _ in heads}
+    for option, asked in (("--rename", how.rename), ("--ignore", how.ignore)):
+        if strange := [head for head in asked if head not in there and head != "*"]:
+            listed = ", ".join(there)
+            raise FileError(f"{where}: {option}: found no column {strange[0]!r}; allowed: those of the file, {listed}.")
+    columns: list[Column] = []
+    ignored = []
+    for place, (head, unit) in enumerate(heads):
+        name = _name(head, how)
+        if head in how.ignore:
+            ignored.append(head)
+            continue
+        si = names.units(name, timed)
+        if si is None:
+            if "*" in how.ignore:
+                ignored.append(head)
+                continue
+            raise FileError(_unknown(where, head, name, names, timed))
+        if any(column.name == name for column in columns):
+            raise FileError(f"{where}: found two columns of {name}; allowed: one of each.")
+        columns.append(Column(place, head, name, _scale(where, head, unit, si, name in names.results)))
+    if ignored:
+        notes.append(f"passed over: {', '.join(head for head in ignored if head) or 'columns without a name'}")
+    return columns, notes
+
+
+def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> str:
+    known = names.known(timed)
+    near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+    near += [one for one in known if name and (name in one or one in name) and one not in near][: 3 - len(near)]
+    hint = f" Did you mean {' or '.join(near)}?" if near else ""
+    what = "signals over time" if timed else "features and severities of a run"
+    some = ", ".join(list(names.signals if timed else names.results)[:8])
+    return (
+        f"{where}: found the column {head!r}, which is not known.{hint} Allowed: time, settings (depth, wob, "
+        f"rotary_speed or a key of the study) and {what} ({some}, ...). --rename '{head}=NAME' says what it is, "
+        f"--ignore '{head}' passes over it, --ignore '*' over all that are not known."
+    )
+
+
+def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) -> float:
+    """The SI value of one ``unit``. A fraction of time may be in percent, and a percentage a plain number."""
+    text = (unit or "").strip().replace("%", "percent")
+    if si in ("", "percent"):
+        factors = {"": 1.0, "1": 1.0, "-": 1.0, "percent": 0.01} if si == "" else {"percent": 1.0, "1": 100.0}
+        if text not in factors:
+            found = f"the unit {unit!r}" if unit else "no unit"
+            allowed = "none, or percent" if si == "" else "percent, or 1 for a part of one"
+            raise FileError(f"{where}: {head}: found {found}; allowed: {allowed}.")
+        return factors[text]
+    if not text:
+        raise FileError(
+            f"{where}: {head}: found no unit; allowed: {head} [{_example(si)}] or another unit of {si} in brackets."
+        )
+    try:
+        return to_si(f"1 {_JOINED.sub('*', text)}", si)
+    except QuantityError as error:
+        raise FileError(f"{where}: {head}: {error}") from error
+
+
+def _example(si: str) -> str:
+    from nsdrill.quantity import SHOWN
+
+    return SHOWN.get(si, (si, si))[1]
+
+
+def _number(cell: str) -> float | None:
+    try:
+        value = float(cell)
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None
+
+
+def _numbers(
+    path: str | os.PathLike[str], body: list[tuple[int, list[str]]], columns: list[Column], names: _Names, how: Reading,
+    timed: bool, notes: list[str],
+) -> tuple[dict[str, Array], list[int]]:  # fmt: skip
+    """The columns in SI and the lines of their rows."""
+    found: list[list[float]] = []
+    lines: list[int] = []
+    skipped = missing = 0
+    for line, row in body:
+        values: list[float] = []
+        for column in columns:
+            cell = row[column.place] if column.place < len(row) else ""
+            value = _number(cell)
+            if cell.lower() in NULLS:
+                value = math.nan
+            if value is None:
+                hint = " Write a decimal point and no thousands separators." if "," in cell else ""
+                raise FileError(f"{path}, line {line}: {column.head}: found {cell!r}; allowed: a number.{hint}")
+            values.append(value * column.scale)
+        lacking = {column.name for column, value in zip(columns, values, strict=True) if math.isnan(value)}
+        if lacking:
+            if not how.gaps:
+                head = columns[[math.isnan(value) for value in values].index(True)].head
+                raise FileError(
+                    f"{path}, line {line}: {head}: found a gap; allowed: a number. --skip-gaps passes over rows with "
+                    "gaps, and of operating points over the values that are not there."
+                )
+            measured = {column.name for column in columns} & names.results.keys()
+            if timed or lacking - names.results.keys() or measured <= lacking:
+                skipped += 1
+                continue
+            missing += 1
+        found.append(values)
+        lines.append(line)
+    if skipped:
+        notes.append(f"{skipped} of {len(body)} rows have gaps and are passed over")
+    if missing:
+        notes.append(f"in {missing} of {len(body)} rows some values are not measured")
+    if not found:
+        raise FileError(f"{path}: found no row of numbers{' without gaps' if skipped else ''}; allowed: at least one.")
+    table = np.array(found)
+    return {column.name: table[:, i] for i, column in enumerate(columns)}, lines
+
+
+def _in_range(path: str | os.PathLike[str], settings: dict[str, Array], at: list[int], names: _Names) -> None:
+    """FileError where a setting lies outside the range of its key."""
+    for key, values in settings.items():
+        leaf = names.keys.axes[key]
+        bad = np.flatnonzero(~((values >= leaf.low) & (values <= leaf.high)))
+        if bad.size:
+            value = float(values[bad[0]])
+            raise FileError(
+                f"{path}, line {at[bad[0]]}: {key}: found {leaf.text(value)}; allowed: {leaf.range()}. Is the unit in "
+                "the head right?"
+            )
+
+
+def _over_time(
+    path: str | os.PathLike[str], table: dict[str, Array], at: list[int], names: _Names, how: Reading, notes: list[str]
+) -> Measured:
+    """Features of stretches in which the settings stay the same."""
+    time = table.pop(TIME)
+    back = np.flatnonzero(np.diff(time) <= 0)
+    if back.size:
+        line = at[back[0] + 1]
+        raise FileError(
+            f"{path}, line {line}: time: found {time[back[0] + 1]:g} s after {time[back[0]]:g} s; allowed: a time that "
+            "goes on."
+        )
+    settings = {names.settings[name]: table[name] for name in table if name in names.settings}
+    signals = {name: table[name] for name in table if name in names.signals and name not in names.settings}
+    if not settings or not signals:
+        lacking = "setting (wob, rotary_speed, depth)" if not settings else f"signal ({', '.join(names.signals)})"
+        raise FileError(f"{path}: found no {lacking} beside the time; allowed: at least one.")
+    _in_range(path, settings, at, names)
+    step = float(np.median(np.diff(time))) if len(time) > 1 else math.inf
+    coarse = step > SLOWEST
+    kept, short = [], 0
+    for start, stop in _stretches(time, settings, step):
+        start = int(np.searchsorted(time, time[start] + how.settle)) if stop > start else start
+        if stop - start < 3 or time[stop - 1] - time[start] < how.shortest - how.settle:
+            short += 1
+            continue
+        kept.append((start, stop))
+    if not kept:
+        raise FileError(
+            f"{path}: found no stretch of at least {how.shortest:g} s in which the settings stay within "
+            f"{100 * SAME:g} % of their mean; allowed: at least one. --shortest takes shorter ones."
+        )
+    notes.append(
+        f"{len(kept)} stretches of constant settings, without their first {how.settle:g} s"
+        + (f"; {short} shorter than {how.shortest:g} s are passed over" if short else "")
+    )
+    if coarse:
+        notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")
+    at_ = {key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()}
+    found: dict[str, Array] = {}
+    for name, values in signals.items():
+        parts = [values[a:b] for a, b in kept]
+        means = np.array([part.mean() for part in parts])
+        low, high = np.array([part.min() for part in parts]), np.array([part.max() for part in parts])
+        every = {MEAN: means, "_min": low, "_max": high, f"{CHANGE}_min": low - means, f"{CHANGE}_max": high - means}
+        wanted = {f"{name}{end}": one for end, one in every.items() if not coarse or end == MEAN}
+        found |= {full: one for full, one in wanted.items() if full in names.results}
+    if not found:
+        raise FileError(
+            f"{path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
+        )
+    where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
+    return _made(path, at_, found, {}, where, names, how, notes)
+
+
+def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tuple[int, int]]:
+    """First and beyond the last row of each stretch in which every setting stays within :data:`SAME` of its mean, and
+    no time is missing."""
+    table = np.stack(list(settings.values()), axis=1)
+    size = np.maximum(np.abs(table).max(axis=0), 1e-300)
+    found, start, total = [], 0, table[0].copy()
+    for row in range(1, len(table) + 1):
+        ends = row == len(table)
+        if not ends:
+            mean = total / (row - start)
+            away = np.abs(table[row] - mean) > SAME * np.maximum(np.abs(mean), 0.02 * size)
+            ends = bool(away.any()) or time[row] - time[row - 1] > max(5 * step, 1e-9)
+        if ends:
+            found.append((start, row))
+            start, total = row, np.zeros(table.shape[1])
+        if row < len(table):
+            total = total + table[row]
+    return found
+
+
+def _made(
+    path: str | os.PathLike[str], settings: dict[str, Array], values: dict[str, Array], errors: dict[str, Array],
+    where: list[str], names: _Names, how: Reading, notes: list[str],
+) -> Measured:  # fmt: skip
+    if strange := [name for name in how.errors if name not in values]:
+        raise InputError(f"--error: found {strange[0]}, which is not measured; allowed: {', '.join(values)}.")
+    assumed = []
+    for name, found in values.items():
+        if name in how.errors:
+            errors[name] = _error(name, how.errors[name], names.results[name], found)
+        elif name not in errors:
+            greatest = float(np.nanmax(np.abs(found)))
+            grade = name.endswith("_severity")
+            errors[name] = np.full(found.shape, GRADE) if grade else np.hypot(RELATIVE * found, ABSOLUTE * greatest)
+            errors[name] = np.maximum(errors[name], 1e-12)
+            assumed.append(name)
+    if assumed:
+        notes.append(
+            f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and {100 * ABSOLUTE:g} % of the "
+            f"greatest, of severities {GRADE}; --error or a column NAME_error gives it"
+        )
+    return Measured(str(path), settings, values, errors, tuple(where), tuple(notes))
+
+
+def _error(name: str, text: str, si: str, values: Array) -> Array:
+    """The standard deviations that an option gives, as a quantity or in percent of the values."""
+    plain = text.replace("%", "percent").strip()
+    try:
+        share = plain.endswith("percent") and si != "percent"
+        number = float(plain.removesuffix("percent")) if share or si in ("", "percent") else to_si(
+            _JOINED.sub("*", plain), si)  # fmt: skip
+        if not number > 0 or not math.isfinite(number):
+            raise ValueError
+    except QuantityError as error:
+        raise InputError(f"--error {name}: {error}") from error
+    except ValueError:
+        raise InputError(
+            f"--error {name}: found {text!r}; allowed: a number above 0 with its unit, or percent."
+        ) from None
+    found = number / 100 * np.abs(values) if share else np.full(values.shape, number)
+    if np.any(found <= 0):
+        raise InputError(f"--error {name}: found {text!r} of a value of 0; allowed: an error above 0.")
+    return found

@@ -1,0 +1,29 @@
+"""Which uncertain number matters most, from a results file."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from nsdrill.analysis.probability import check_samples
+from nsdrill.analysis.sensitivity import needed
+from nsdrill.analysis.sensitivity import sensitivity as analysis
+from nsdrill.app.overrides import with_overrides
+from nsdrill.data import Results
+from nsdrill.store import read_results
+from nsdrill.variables import TRUST
+
+
+def sensitivity(source: Results | str | os.PathLike[str], severity: int | None = None) -> dict[str, Any]:
+    """The note of :func:`nsdrill.analysis.sensitivity.sensitivity` of the results, or the results file, ``source``."""
+    return analysis(read_for_sensitivity(source, severity), severity)
+
+
+def read_for_sensitivity(source: Results | str | os.PathLike[str], severity: int | None = None) -> Results:
+    """What the sensitivity of the results, or the results file, ``source`` is made from; of a file no more."""
+    if not isinstance(source, Results):
+        outline = read_results(source, ())
+        check_samples(outline, os.fspath(source))
+        source = read_results(source, [*needed(outline, severity), *TRUST])
+    check_samples(source, "sensitivity")
+    return with_overrides(source)

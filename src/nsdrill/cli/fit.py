@@ -1,0 +1,235 @@
+"""nsdrill fit."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import click
+
+from nsdrill.cli import options
+from nsdrill.errors import InputError
+
+ENOUGH = 50  # effective samples
+
+
+@click.command(
+    "fit",
+    epilog=options.examples(
+        "fit study.yaml --data field.csv",
+        "fit study.yaml --data field.csv -o adjusted.yaml --picture fit.png --units field",
+        "fit study.yaml --data rig.csv --rename 'TQA=surface_torque' --ignore '*' --skip-gaps",
+        "run adjusted.yaml -o out.h5",
+    ),
+)
+@options.study_argument
+@click.option(
+    "--data", type=options.FileName(), required=True, metavar="FIELD.csv",
+    help="Measurements: CSV with a name and a unit over every column, over operating points or over time.",
+)  # fmt: skip
+@options.output("Study to write, with the samples that the data leave as its section `uncertain`.", required=False)
+@click.option("--picture", type=options.FileName(), metavar="FIG", help="Picture to write: .png, .pdf or .svg.")
+@click.option("--json", "as_json", is_flag=True, help="The same for programs.")
+@click.option("--rename", multiple=True, metavar="HEAD=NAME", help="What a column of the file is called here.")
+@click.option("--ignore", multiple=True, metavar="HEAD", help="A column to pass over; '*' for all that are not known.")
+@click.option(
+    "--error", "errors", multiple=True, metavar="NAME=Q",
+    help="Standard deviation of a measured value with its unit, or in percent of it. Default: 5 percent.",
+)  # fmt: skip
+@click.option("--skip-gaps", is_flag=True, help="Pass over rows with gaps in place of refusing them.")
+@options.quantity("--shortest", "s", "Over time: how long a stretch of constant settings lasts at least (120 s).")
+@options.quantity("--settle", "s", "Over time: how much of the beginning of a stretch is not used (60 s).")
+@click.option(
+    "--batch", type=click.IntRange(min=16, max=100_000), default=128, show_default=True, metavar="N",
+    help="Samples of a round; each is run at every operating point of the data.",
+)  # fmt: skip
+@click.option(
+    "--rounds", type=click.IntRange(min=2, max=100), default=8, show_default=True, metavar="N", help="Rounds at most."
+)
+@click.option(
+    "--samples", type=click.IntRange(min=2, max=10_000), default=128, show_default=True, metavar="N",
+    help="Samples in the study that is written.",
+)  # fmt: skip
+@click.option(
+    "--workers", type=click.IntRange(min=1), metavar="N", help="How many to run side by side. Default: all processors."
+)
+@options.settings
+@options.units
+@options.overwrite
+@click.option("--quiet", is_flag=True, help="No progress; the report, warnings and errors only.")
+def command(
+    study: str, data: str, output: str | None, picture: str | None, as_json: bool, rename: tuple[str, ...],
+    ignore: tuple[str, ...], errors: tuple[str, ...], skip_gaps: bool, shortest: float | None, settle: float | None,
+    batch: int, rounds: int, samples: int, workers: int | None, overrides: tuple[str, ...], units: str, overwrite: bool,
+    quiet: bool,
+) -> int:  # fmt: skip
+    """Adjust the unknowns of STUDY, the numbers of its section `uncertain`, to measurements.
+
+    Their distributions say what is known before. The model is run at the operating points of the data for many values
+    of the unknowns, and each is weighed by how well its features agree. The report says what the data tell of each
+    unknown, and what they cannot tell; the adjusted study runs on with the samples that are left.
+    """
+    from nsdrill.cli.reading import load
+
+    loaded = load(study, overrides)
+    _claim(study, data, output, picture, overwrite)
+
+    from nsdrill.app.fit import fit
+    from nsdrill.app.measured import Reading, read_measured
+    from nsdrill.data import json_text
+    from nsdrill.progress import reporting
+
+    given = {"shortest": shortest, "settle": settle}
+    how = Reading(_pairs("--rename", rename), ignore, _pairs("--error", errors), skip_gaps,
+                  **{name: value for name, value in given.items() if value is not None})  # fmt: skip
+    measured = read_measured(data, loaded, how)
+    with reporting(not quiet) as watch:
+        found = fit(loaded, measured, batch=batch, rounds=rounds, samples=samples, workers=workers, watch=watch)
+    if as_json:
+        click.echo(json_text(note_in(found.note, units), indent=2))
+    else:
+        for line in lines(found.note, units):
+            click.echo(line)
+    if output is not None:
+        from nsdrill.store import write_text
+
+        write_text(output, found.study, overwrite=overwrite)
+        click.echo(f"{output}: written. Next: nsdrill run {output} -o out.h5", err=True)
+    if picture is not None:
+        from nsdrill.plot import save
+
+        save(found.picture(units), picture, overwrite=overwrite)
+        click.echo(f"{picture}: drawn.", err=True)
+    return 0
+
+
+def _claim(study: str, data: str, output: str | None, picture: str | None, overwrite: bool) -> None:
+    """What is to be written may be, before anything is run."""
+    from nsdrill.plot.saving import check_suffix
+    from nsdrill.store import claim_file
+
+    if picture is not None:
+        check_suffix(picture)
+    for file in (output, picture):
+        if file is not None:
+            options.keep_apart(study, file)
+            options.keep_apart(data, file)
+            claim_file(file, overwrite)
+
+
+def note_in(note: dict[str, Any], units: str) -> dict[str, Any]:
+    """The note for programs: in SI as it is, or with the values of unknowns and features in field units."""
+    if units == "si":
+        return note
+    converted = dict(note)
+    for room, name, fields in (("unknowns", "key", ("prior", "posterior")), ("features", "name", ("error", "spread"))):
+        converted[room] = []
+        for one in note[room]:
+            made = dict(one)
+            for field in fields:
+                values = one[field] if isinstance(one[field], list) else [one[field]]
+                shown, made["units"] = _shown(one[name], values, one["units"], units, signs=False)
+                made[field] = shown if isinstance(one[field], list) else shown[0]
+            converted[room].append(made)
+    return converted
+
+
+def _pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for text in texts:
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if not equals or not key or not value:
+            raise InputError(f"{option}: found {text!r}; allowed: two names with = between them.")
+        found[key] = value
+    return found
+
+
+def lines(note: dict[str, Any], units: str) -> Iterator[str]:
+    """The report."""
+    from nsdrill.cli.words import count
+
+    yield f"{note['data']}: {count(note['points'], 'operating point')}, {count(note['values'], 'measured value')}."
+    for remark in note["notes"]:
+        yield f"  {remark}"
+    failed = f", {note['failed']} of them failed" if note["failed"] else ""
+    yield (
+        f"{note['samples']} samples in {count(note['rounds'], 'round')}{failed}; effective number of samples "
+        f"{note['effective']:.0f}."
+    )
+    yield ""
+    yield from _unknowns(note, units)
+    yield ""
+    yield from _features(note, units)
+    for verdict in verdicts(note):
+        yield ""
+        yield verdict
+
+
+def _unknowns(note: dict[str, Any], units: str) -> Iterator[str]:
+    wide = max(len(one["key"]) for one in note["unknowns"])
+    yield f"{'':{wide + 2}s} {'before, 5 to 95 %':>24s}   {'after, 5 to 95 %':>24s} {'median':>10s}"
+    for one in note["unknowns"]:
+        numbers, unit = _shown(one["key"], one["prior"] + one["posterior"], one["units"], units)
+        before, after = (f"{a:.4g} to {b:.4g}" for a, b in ((numbers[0], numbers[2]), (numbers[3], numbers[5])))
+        told = f"{100 * one['width']:.0f} % of the width before: {TOLD[one['told']]}"
+        yield f"  {one['key']:{wide}s} {before:>24s}   {after:>24s} {numbers[4]:10.4g} {unit:10s} {told}"
+
+
+TOLD = {"well": "told", "partly": "partly told", "not": "NOT TOLD by these data"}
+
+
+def _features(note: dict[str, Any], units: str) -> Iterator[str]:
+    wide = max(len(one["name"]) for one in note["features"])
+    yield f"{'':{wide + 2}s} {'values':>6s} {'error':>10s} {'spread':>10s}"
+    for one in note["features"]:
+        numbers, unit = _shown(one["name"], [one["error"], one["spread"]], "", units)
+        yield (
+            f"  {one['name']:{wide}s} {one['points']:6d} {numbers[0]:10.4g} {numbers[1]:10.4g} {unit:10s} off by "
+            f"{one['deviation']:.2g} deviations"
+        )
+
+
+def _shown(name: str, values: list[float], si: str, units: str, signs: bool = True) -> tuple[list[float], str]:
+    """Values in the unit in which people see this quantity, and that as people write it, or as a study does."""
+    from nsdrill.quantity import find, shown_scale, sign
+
+    found = find(name)
+    unit, base = (found.unit(units), found.units) if found is not None else (si, si)
+    scale = shown_scale(unit, base) if unit not in ("", "percent") else 1.0
+    return [value / scale for value in values], sign(unit) if signs else unit
+
+
+def verdicts(note: dict[str, Any]) -> Iterator[str]:
+    """What to make of it, in sentences."""
+    blind = [one["key"] for one in note["unknowns"] if one["told"] == "not"]
+    if len(blind) == len(note["unknowns"]):
+        yield (
+            "THE DATA CANNOT TELL any of the unknowns: after them as much is open as before. Measure at other "
+            "settings, or something that the unknowns change."
+        )
+    elif blind:
+        yield f"THE DATA CANNOT TELL {', '.join(blind)}: what is known of it is what the study said before."
+    for pair in note["together"]:
+        how = "together" if pair["correlation"] > 0 else "against each other"
+        yield (
+            f"{' and '.join(pair['keys'])} go {how} (correlation {pair['correlation']:.2f}): the data tell a "
+            "combination of the two better than either. Keep the samples together, as the study that is written does."
+        )
+    for one in note["unknowns"]:
+        if one["at_the_end"]:
+            yield (
+                f"{one['key']} presses against the {one['at_the_end']} end of its distribution: the data would have it "
+                "farther out. Widen the distribution, or doubt the data or the model."
+            )
+    if not note["explained"]:
+        worst = max(note["features"], key=lambda one: float(one["deviation"]))["name"]
+        yield (
+            f"THE MODEL DOES NOT GIVE THESE DATA with any values of the unknowns: its best run is off by "
+            f"{note['misfit'] ** 0.5:.2g} times the errors (probability {note['chance']:.1g}), most in {worst}. The "
+            "intervals above then mean little. Doubt the errors, the other numbers of the study, or the model."
+        )
+    if note["beta"] < 1 or note["effective"] < ENOUGH:
+        yield (
+            f"NOT FINISHED: only {note['effective']:.0f} samples count; the intervals are rough"
+            f"{' and too wide' if note['beta'] < 1 else ''}. Give more with --rounds or --batch."
+        )

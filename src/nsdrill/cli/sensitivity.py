@@ -1,0 +1,146 @@
+"""nsdrill sensitivity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import click
+
+from nsdrill.cli import options
+from nsdrill.errors import InputError
+
+
+@click.command(
+    "sensitivity",
+    epilog=options.examples(
+        "sensitivity uncertain.h5",
+        "sensitivity uncertain.h5 --wob 40kN --rotary-speed 100rpm -o tornado.png",
+        "sensitivity uncertain.h5 --json | jq .measure_first",
+    ),
+)
+@options.file_argument("results")
+@options.quantity("--depth", "m", "Of a sweep, the points at this depth only.")
+@options.quantity("--wob", "N", "The points at this weight on bit.")
+@options.quantity("--rotary-speed", "rad/s", "The points at this top-drive speed.")
+@options.at
+@options.units
+@click.option("--json", "as_json", is_flag=True, help="The same for programs.")
+@options.output("Tornado picture to write as well: .png, .pdf or .svg.", required=False)
+@click.option(
+    "--severity", type=click.IntRange(0, 4), default=None,
+    help="Call a run safe where none of the three severities exceeds this. Default: where no response is critical.",
+)  # fmt: skip
+@options.overwrite
+def command(
+    results: str, depth: float | None, wob: float | None, rotary_speed: float | None, at: tuple[str, ...], units: str,
+    as_json: bool, output: str | None, severity: int | None, overwrite: bool,
+) -> int:  # fmt: skip
+    """Say which uncertain number matters most, and which to measure first.
+
+    Of RESULTS of a study with the section uncertain: for the safe run and for stick-slip, lift-off and contact, which
+    part of the scatter comes from each unknown by itself (first), and which with its interplay with the others (total),
+    over all operating points or at those that are chosen.
+    """
+    if output is not None:
+        from nsdrill.plot import check_suffix
+        from nsdrill.store import claim_file
+
+        check_suffix(output)
+        options.keep_apart(results, output)
+        claim_file(output, overwrite)
+
+    from nsdrill.analysis.sensitivity import sensitivity
+    from nsdrill.app.sensitivity import read_for_sensitivity
+    from nsdrill.cli.words import in_units
+    from nsdrill.data import json_text
+    from nsdrill.errors import printable
+    from nsdrill.plot import cut
+
+    chosen = options.values(at, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    if "sample" in chosen:
+        raise InputError("--at sample: found one sample; allowed: axes of the sweep, as all samples are compared.")
+    data = cut(read_for_sensitivity(results, severity), chosen or None)
+    note = sensitivity(data, severity)
+    if as_json:
+        click.echo(json_text(in_units(note, units), indent=2))
+    else:
+        click.echo(printable(f"{results}: sensitivity. {note['title']}".rstrip()))
+        for line in lines(note, units):
+            click.echo(line)
+    if output is not None:
+        from nsdrill.plot import draw, save
+
+        save(draw(data, "tornado", units=units, severity=severity), output, overwrite=overwrite)
+        click.echo(f"{output}: drawn.", err=True)
+    return 0
+
+
+def lines(note: dict[str, Any], units: str) -> Iterator[str]:
+    """The note in words."""
+    from nsdrill.cli.show import in_words
+    from nsdrill.cli.words import count, label_of, point_text
+    from nsdrill.quantity import quantity
+
+    where = point_text(note["at"], units)
+    points = f"{count(note['points'], 'operating point')} over {' and '.join(map(label_of, note['swept']))}"
+    yield f"  {note['samples']} samples, at {', '.join(filter(None, (where, points if note['swept'] else '')))}"
+    if note["overrides"]:
+        yield f"  overrides {'; '.join(f'{key} = {value}' for key, value in note['overrides'].items())}"
+    if note["histories"] > 1:
+        yield "  safe in every procedure; of the other answers the greatest of the procedures"
+    exact = note["design"] == "saltelli"
+    for answer in note["answers"]:
+        yield ""
+        mean, what = answer["mean"], in_words(answer["name"])
+        if mean is None:
+            yield f"{what}: not known, as too many runs failed."
+            continue
+        percent = answer["units"] == "1"
+
+        def told(value: float | None, percent: bool = percent) -> str:
+            return "none" if value is None else f"{100 * value:.1f} %" if percent else f"{value:.4g} %"
+
+        if answer["deviation"] is None:
+            yield f"{what}: {told(mean)} in every sample, whatever the unknowns are."
+            continue
+        yield f"{what}: {told(mean)} on average"
+        yield f"  {'unknown':26s}{'first':>16s}{'total':>16s}   where it is low, and high"
+        for row in sorted(answer["unknowns"], key=lambda row: -row["first"]):
+            one = quantity(row["key"])
+            low, high = (one.text(row[end]["value"], units, 3) for end in ("low", "high"))
+            yield (
+                f"  {label_of(row['key']):26s}{_index(row['first'], row['first_error']):>16s}{_total(row):>16s}   "
+                f"{told(row['low']['answer'])} at {low}, {told(row['high']['answer'])} at {high}"
+            )
+    yield ""
+    first = note["measure_first"]
+    if first is None:
+        constant = note["answers"][0]["deviation"] is None
+        yield (
+            "No sample differs in whether it is safe: no measurement tells more about that."
+            if constant
+            else "No unknown by itself tells whether a run is safe: more samples may, or none does."
+        )
+    else:
+        alike = ", ".join(label_of(key) for key in first["alike"])
+        also = f" (from {alike} it cannot be told apart by so few samples)" if alike else ""
+        yield (
+            f"Measure first: {label_of(first['key'])} ({first['key']}). It alone makes {100 * first['first']:.0f} % of "
+            f"the doubt about a safe run{also}."
+        )
+    if not exact:
+        why = "the unknowns depend on each other" if note["dependent"] else "between these bounds"
+        yield f"Total: {why}; with uncertain.design: saltelli it is estimated."
+
+
+def _index(value: float, error: float) -> str:
+    return f"{value:.2f} +- {error:.2f}"
+
+
+def _total(row: dict[str, Any]) -> str:
+    if row["total"] is not None:
+        return _index(row["total"], row["total_error"])
+    if row["total_least"] is None:
+        return "not known"
+    return f"{row['total_least']:.2f} to {row['total_most']:.2f}"

@@ -1,0 +1,157 @@
+"""Branches of motions from a file of ``nsdrill continue``, as curves for a page: the file says by itself what it
+holds."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from nsdrill.data import Array, Results
+from nsdrill.errors import FileError
+from nsdrill.models.vocabulary import BY_NAME
+from nsdrill.plot.labels import quantity
+from nsdrill.store import hdf5
+from nsdrill.store.attributes import get_attributes
+from nsdrill.study.resolved import study_from_resolved
+from nsdrill.study.study import Study
+from nsdrill.variables import AXES
+from nsdrill.web.shown import plain
+
+KIND = "branches"
+REGULAR, END = 0, 9  # labels of points that are none of note
+
+
+@dataclass(frozen=True)
+class Branches:
+    """All branches of a file, their points one after the other: arrays [point]. ``along`` names the number that is
+    continued, ``key`` is its key; ``sizes`` says how many points each branch has, ``names`` what each is, ``ends`` why
+    it ends; ``state`` [point, states] is that at the drive angle 0; ``meanings`` has the words of the ``label``."""
+
+    path: str
+    attrs: Mapping[str, Any]
+    along: str
+    key: str
+    sizes: Array
+    names: tuple[str, ...]
+    ends: tuple[str, ...]
+    features: dict[str, Array]
+    state: Array
+    period: Array
+    unstable: Array
+    label: Array
+    meanings: dict[int, str]
+
+    @property
+    def numbers(self) -> Array:
+        """The values of the number that is continued [point]."""
+        return self.features[self.along]
+
+    @property
+    def study(self) -> Study:
+        """The study that the branches were made from."""
+        if "study_resolved" not in self.attrs:
+            raise FileError(f"{self.path}: found no study in the file; allowed: a file of nsdrill continue.")
+        return study_from_resolved(
+            json.loads(self.attrs["study_resolved"]), str(self.attrs.get("study", "")), self.path
+        )
+
+    def branch_of(self, point: int) -> int:
+        """The number of the branch of a point."""
+        return int(np.searchsorted(np.cumsum(self.sizes), point, side="right"))
+
+    def name_of(self, point: int) -> str:
+        """Which branch a point is of, how stable it is, and its label where it has one of note."""
+        branch, count = self.branch_of(point), int(self.unstable[point])
+        said = [f"branch {branch}", self.names[branch], "stable" if not count else f"unstable in {count} directions"]
+        if (label := int(self.label[point])) not in (REGULAR, END):
+            said.append(self.meanings.get(label, str(label)))
+        return ", ".join(said)
+
+
+def is_branches(path: str | os.PathLike[str]) -> bool:
+    """Whether this is a file of branches; False for what is no file of nsdrill, of which others say more."""
+    try:
+        with hdf5.opened(path) as file:
+            return str(file.attrs["nsdrill_kind"]) == KIND
+    except FileError:
+        return False
+
+
+def read_branches(path: str | os.PathLike[str]) -> Branches:
+    """The file of branches ``path``; FileError where it is none, or damaged."""
+    with hdf5.opened(path) as file:
+        if (kind := str(file.attrs["nsdrill_kind"])) != KIND:
+            raise FileError(f"{path}: this is a {kind} file; a file of branches, of nsdrill continue, is needed.")
+        attrs = get_attributes(path, file)
+        along = str(attrs.get("along", "rotary_speed"))
+        try:
+            count = len(file["point"])
+            sizes = np.asarray(file["row_size"][()], dtype=int)
+            words = str(_plain(file["label"].attrs["flag_meanings"])).split()
+            codes = np.atleast_1d(file["label"].attrs["flag_values"]).tolist()
+            features = {
+                name: np.asarray(file[name][()], dtype=float)
+                for name in file
+                if file[name].shape == (count,) and file[name].dtype.kind == "f" and (name in BY_NAME or name == along)
+            }
+            features |= {name: np.asarray(file[name][()], dtype=float) for name in AXES if name in file}
+            found = Branches(
+                str(path), attrs, along, str(attrs.get("along_key", along)), sizes,
+                tuple(_name(m, n) for m, n in zip(file["motion"].asstr()[()], file["lobes"][()], strict=True)),
+                tuple(file["end_reason"].asstr()[()]), features,
+                np.asarray(file["state"][()], dtype=float), np.asarray(file["period"][()], dtype=float),
+                np.asarray(file["unstable"][()], dtype=int), np.asarray(file["label"][()], dtype=int),
+                {int(code): word.replace("_", " ") for code, word in zip(codes, words, strict=False)},
+            )  # fmt: skip
+        except (KeyError, ValueError, TypeError, AttributeError, OSError) as error:
+            raise FileError(f"{path}: is damaged, or of another version ({type(error).__name__}: {error}).") from error
+    lengths = {
+        len(values) for values in (*found.features.values(), found.state, found.period, found.unstable, found.label)
+    }
+    if along not in found.features or lengths != {int(sizes.sum())} or len(found.ends) != len(sizes):
+        raise FileError(f"{path}: its branches do not have as many points as they say. {hdf5.EDITED}")
+    return found
+
+
+def _plain(value: Any) -> Any:
+    return value.decode() if isinstance(value, bytes) else value
+
+
+def _name(motion: Any, lobes: Any) -> str:
+    words = str(motion).replace("_", " ")
+    return f"{words} over {int(lobes)} lobe{'' if int(lobes) == 1 else 's'}" if words == "periodic" else words
+
+
+def curves(found: Branches, name: str, units: str) -> tuple[dict[str, Any], dict[str, Array]]:
+    """The branches in a diagram of the feature ``name``: columns ``curve x``, ``curve y`` and ``curve unstable``
+    [point]; of the head ``curves`` the sizes, the words of each branch and its special points."""
+    x, y = quantity(found.along, units), quantity(name, units)
+    special = np.flatnonzero(~np.isin(found.label, (REGULAR, END)))
+    head = {
+        "sizes": found.sizes, "names": found.names,
+        "special": [[int(i), found.meanings.get(int(found.label[i]), str(found.label[i]))] for i in special],
+    }  # fmt: skip
+    columns = {
+        "curve x": found.numbers / x.scale,
+        "curve y": found.features[name] / y.scale,
+        "curve unstable": found.unstable,
+    }
+    return {"curves": head}, columns
+
+
+def fits(found: Branches, results: Results, axis: str, place: Any) -> str:
+    """Why the branches are no curves in a diagram along ``axis`` through ``place``; "" where they are."""
+    if axis != found.along:
+        return f"The branches run along {plain(quantity(found.along).words)}."
+    for name, i in zip(results.grid, place, strict=True):
+        if name in found.features and name != axis and name in results.axes:
+            here, there = float(results.coords[name][i]), float(found.features[name][0])
+            if abs(here - there) > 1e-9 * max(abs(here), abs(there)):
+                words = quantity(name)
+                return f"The branches are at {plain(words.words)} {words.value(there)}."
+    return ""

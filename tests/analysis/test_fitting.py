@@ -1,0 +1,82 @@
+"""Samples of the unknowns, against problems whose answer is known, and against what coverage demands."""
+
+from __future__ import annotations
+
+from zlib import crc32
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from nsdrill.analysis.fitting import posterior
+
+LINEAR = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.3], [0.2, 0.0, 1.0], [1.0, 1.0, 1.0], [1.0, -1.0, 0.0]])
+
+
+def test_a_linear_problem_has_the_posterior_of_the_textbook():
+    """Prior N(0, 1) and Gaussian errors: the covariance is (1 + A^T A / s^2)^-1, the mean that times A^T y / s^2."""
+    rng, error = np.random.default_rng(3), 0.4
+    y = LINEAR @ rng.standard_normal(3) + error * rng.standard_normal(5)
+    found = posterior(lambda z: z @ LINEAR.T, y, np.full(5, error), 3, batch=400, wanted=2000, rounds=12)
+    covariance = np.linalg.inv(np.eye(3) + LINEAR.T @ LINEAR / error**2)
+    mean = covariance @ LINEAR.T @ y / error**2
+    np.testing.assert_allclose(found.mean, mean, atol=4 * np.sqrt(covariance.max() / found.size))
+    np.testing.assert_allclose(found.covariance, covariance, atol=0.15 * covariance.max())
+    assert found.beta == 1.0
+    assert found.spread == pytest.approx(np.zeros(5), abs=5e-3)  # runs that are all but equal give the same
+
+
+def threshold(z):
+    """As stick-slip sets in: a jump in one unknown, a sign that is not told of another."""
+    jump = 1 / (1 + np.exp(-20 * (z[:, 0] - 0.3)))
+    return np.stack([jump * (1 + 0.3 * z[:, 1]), z[:, 1] + 0.2 * jump, np.abs(z[:, 2]), z[:, 2] ** 2 + z[:, 0]], 1)
+
+
+def noisy(z):
+    """As chaotic motion: no two runs are alike."""
+    rng = np.random.default_rng(crc32(z.tobytes()))
+    smooth = np.stack([z[:, 0] + 0.5 * z[:, 1] ** 2, np.exp(0.5 * z[:, 1]), z[:, 0] * z[:, 2], np.tanh(z[:, 2])], 1)
+    return smooth + 0.3 * rng.standard_normal(smooth.shape)
+
+
+@pytest.mark.parametrize("problem", [threshold, noisy])
+def test_the_intervals_hold_the_truth_as_often_as_they_say(problem):
+    """Truths from the prior: 90 % intervals hold them in 90 % of the cases (between the 0.1 % limits of 120)."""
+    inside = 0
+    for case in range(40):
+        rng = np.random.default_rng(case)
+        truth = rng.standard_normal((1, 3))
+        y = problem(truth)[0] + 0.1 * rng.standard_normal(4)
+        found = posterior(problem, y, np.full(4, 0.1), 3, seed=case)
+        below = [found.weights @ (found.z[:, i] < truth[0, i]) for i in range(3)]
+        inside += sum(0.05 < one < 0.95 for one in below)
+    assert binom.ppf(0.001, 120, 0.9) <= inside <= 120
+
+
+def test_what_the_values_do_not_depend_on_keeps_its_prior():
+    found = posterior(lambda z: z[:, :1] * 2.0, np.array([1.0]), np.array([0.1]), 2)
+    assert found.widths[0] < 0.1
+    assert found.widths[1] == pytest.approx(1.0, abs=0.25)
+    assert abs(found.correlations[0, 1]) < 0.4
+
+
+def test_a_combination_is_told_and_its_parts_are_not():
+    found = posterior(lambda z: z.sum(axis=1, keepdims=True), np.array([0.0]), np.array([0.05]), 2)
+    assert found.widths == pytest.approx(np.sqrt([0.5, 0.5]), abs=0.15)
+    assert found.correlations[0, 1] < -0.95
+
+
+def test_failed_runs_have_no_weight():
+    def simulate(z):
+        return np.where(z[:, :1] > 0.0, np.nan, z[:, :1])
+
+    found = posterior(simulate, np.array([0.1]), np.array([0.3]), 1)
+    assert found.failed > 0
+    assert found.weights[found.z[:, 0] > 0.0].max() == 0.0
+    with pytest.raises(ValueError, match="every run"):
+        posterior(lambda z: np.full((len(z), 1), np.nan), np.array([0.1]), np.array([0.3]), 1)
+
+
+def test_data_that_no_run_gives_have_a_large_misfit():
+    found = posterior(lambda z: np.repeat(z[:, :1], 2, axis=1), np.array([1.0, -1.0]), np.array([0.05, 0.05]), 1)
+    assert found.misfit > 100

@@ -1,0 +1,156 @@
+"""Probabilities from samples: counts, intervals, and the window at a confidence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from nsdrill.analysis.probability import EVERY, chances, interval, window_state
+from nsdrill.analysis.window import find_window
+from nsdrill.data import Array, Results
+from nsdrill.errors import InputError
+from nsdrill.sampling import Uncertain, draw
+from nsdrill.variables import BIT_BOUNCE, DIVERGED, OK, STICK_SLIP, WHIRL, Unknown
+
+ROCK = Unknown("bit.rock_stiffness", "N/m", "Contact stiffness of the rock")
+
+
+def made_up(response: Array, status: Array | None = None, attrs: dict[str, str] | None = None) -> Results:
+    """Results with ``response`` [procedure, weight on bit, speed, sample]."""
+    procedures, weights, speeds, samples = response.shape
+    coords = {
+        "procedure": np.array([["same"], ["up", "down"]][procedures - 1]),
+        "depth": np.array([1500.0]),
+        "wob": 10e3 * np.arange(1.0, weights + 1),
+        "rotary_speed": np.arange(1.0, speeds + 1),
+        "sample": np.arange(samples, dtype=np.int32),
+    }
+    response = response[:, None].astype(np.int8)
+    status = np.full(response.shape, OK, np.int8) if status is None else status[:, None].astype(np.int8)
+    drawn = {ROCK: np.linspace(1e7, 2e7, samples)}
+    return Results(coords, {"status": status, "response": response}, attrs or {}, (), drawn)
+
+
+def test_shares_are_counted_for_each_history_and_for_all() -> None:
+    response = np.zeros((2, 1, 1, 8), int)
+    response[0, 0, 0, :3] = STICK_SLIP
+    response[1, 0, 0, 2:6] = WHIRL | BIT_BOUNCE
+    found = chances(made_up(response))
+    assert found.histories == ("up", "down", EVERY)
+    assert found.outcomes == ("safe", "bit_bounce", "stick_slip", "whirl")
+    assert found.total == 8
+    assert found.count[..., 0, 0, 0].tolist() == [[5, 0, 3, 0], [4, 4, 0, 4], [2, 4, 3, 4]]
+    assert float(found.of("safe")[0].ravel()[0]) == 2 / 8
+    assert float(found.of("safe", "up")[0].ravel()[0]) == 5 / 8
+
+
+def test_a_failed_run_is_not_safe_and_leaves_open_what_it_might_be() -> None:
+    response, status = np.zeros((2, 1, 3, 10), int), np.full((2, 1, 3, 10), OK)
+    status[0, 0, 0, :2] = DIVERGED  # safe downwards: open
+    status[0, 0, 1, :2], response[1, 0, 1, :2] = DIVERGED, WHIRL  # not safe downwards: known not to be safe
+    found = chances(made_up(response, status))
+    assert found.count[-1, 0].ravel().tolist() == [8, 8, 10]
+    assert found.open[-1].ravel().tolist() == [2, 0, 0]
+    inside, might = window_state(found, 0.9)
+    assert inside.ravel().tolist() == [False, False, True]
+    assert might.ravel().tolist() == [True, False, False]
+    note = find_window(made_up(response, status), confidence=0.9)
+    assert (note["safe"], note["unknown"], note["critical"]) == (1, 1, 1)
+
+
+@pytest.mark.parametrize("probability", [0.02, 0.1, 0.5, 0.9, 0.97])
+@pytest.mark.parametrize("samples", [64, 256])
+def test_intervals_hold_as_often_as_they_say(probability: float, samples: int) -> None:
+    counts = np.random.default_rng(1).binomial(samples, probability, 20_000)
+    low, high = interval(counts, samples)
+    held = np.mean((low <= probability) & (probability <= high))
+    # Of few counts no interval holds exactly: that of Wilson between 92 and 98 % (Brown, Cai and DasGupta 2001).
+    assert 0.92 < held < 0.985
+
+
+def test_intervals_of_sobol_samples_hold_more_often() -> None:
+    """The answer depends on three unknowns at once; its probability is known."""
+    shapes = {name: {"uniform": [0.0, 1.0]} for name in "abc"}
+    exact, held, far = 1.0 - 1.0 / 6.0, 0, []
+    for seed in range(200):
+        x = np.column_stack([*draw(Uncertain(shapes, samples=64, seed=seed)).values()])
+        count = np.count_nonzero(x.sum(axis=1) > 1.0)  # outside of a corner of the cube
+        low, high = interval(np.array(count), 64)
+        held += bool(low <= exact <= high)
+        far.append(count / 64 - exact)
+    assert held >= 196
+    assert np.std(far) < 0.6 * np.sqrt(exact * (1 - exact) / 64)
+
+
+def test_interval_is_whole_without_samples_and_closed_at_the_ends() -> None:
+    low, high = interval(np.array([0, 0, 10]), np.array([0, 10, 10]))
+    assert (low[0], high[0]) == (0.0, 1.0)
+    assert low[1] == 0.0
+    assert 0.2 < high[1] < 0.4
+    assert high[2] == 1.0
+    assert 0.6 < low[2] < 0.8
+
+
+def map_of_safety(safe: list[list[float]], samples: int = 20) -> Array:
+    """Responses [1, y, x, sample] with these shares of samples without a response, the others with whirl."""
+    share = np.array(safe)
+    return np.where(np.arange(samples) < np.round(share * samples)[..., None], 0, WHIRL)[None]
+
+
+def test_window_is_where_the_confidence_is_reached_and_the_point_inside_is_recommended() -> None:
+    share = [[0.50, 0.85, 0.90, 0.85, 0.10], [0.60, 0.90, 1.00, 0.95, 0.20], [0.70, 0.85, 0.90, 0.90, 0.30]]
+    results = made_up(map_of_safety(share))
+    note = find_window(results, confidence=0.9)
+    assert note["confidence"] == 0.9
+    assert note["samples"] == 20
+    assert note["safe"] == 6
+    best = note["maps"][0]["recommended"]
+    assert (best["wob"], best["rotary_speed"]) == (20e3, 3.0)
+    assert best["probability"] == 1.0
+    assert best["probability_low"] == pytest.approx(1 / (1 + 1.959963984540054**2 / 20))
+    assert best["margins"]["rotary_speed"]["less"]["first_not_safe"] == 1.0
+    assert best["margins"]["rotary_speed"]["less"]["responses"] == ["whirl"]
+    assert find_window(results)["safe"] == 6  # 90 % where none is given
+    assert find_window(results, confidence=0.85)["safe"] == 9
+    assert find_window(results, confidence=0.99)["safe"] == 1
+    assert note["most_probable"]["probability"] == 1.0
+
+
+def test_history_makes_the_window_smaller() -> None:
+    up, down = map_of_safety([[0.95, 0.95, 0.95]]), map_of_safety([[0.95, 0.95, 0.10]])[..., ::-1]
+    note = find_window(made_up(np.concatenate([up, down])), confidence=0.9)
+    assert [(one["procedure"], one["safe"]) for one in note["alone"]] == [("up", 3), ("down", 2)]
+    assert note["safe_in"] == {"up": 3, "down": 2}
+    assert note["safe"] == 2  # 0.90 in both: what is safe up need not be so down
+    assert note["alone"][0]["recommended"]["probability"] == 0.95
+    assert note["most_probable"]["probability"] == 0.9
+
+
+def test_of_the_saltelli_design_two_matrices_count() -> None:
+    response = np.full((1, 1, 1, 30), WHIRL)  # of one unknown: 10 x (1 + 2)
+    response[..., :20] = 0
+    attrs = {"study_resolved": '{"uncertain": {"design": "saltelli", "samples": 10}}'}
+    assert chances(made_up(response, attrs=attrs)).of("safe")[0].ravel()[0] == 1.0
+    assert chances(made_up(response)).of("safe")[0].ravel()[0] == 20 / 30
+    with pytest.raises(InputError, match="found 20 samples of the design saltelli; allowed: all 30"):
+        chances(made_up(response[..., :20], attrs=attrs))
+
+
+def test_by_severity() -> None:
+    results = made_up(map_of_safety([[0.5, 0.5]]))
+    grade = np.where(results["response"] > 0, 2, 0).astype(np.int8)
+    for name in ("stick_slip_severity", "bounce_severity", "whirl_severity"):
+        results.variables[name] = grade if name == "whirl_severity" else np.zeros_like(grade)
+    assert find_window(results, severity=1)["safe"] == 0
+    assert find_window(results, severity=2)["safe"] == 2
+
+
+def test_results_without_samples_have_no_probability() -> None:
+    results = made_up(np.zeros((1, 1, 2, 4), int))
+    del results.coords["sample"]
+    plain = Results(results.coords, {name: values[..., 0] for name, values in results.variables.items()})
+    with pytest.raises(InputError, match="without samples"):
+        chances(plain)
+    with pytest.raises(InputError, match="--confidence: found results without samples"):
+        find_window(plain, confidence=0.9)
+    assert find_window(plain)["confidence"] is None

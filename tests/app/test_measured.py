@@ -1,0 +1,181 @@
+"""Tables as rigs export them: what is read, in which unit, and what is refused with its line."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsdrill
+from nsdrill.app.measured import Reading, read_measured
+from nsdrill.errors import FileError, InputError
+
+STUDY = nsdrill.load_study({"title": "a"})
+SEGMENTS = nsdrill.load_study({"model": "segments"})
+
+
+@pytest.fixture
+def table(tmp_path):
+    def write(text, how=None, study=STUDY):
+        path = tmp_path / "field.csv"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return read_measured(path, study, how)
+
+    return write
+
+
+def test_units_stand_in_the_head(table):
+    found = table(
+        "Rotary Speed [rpm], WOB (klbf), depth [ft], surface_torque_mean [kft.lbf], stick_slip_index [%], "
+        "stuck_fraction [%], lateral_acceleration_rms [gravity], whirl_severity\n"
+        "60, 10, 9500, 3.5, 40, 5, 0.5, 2\n90, 20, 9500, 4.5, 10, 0, 1, 3\n"
+    )
+    assert found.points == 2
+    np.testing.assert_allclose(found.at["rotary_speed"], [2 * np.pi, 3 * np.pi])
+    np.testing.assert_allclose(found.at["wob"], [44482.216152605, 88964.43230521])
+    np.testing.assert_allclose(found.at["depth"], 2895.6)
+    expected = {
+        "surface_torque_mean": [3500 * 1.3558179483314, 4500 * 1.3558179483314], "stick_slip_index": [40, 10],
+        "stuck_fraction": [0.05, 0.0], "lateral_acceleration_rms": [4.903325, 9.80665], "whirl_severity": [2, 3],
+    }  # fmt: skip
+    assert found.values.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_allclose(found.values[name], values, err_msg=name)
+    assert found.errors["whirl_severity"].tolist() == [0.5, 0.5]
+    assert found.where == ("line 2", "line 3")
+    assert any(note.startswith("error assumed of") for note in found.notes)
+
+
+def test_units_may_have_a_row_of_their_own_and_columns_another_name(table):
+    """As exports have it: semicolons, a byte order mark, comments, columns of no use."""
+    text = "\ufeff# rig 7\nTIME_STR;RPM;WOBA;TQA\n;rpm;klbf;kft-lbf\na;60;10;3.5\nb;90;20;4.5\n"
+    how = Reading(
+        {"RPM": "rotary_speed", "WOBA": "wob", "TQA": "surface_torque_mean"}, ["*"], {"surface_torque_mean": "2 %"}
+    )
+    found = table(text, how)
+    np.testing.assert_allclose(found.values["surface_torque_mean"], [4745.3628, 6101.1808], rtol=1e-6)
+    np.testing.assert_allclose(found.errors["surface_torque_mean"], 0.02 * found.values["surface_torque_mean"])
+    assert found.notes == ("passed over: TIME_STR",)
+
+
+def test_errors_may_have_columns(table):
+    found = table("wob [kN],bit_force_max [kN],bit_force_max_error [N]\n10,20,500\n20,30,600\n")
+    assert found.errors["bit_force_max"].tolist() == [500.0, 600.0]
+
+
+def test_values_that_are_not_measured_are_passed_over(table):
+    text = "wob [kN],bit_force_max [kN],stick_slip_index [%]\n10,20,\n20,-999.25,40\n,30,50\n30,,\n"
+    with pytest.raises(FileError, match=r"line 2: stick_slip_index: found a gap; allowed: a number. --skip-gaps"):
+        table(text)
+    found = table(text, Reading(gaps=True))
+    assert found.at["wob"].tolist() == [10e3, 20e3]
+    assert np.isnan(found.values["bit_force_max"]).tolist() == [False, True]
+    values, errors, there = found.flat
+    names = list(found.values)
+    assert dict(zip([(names[place // 2], place % 2) for place in there], values, strict=True)) == {
+        ("bit_force_max", 0): 20e3,
+        ("stick_slip_index", 1): 40.0,
+    }
+    assert np.isfinite(errors).all()
+
+
+def log(change=lambda rows: rows, step=0.5, name="surface_torque"):
+    """Two stretches of 200 s: a sine of 0.2 kN m and one of 1 kN m about 4 and 6 kN m."""
+    time = np.arange(0.0, 400.0, step)
+    second = time >= 200.0
+    speed, size = np.where(second, 90.0, 60.0), np.where(second, 1.0, 0.2)
+    torque = np.where(second, 6.0, 4.0) + size * np.sin(2 * np.pi * time / 5.0)
+    rows = [f"{t:g},{s:g},50,{q:.6f}" for t, s, q in zip(time, speed, torque, strict=True)]
+    return "\n".join([f"time [s],rotary_speed [rpm],wob [kN],{name} [kN.m]", *change(rows)])
+
+
+def test_stretches_of_constant_settings_give_features(table):
+    found = table(log())
+    np.testing.assert_allclose(found.at["rotary_speed"], [2 * np.pi, 3 * np.pi])
+    np.testing.assert_allclose(found.values["surface_torque_mean"], [4e3, 6e3], atol=2.0)
+    np.testing.assert_allclose(found.values["surface_torque_max"], [4.2e3, 7e3], rtol=0.01)
+    np.testing.assert_allclose(found.values["surface_torque_min"], [3.8e3, 5e3], rtol=0.015)
+    assert found.notes[0] == "2 stretches of constant settings, without their first 60 s"
+    assert found.where[1].endswith("(260 to 399.5 s)")
+
+
+def test_noise_of_a_setting_is_no_change_of_it(table):
+    rng = np.random.default_rng(1)
+
+    def noisy(rows):
+        split = [row.split(",") for row in rows]
+        return [",".join((t, s, f"{float(w) * (1 + 0.01 * rng.standard_normal()):.4f}", q)) for t, s, w, q in split]
+
+    assert table(log(noisy)).points == 2
+
+
+def test_a_hole_in_time_ends_a_stretch(table):
+    found = table(log(lambda rows: [*rows[:100], *rows[150:]]))  # 50 to 75 s: what is before is too short
+    assert found.points == 2
+    assert found.where[0].endswith("(135 to 199.5 s)")
+    assert "1 shorter than 120 s" in found.notes[0]
+
+
+def test_slow_samples_give_means_only(table):
+    found = table(log(step=5.0))
+    assert list(found.values) == ["surface_torque_mean"]
+    assert any("only means" in note for note in found.notes)
+
+
+def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
+    found = table(log(name="hook_load").replace("kN.m", "kN"), study=SEGMENTS)
+    np.testing.assert_allclose(found.values["hook_load_change_max"], [200.0, 1000.0], rtol=0.05)
+    np.testing.assert_allclose(found.values["hook_load_change_min"], [-200.0, -1000.0], rtol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("wob [kN],bit_force_max\n10,20\n", "line 1: bit_force_max: found no unit; allowed: bit_force_max [klbf] or"),
+        ("wob [m],bit_force_max [kN]\n10,20\n", "line 1: wob: found '1 m', in units of length; allowed: a number with"),
+        ("wob [kg],bit_force_max [kN]\n10,20\n", "'kg' is a unit of mass, not of force"),
+        ("wob [kN],bit_force [kN]\n10,20\n", "the column 'bit_force', which is not known. Did you mean bit_force_max"),
+        ("wob [kN],gamma [api]\n10,20\n", "--ignore 'gamma' passes over it"),
+        ("wob [kN],bit_force_max [kN]\n10,2x\n", "line 2: bit_force_max: found '2x'; allowed: a number."),
+        ('wob [kN],bit_force_max [kN]\n10,"2,5"\n', "Write a decimal point"),
+        ("wob [kN],bit_force_max [kN]\n10\n", "line 2: bit_force_max: found a gap"),
+        ("wob [kN],wob [N],bit_force_max [kN]\n1,1,1\n", "found two columns of wob"),
+        ("wob [kN]\n10\n", "line 1: found no measured value; allowed: a feature that a run has"),
+        ("wob [kN],bit_force_max [kN]\n", "found no table"),
+        ("", "found no table"),
+        (b"wob [kN]\n\xff\xfe\n", "no text in UTF-8"),
+        ("wob [kN],bit_force_max [kN]\n-10,20\n", "line 2: wob: found -10 kN; allowed:"),
+        ("stick_slip_index [rpm],wob [kN]\n1,10\n", "stick_slip_index: found the unit 'rpm'; allowed: percent, or 1"),
+        ("bit_force_max [kN],bit_force_max_error [kN],wob [kN]\n1,0,10\n", "found an error of 0 or less"),
+        (log(lambda rows: [rows[1], rows[0], *rows[2:]]), "line 3: time: found 0 s after 0.5 s; allowed: a time that"),
+        (log(lambda rows: rows[:100]), "found no stretch of at least 120 s"),
+        (log(name="gamma"), "the column 'gamma', which is not known"),
+        (log(lambda rows: [*rows[:9], rows[9].rpartition(",")[0] + ",", *rows[10:]]), "line 11: surface_torque: found"),
+        ("time [s],surface_torque [kN m]\n0,1\n1,1\n", "found no setting (wob, rotary_speed, depth) beside the time"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_used_is_told_with_its_line(table, text, said):
+    with pytest.raises(FileError) as caught:
+        table(text)
+    assert said in str(caught.value)
+    assert "field.csv" in str(caught.value)
+
+
+def test_wrong_options(table):
+    text = "wob [kN],bit_force_max [kN]\n10,20\n"
+    for how, said in (
+        (Reading(rename={"TQA": "surface_torque"}), "--rename: found no column 'TQA'; allowed: those of the file"),
+        (Reading(ignore=["TQA"]), "--ignore: found no column 'TQA'"),
+        (Reading(errors={"bit_force_max": "5 rpm"}), "--error bit_force_max: found '5 rpm'"),
+        (Reading(errors={"bit_force_max": "-5 percent"}), "--error bit_force_max: found '-5 percent'"),
+        (Reading(errors={"radius_max": "1 mm"}), "--error: found radius_max, which is not measured"),
+    ):
+        with pytest.raises(InputError) as caught:
+            table(text, how)
+        assert said in str(caught.value)
+
+
+def test_no_such_file(tmp_path):
+    with pytest.raises(FileError, match="No such file"):
+        read_measured(Path(tmp_path / "none.csv"), STUDY)

@@ -1,0 +1,26 @@
+"""The page of uncertain numbers: its studies are valid, its Python runs."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+from nsdrill.study import parse_study
+
+
+def test_studies_of_the_page_are_valid(docs: Path) -> None:
+    text = (docs / "uncertain.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```yaml\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    assert [parse_study(block).samples for block in blocks] == [256, 3]
+
+
+def test_python_of_the_page_runs(docs: Path, tmp_path: Path) -> None:
+    text = (docs / "uncertain.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
+    done = subprocess.run(
+        [sys.executable, "-W", "error::nsdrill.errors.RunWarning", "-c", block],
+        cwd=tmp_path, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr

@@ -1,0 +1,129 @@
+"""Pictures of uncertain numbers: the shades, bands and bars are the numbers of the analysis."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from nsdrill import plot
+from nsdrill.analysis.probability import chances
+from nsdrill.analysis.sensitivity import sensitivity
+from nsdrill.app.run import run_in_memory
+from nsdrill.data import Results
+from nsdrill.errors import InputError
+from nsdrill.study import parse_study
+
+STUDY = """
+operation: {depth: 2000 m}
+bit: {lobes: 1, surface_amplitude: 0.5 mm}
+sweep:
+  wob: {from: 20 kN, to: 100 kN, points: 3}
+  rotary_speed: {from: 4 rad/s, to: 12 rad/s, points: 4}
+  procedure: up-down
+  along: rotary_speed
+uncertain:
+  bit.rock_stiffness: {lognormal: {median: 25 MN/m, factor: 2}}
+  bit.friction.static: {uniform: [0.3, 0.6]}
+  samples: 16
+simulation: {transient: 10 s, observe: 10 s}
+record: {peaks: 0}
+"""
+
+
+@pytest.fixture(scope="module")
+def both() -> Results:
+    return run_in_memory(parse_study(STUDY))
+
+
+def by_gid(axes: Axes, gid: str) -> Any:
+    return next(artist for artist in axes.get_children() if artist.get_gid() == gid)
+
+
+def holding(figure: Figure, gid: str) -> Axes:
+    return next(axes for axes in figure.axes if any(a.get_gid() == gid for a in axes.get_children()))
+
+
+def test_maps_show_the_probability_of_each_outcome_in_one_scale(both: Results) -> None:
+    figure = plot.draw(both, "probability")
+    found = chances(both)
+    for number, outcome in enumerate(found.outcomes):
+        gid = f"probability:{outcome}"
+        mesh = by_gid(holding(figure, gid), gid)
+        assert np.allclose(mesh.get_array(), 100.0 * found.share[-1, number, 0])
+        assert (mesh.norm.vmin, mesh.norm.vmax) == (0.0, 100.0)
+    assert plot.kinds_for(both)[0] == "probability"
+
+
+def test_the_line_surrounds_the_window_at_the_confidence(both: Results) -> None:
+    for confidence in (0.5, 0.99):
+        figure = plot.draw(both, "probability", confidence=confidence)
+        inside = chances(both).of("safe")[0][0] >= confidence - 1e-9
+        padded = np.pad(inside, 1).astype(int)
+        borders = np.abs(np.diff(padded, axis=0)).sum() + np.abs(np.diff(padded, axis=1)).sum()
+        line = by_gid(holding(figure, "confidence"), "confidence")
+        assert len(line.get_segments()) == borders
+        words = [text.get_text() for text in figure.legends[0].get_texts()]
+        assert words == [f"safe with {100 * confidence:g} % or more ({100 * inside.mean():.1f} % of the points)"]
+
+
+def test_along_an_axis_the_bands_are_the_intervals(both: Results) -> None:
+    figure = plot.draw(both, "probability", at={"wob": 60e3})
+    one = plot.cut(both, {"wob": 60e3})
+    found = chances(one)
+    axes = holding(figure, "line:safe")
+    for outcome in found.outcomes:
+        share, low, high = (100 * part.ravel() for part in found.of(outcome))
+        assert np.allclose(by_gid(axes, f"line:{outcome}").get_ydata(), share)
+        band = by_gid(axes, f"band:{outcome}").get_paths()[0].vertices
+        for x, bottom, top in zip(one.coords["rotary_speed"], low, high, strict=True):
+            here = band[np.isclose(band[:, 0], x), 1]
+            assert here.min() == pytest.approx(bottom, abs=1e-9)
+            assert here.max() == pytest.approx(top, abs=1e-9)
+    assert np.allclose(by_gid(axes, "alone:up").get_ydata(), 100 * found.of("safe", "up")[0].ravel())
+
+
+def test_one_point_has_bars(both: Results) -> None:
+    figure = plot.draw(both, "probability", at={"wob": 60e3, "rotary_speed": 4.0})
+    share = chances(plot.cut(both, {"wob": 60e3, "rotary_speed": 4.0})).of("safe")[0].ravel()[0]
+    axes = figure.axes[0]
+    point = next(line for line in axes.get_lines() if line.get_gid() == "point:safe")
+    assert point.get_xdata()[0] == pytest.approx(100 * share)
+
+
+def test_tornado_bars_reach_from_low_to_high(both: Results) -> None:
+    figure = plot.draw(both, "tornado", at={"wob": 60e3})
+    note = sensitivity(plot.cut(both, {"wob": 60e3}))
+    assert len(figure.axes) == len(note["answers"])
+    axes = figure.axes[0]
+    middle = 100 * note["answers"][0]["mean"]
+    for row in note["answers"][0]["unknowns"]:
+        for end in ("low", "high"):
+            bar = next(patch for patch in axes.patches if patch.get_gid() == f"{end}:{row['key']}")
+            ends = sorted((middle, 100 * row[end]["answer"]))
+            assert sorted((bar.get_x(), bar.get_x() + bar.get_width())) == pytest.approx(ends)
+
+
+def test_the_window_is_drawn_at_its_confidence(both: Results) -> None:
+    figure = plot.draw(both, "window", confidence=0.6)
+    words = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert words[0].startswith("safe with 60 %: no critical response, in up and down (")
+
+
+def test_a_sample_is_drawn_as_a_sweep_of_its_own(both: Results) -> None:
+    plot.draw(both, "map", at={"sample": 3})
+    with pytest.raises(InputError, match=r"(?s)draws one sample .* 'map' with --at sample=\.\.\., 0 to 15"):
+        plot.draw(both, "map")
+    with pytest.raises(InputError, match=r"sample: found 16; allowed: 0 to 15"):
+        plot.draw(both, "map", at={"sample": 16})
+    with pytest.raises(InputError, match="it needs samples of uncertain numbers"):
+        plot.draw(plot.cut(both, {"sample": 3}), "tornado")
+
+
+@pytest.mark.parametrize("kind", ["probability", "tornado", "window"])
+def test_pictures_are_in_field_units_too(both: Results, kind: str) -> None:
+    figure = plot.draw(both, kind, units="field")
+    assert "ft" in figure.get_suptitle()
