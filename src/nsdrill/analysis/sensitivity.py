@@ -27,7 +27,7 @@ from nsdrill.variables import OK, SAMPLE, Unknown
 
 SAFE = "safe"
 HARMONICS = 6
-FEWEST = 8  # samples
+FEWEST = 16  # samples, with which one harmonic can be told
 RESAMPLED = 60  # bootstrap
 PART = 0.2  # of the samples, the lowest and the highest values of an unknown
 
@@ -156,7 +156,9 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
     keys = [unknown.key for unknown in results.drawn]
     values = np.column_stack([*results.drawn.values()])
     if len(values) < FEWEST:
-        raise InputError(f"sensitivity: found {len(values)} samples; allowed: at least {FEWEST}.")
+        raise InputError(
+            f"sensitivity: found {len(values)} samples; allowed: at least {FEWEST}. Run with more, uncertain.samples=64 say."
+        )
     dependent = bool(uncertain.get("correlations") or len(uncertain.get("table") or ()) > 1)
     if design == "saltelli":  # its columns stand in the order of the distributions
         order = [name for name in uncertain if name in {unknown.short for unknown in results.drawn}]

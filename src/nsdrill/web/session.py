@@ -88,7 +88,7 @@ class Session:
         self.results = self._read()
         from nsdrill.app.stored import stored_study
 
-        self.study = stored_study(self.path, self.results.attrs, self.results.coords)
+        self.study = stored_study(self.path, self.results.attrs, self.results.coords, self.results.drawn)
 
     def _read(self) -> Results:
         from nsdrill.app.reading import read_any
