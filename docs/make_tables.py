@@ -245,6 +245,7 @@ ONLY = {
     "exponent": "record.exponent",
     "starts": "initial.ensemble",
     "verify": "simulation.verify",
+    "method": "simulation.method",
     "drive_speed": "drive.kind",
     "stabilizers": "stabilizer.clearance",
     "inclined": "well.inclination",

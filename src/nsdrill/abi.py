@@ -42,7 +42,8 @@ _compiling = threading.RLock()
 
 BUFFER = types.float64[::1]
 # A right-hand side reads the rows `stage`, `stage_time`, `phase` and `parameter`, and writes `acceleration` and
-# `aux_now`.
+# `aux_now`; one with friction apart (`Rows.apart`) reads `relax`, writes `push` and `falling`, and moves the velocities
+# among the `stage` rows.
 RIGHT_HAND_SIDE = types.FunctionType(types.void(BUFFER))
 # An observer is shown every packed step: the lane buffer and a store of its own.
 OBSERVER = types.FunctionType(types.void(BUFFER, BUFFER))
@@ -132,6 +133,12 @@ class Rows:
 
     The ``phase`` is an angle that advances at a constant rate and is carried from run to run along a chain, the angle
     of a drive: its row holds its value, less whole turns, when the clock of the run stands at zero.
+
+    ``apart`` has a bit for every own slope in which friction acts and is kept apart, for a stepper that treats friction
+    implicitly: bit k for slope k. What friction adds to such a slope is its *push*, which stands in a row of ``push``
+    beside the whole slope. With ``relax`` [s] above zero, the right-hand side first solves for velocities that are the
+    given ones plus ``relax`` times the push, and leaves them in ``stage``. They are the only ones while ``relax`` times
+    ``falling`` [1/s] is below 1: how fast the slip grows where friction falls with speed.
     """
 
     states: int
@@ -142,6 +149,7 @@ class Rows:
     singles: int = 0
     private: int = 0
     judged: bool = False
+    apart: int = 0
 
     @property
     def own(self) -> int:
@@ -164,6 +172,12 @@ class Rows:
         return self.own_slopes * (2 if self.companions else 1)
 
     @property
+    def pushed(self) -> tuple[int, ...]:
+        """The slopes that have a push, in the order of its rows."""
+        own = tuple(k for k in range(self.own_slopes) if self.apart >> k & 1)
+        return own + (tuple(self.own_slopes + k for k in own) if self.companions else ())
+
+    @property
     def blocks(self) -> tuple[tuple[int, int, int, int], ...]:
         """The states as blocks of one order: (order, how many, first state, first slope)."""
         found = []
@@ -184,12 +198,24 @@ class Rows:
         return self.states
 
     @property
-    def stage_time(self) -> int:
+    def push(self) -> int:
         return self.acceleration + self.slopes
 
     @property
-    def aux_now(self) -> int:
+    def stage_time(self) -> int:
+        return self.push + len(self.pushed)
+
+    @property
+    def relax(self) -> int:
         return self.stage_time + 1
+
+    @property
+    def falling(self) -> int:
+        return self.stage_time + 2
+
+    @property
+    def aux_now(self) -> int:
+        return self.stage_time + (3 if self.apart else 1)
 
     @property
     def phase(self) -> int:
@@ -211,8 +237,12 @@ class Rows:
         return self.start + self.states
 
     @property
-    def drift(self) -> int:
+    def start_push(self) -> int:
         return self.start_acceleration + self.slopes
+
+    @property
+    def drift(self) -> int:
+        return self.start_push + len(self.pushed)
 
     @property
     def time(self) -> int:

@@ -845,6 +845,8 @@ def _trace(result: Trajectory) -> Dataset:
 
     if result.status != OK:
         status = str(result.trace.attrs["status"])
-        words = f"The run ended early ({status}): {ENDINGS.get(status, status)}."
+        words = f"The run ended early ({status}): {ENDINGS.get(status, status)}" + (
+            f"; {result.advice}." if result.advice else "."
+        )
         warnings.warn(f"{words} The trace holds what was computed before.", RunWarning, stacklevel=4)
     return to_dataset(result.trace)

@@ -81,7 +81,7 @@ def test_further_figures(call: Call, small: Path) -> None:
     [
         # The buckling load of a span of 40 m is 171.5 kN; 500 kN is far above.
         (["drillstring.collar.span=40 m", "operation.wob=500 kN"], "Buckled: at 500 kN"),
-        (["bit.friction.smoothing=50000 s/rad"], "Slow: "),
+        (["bit.friction.smoothing=50000 s/rad", "simulation.method=explicit"], "Slow: "),
         (["drillstring.eccentricity=10 cm"], "Eccentric: the eccentricity (100 mm) exceeds the clearance (76.2 mm)"),
         (
             ["drive={kind: pi, stiffness: 900 N m/rad, damping: 1500 N m s/rad, speed_gain: -3000 N m s/rad}"],

@@ -37,7 +37,11 @@ def run(path: Path) -> dict[str, Any]:
 def test_the_pairs_are_listed(blocks: list[Path], capsys: pytest.CaptureFixture[str]) -> None:
     run(blocks[0])
     listed = capsys.readouterr().out.splitlines()
-    assert listed == ["tsitouras Tsitouras 5(4) 5", "dormand_prince Dormand-Prince 5(4) 5"]
+    assert listed == [
+        "tsitouras Tsitouras 5(4) 5",
+        "dormand_prince Dormand-Prince 5(4) 5",
+        "kennedy_carpenter ARK4(3)7L[2]SA 4",
+    ]
 
 
 def test_a_limit_cycle_returns_after_its_period(blocks: list[Path]) -> None:

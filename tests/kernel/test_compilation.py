@@ -21,7 +21,9 @@ TESTS = str(Path(__file__).parents[1])
 
 ASSEMBLY = """
 import sys
-from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
+from nsdrill.models.christoforou_yigit.apart import make_solve
+from nsdrill.models.christoforou_yigit.rhs import aux_of, columns_of, rows_of
 from nsdrill.models.christoforou_yigit.rhs import make_right_hand_side
 from nsdrill.models.christoforou_yigit.options import Options
 from nsdrill.models.registry import model_named
@@ -29,6 +31,7 @@ from nsdrill.variables import MODEL
 from nsdrill.models.christoforou_yigit.events import make_events
 from nsdrill.models.christoforou_yigit.layout import OBSERVED
 rows = model_named(MODEL).rows(Options(), len(OBSERVED))
+APART = Options(apart=1)
 function = {
     "rhs": lambda: make_right_hand_side(8),
     **{f"law {n}": lambda n=n: make_right_hand_side(8, Options(friction=n)) for n in (1, 2, 3)},
@@ -36,6 +39,10 @@ function = {
     "events 3": lambda: make_events(8, rows, Options(friction=3))[1],
     "options": lambda: make_right_hand_side(8, Options(swirl=1, stabilizer=1, weight=1, axial_friction=1)),
     "stabilizer": lambda: make_right_hand_side(8, Options(hertz=1, stabilizer=1)),
+    **{f"slips {W}": lambda W=W: make_solve(W, APART, rows_of(APART), columns_of(APART), aux_of(APART))
+       for W in (8, 16)},
+    **{f"implicit {W}": lambda W=W: STEPPERS[IMPLICIT].make(W, STEPPERS[IMPLICIT].rows(rows_of(APART)))
+       for W in (8, 16)},
     **{name: lambda stepper=stepper: stepper.make(8, stepper.rows(rows)) for name, stepper in STEPPERS.items()},
     "events": lambda: make_events(8, rows)[1],
 }[sys.argv[1]]()
@@ -65,6 +72,10 @@ def has_wide_registers() -> bool:
         "dormand_prince",
         "events",
         "events 3",
+        "slips 8",
+        "slips 16",
+        "implicit 8",
+        "implicit 16",
     ],
 )
 def test_lane_loops_compile_to_packed_instructions(part: str, tmp_path: Path) -> None:
@@ -83,7 +94,8 @@ def test_lane_loops_compile_to_packed_instructions(part: str, tmp_path: Path) ->
     single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", done.stdout)
     assert len(packed) > 50
     # A few scalar ones may be left around the loops; a loop that fell back has as many as there are operations.
-    assert len(single) < 0.1 * len(packed)
+    # (A loop whose length the compiler does not know keeps a rest for one lane, which is never entered.)
+    assert len(single) < (0.25 if part == "slips 8" else 0.1) * len(packed)
 
 
 PLAIN = """

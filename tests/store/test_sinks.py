@@ -122,6 +122,7 @@ def test_records_follow_the_table_of_variables():
         verify=True,
         states=DRIVEN_STATE_NAMES,
         options=("stabilizers", "inclined", "drilled"),
+        method=True,
     )
     assert record_dtype(everything).names == tuple(variable.name for variable in VARIABLES)
     assert not [name for name in record_dtype(Kept(0)).names if name.endswith("_peaks")]

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.planned import kept_of, plan_of
+from nsdrill.app.planned import chosen_of, kept_of, plan_of
 from nsdrill.app.size import disk, memory
 from nsdrill.models.leaves import Values, values_at
 from nsdrill.models.operation import Operation
@@ -30,7 +30,8 @@ class Report:
     """What ``check`` finds at the study's ``operation``: coefficients (None of a model without), figures, and warnings
     in plain sentences. Of a refined sweep ``points`` are those of the finest grid, ``coarse_points`` those that are
     run in any case. A run takes ``disk`` [bytes] at most and ``memory`` [bytes] about; both are 0 where a ramp stands
-    in place of a sweep."""
+    in place of a sweep. ``method`` says how friction is integrated: explicit, implicit, or both, each at some
+    points."""
 
     operation: Operation
     coefficients: Any
@@ -42,6 +43,7 @@ class Report:
     coarse_points: int
     disk: int
     memory: float
+    method: tuple[str, ...] = ("explicit",)
     told: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     """The units and the meanings of the coefficients."""
 
@@ -75,6 +77,7 @@ class Report:
             "chains": self.chains,
             "coarse_points": self.coarse_points,
             "size": {"disk": {"value": self.disk, "units": "B"}, "memory": {"value": self.memory, "units": "B"}},
+            "method": list(self.method),
             "warnings": self.warnings,
         }
 
@@ -101,6 +104,7 @@ def check(study: Study, units: str = "si") -> Report:
         coarse,
         disk(plan, kept_of(study)) if points else 0,
         memory(plan) if points else 0.0,
+        chosen_of(study).words(),
         own.COEFFICIENTS if own else {},
     )
 

@@ -176,10 +176,11 @@ class _Runs:
             self.watch(replace(now, total=self.most * self.measured.points, done=self.done + now.done, note="fit"))
 
         lanes = choose_lanes(-(-plan.points // self.workers))
-        compiled_parts(lanes, work.variant)
         with ThreadPoolExecutor(self.workers) as threads:
-            Engine(work, threads, self.workers, lanes, deliver, watch).run()
-        self.done += plan.points
+            for one, points in work.by_method(np.arange(plan.points)):
+                compiled_parts(lanes, one.variant)
+                Engine(one, threads, self.workers, lanes, deliver, watch).run(None, points)
+                self.done += len(points)
         return out
 
 

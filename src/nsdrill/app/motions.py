@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.app.planned import plan_of
+from nsdrill.app.planned import chosen_of, plan_of
 from nsdrill.app.run import processors
 from nsdrill.app.trajectory import run_at, traced
 from nsdrill.data import Array, Results
@@ -27,10 +27,12 @@ from nsdrill.models.leaves import OPERATION, Values, values_at
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import model_named
 from nsdrill.models.schedule import Schedule
+from nsdrill.models.steepness import METHODS
 from nsdrill.observe.thresholds import Record
 from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Engine
+from nsdrill.sweep.method import Chosen
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import INFERRED, PENDING
@@ -161,7 +163,9 @@ class Motions:
         here = values_at(self.study.parameters, self.study.initial, values)
         study = replace(self.study, parameters=here.parameters)
         initial = np.asarray(point["initial_state"], dtype=float)
-        motion = _motion(study, Operation(*here.operation), study.simulation, initial, seconds, sample)
+        number = np.array([np.ravel_multi_index(place, self.plan.grid)])
+        simulation = _by(study.simulation, bool(chosen_of(self.study).points(number)[0]))
+        motion = _motion(study, Operation(*here.operation), simulation, initial, seconds, sample)
         same = motion.status == int(point["status"]) and np.array_equal(
             motion.final, point["final_state"], equal_nan=True
         )
@@ -169,7 +173,9 @@ class Motions:
 
     def glance(self, study: Study, state: Array) -> Motion:
         """A tenth of a second from ``state``: what is compiled for a replay is made ready."""
-        simulation = replace(study.simulation, transient=0.0, observe=0.1)
+        simulation = _work(
+            study, replace(study.simulation, transient=0.0, observe=0.1), Record(peaks=0), self.checked(study, state)
+        ).simulation
         return _motion(study, study.operation, simulation, self.checked(study, state), 0.1, 0.01)
 
     def go_on(
@@ -186,7 +192,7 @@ class Motions:
         )
         work = _work(study, simulation, Record(peaks=0), self.checked(study, state))
         runs = work.prepare(np.array([0]))
-        motion = _motion(study, study.operation, simulation, runs.initial[0], seconds, sample)
+        motion = _motion(study, study.operation, work.simulation, runs.initial[0], seconds, sample)
         gang = work.new_gang(1, 1)
         gang.add(np.array([0]), runs)
         found = work.columns(gang.run_alone(compiled_parts(1, work.variant)))
@@ -251,7 +257,18 @@ def _work(
 ) -> _From:
     operation = {name: np.array([float(getattr(study.operation, name))]) for name in OPERATION}
     plan = Plan({**operation, **(axes or {})}, "same", None)
+    simulation = _settled(plan, study, simulation)
     return _From(plan, study.parameters, study.initial, simulation, study.thresholds, record, study.model, state=state)
+
+
+def _settled(plan: Plan, study: Study, simulation: Simulation) -> Simulation:
+    """``simulation`` with the method left open no more: implicit where friction is steep at one of the points."""
+    chosen = Chosen(plan, study.parameters, study.initial, study.model, simulation.method)
+    return _by(simulation, bool(chosen.points(np.arange(plan.points)).any()))
+
+
+def _by(simulation: Simulation, implicit: bool) -> Simulation:
+    return replace(simulation, method=METHODS[1] if implicit else METHODS[0])
 
 
 def _points(study: Study) -> Values:

@@ -13,7 +13,7 @@ from nsdrill.data import Array
 from nsdrill.store import Sink, pending_records
 from nsdrill.sweep.engine import Engine, Progress, Starts
 from nsdrill.sweep.plan import Plan
-from nsdrill.sweep.work import Work
+from nsdrill.sweep.work import Work, compiled_parts
 from nsdrill.variables import OK
 
 Watch = Callable[[Progress], None]
@@ -50,9 +50,16 @@ class Passes:
             self.watch(own)
 
         for part, points in work.parts(pending):
-            base = replace(own)
-            engine = Engine(part, self.executor, self.workers, self.lanes, deliver, watch, remote=self.remote)
-            add(engine.run(starts, points))
+            carried = part.plan.chain_length > 1
+            if carried and starts is None:
+                starts = Starts(np.arange(part.plan.chains), np.zeros(part.plan.chains, np.int64))
+            for one, some in part.by_method(starts.chains if carried and starts is not None else points):
+                base = replace(own)
+                if not part.compiled:
+                    compiled_parts(self.lanes, one.variant)
+                begun = starts.of(some) if carried and starts is not None else starts
+                engine = Engine(one, self.executor, self.workers, self.lanes, deliver, watch, remote=self.remote)
+                add(engine.run(begun, points if carried else some))
 
     def write(self, points: Array, records: Array) -> None:
         """Put records into the log, and make them safe now and then."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from nsdrill.errors import InputError
 from nsdrill.models.kept import Kept
 from nsdrill.models.leaves import values_at
 from nsdrill.models.registry import described
 from nsdrill.study.study import Study
+from nsdrill.sweep.method import Chosen
 from nsdrill.sweep.plan import Plan
 
 
@@ -34,4 +36,19 @@ def kept_of(study: Study) -> Kept:
         (*model.options(values_at(study.parameters, study.initial, study.varied).parameters), *_derived(study.model)),
         study.samples,
         study.unknowns,
+        len(chosen_of(study).words()) > 1,
     )
+
+
+def chosen_of(study: Study) -> Chosen:
+    """Which points of a study are integrated implicitly. InputError where the study asks for what its model cannot."""
+    check_method(study)
+    return Chosen(plan_of(study), study.parameters, study.initial, study.model, study.simulation.method)
+
+
+def check_method(study: Study) -> None:
+    """InputError where a study asks for friction to be integrated implicitly and its model cannot."""
+    reason = described(study.model).explicit_only(study.parameters)
+    if study.simulation.method == "implicit" and reason is not None:
+        source = study.source or "the study"
+        raise InputError(f"{source}: simulation.method: found implicit; allowed: auto or explicit, as {reason}.")

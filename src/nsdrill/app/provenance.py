@@ -17,6 +17,7 @@ from nsdrill.abi import source_digest
 from nsdrill.data import json_text
 from nsdrill.errors import printable
 from nsdrill.kernel.dormand_prince import DORMAND_PRINCE
+from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
 from nsdrill.kernel.tableau import TSITOURAS
 from nsdrill.models.registry import described
 from nsdrill.study.study import Study
@@ -73,7 +74,8 @@ def versions() -> dict[str, str]:
 def model_digest() -> str:
     """Digest of all that may change a bit of a result: the compiled sources and what compiles them, the constants that
     are computed from them, Python, whose code they are compiled from, and the mathematics library."""
-    constants = [(pair, pair.positions, pair.position_error) for pair in (TSITOURAS, DORMAND_PRINCE)]
+    pairs = (TSITOURAS, DORMAND_PRINCE, KENNEDY_CARPENTER)
+    constants = [(pair, pair.positions, pair.position_error) for pair in pairs]
     parts = (source_digest(), constants, _decisive("python", platform.python_version()), _libm_digest())
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 

@@ -28,6 +28,8 @@ def follow(
     if model.ramps is None:
         raise InputError(f"The model {model.name} follows no ramps. Allowed: constant values of the operation.")
     fixed = model.variant(study.parameters)
+    if study.simulation.method == "implicit":
+        fixed = model.apart(fixed)
     cuts = schedule.cuts(duration, pieces)
     table = model.ramps.pack(study.parameters, schedule, cuts, study.thresholds)
     rows = model.rows(fixed, columns=len(model.ramps.columns(fixed)))

@@ -49,6 +49,7 @@ def _summarize_results(results: Results) -> dict[str, Any]:
         "overrides": overrides(results.attrs),
         "drive": drive_kind(results.attrs),
         "frozen": list(frozen_modes(results.attrs)),
+        "method": str(results.attrs.get("method", "explicit")),
         # Only a run log has points that are still to come.
         "finished": not bool(np.any(status == PENDING)),
         "thresholds": json.loads(results.attrs.get("classification", "[]")),
@@ -219,7 +220,7 @@ def intervals(results: Results) -> list[dict[str, Any]]:
 
 def _summarize_trace(trace: Trace) -> dict[str, Any]:
     wanted = ("title", "created", "nsdrill_version", *AXES, "procedure", "status", "steps",
-              "rejected")  # fmt: skip
+              "rejected", "method")  # fmt: skip
     plain = {name: trace.attrs[name] for name in wanted if name in trace.attrs}
     ramps = json.loads(trace.attrs.get("ramps", "{}"))
     return {

@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill import interrupt
 from nsdrill.app.attractors import mark
 from nsdrill.app.passes import Passes, Watch, sweep
-from nsdrill.app.planned import kept_of, plan_of
+from nsdrill.app.planned import chosen_of, kept_of, plan_of
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import Refining
 from nsdrill.app.size import check_memory
@@ -25,7 +25,9 @@ from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import Results, json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
+from nsdrill.models.leaves import values_at
 from nsdrill.models.registry import model_named
+from nsdrill.models.steepness import advice
 from nsdrill.store import (
     MemoryLog,
     RunLog,
@@ -42,14 +44,15 @@ from nsdrill.study.resolved import differences, digest
 from nsdrill.study.study import Study
 from nsdrill.sweep.engine import Progress
 from nsdrill.sweep.plan import Plan
-from nsdrill.sweep.work import Work, compiled_parts
-from nsdrill.variables import PENDING, has_failed
+from nsdrill.sweep.work import Work
+from nsdrill.variables import PENDING, STEP_LIMIT, has_failed
 
 
 @dataclass(frozen=True)
 class Outcome:
     """What became of a run: points in all and failed, seconds of computing, steps tried, points that were there before;
-    ``refinement`` has the root attributes that say how much was run of a refined sweep."""
+    ``refinement`` has the root attributes that say how much was run of a refined sweep, ``advice`` what to do about
+    points that reached the limit of their steps."""
 
     path: Path | None
     points: int
@@ -58,6 +61,7 @@ class Outcome:
     steps: int
     already: int
     refinement: Mapping[str, Any] = field(default_factory=dict)
+    advice: str = ""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -144,12 +148,23 @@ def run_study(
         except KeyboardInterrupt:
             log.sync()
             raise Interrupted(log) from None
-        failed = _failed(log)
+        failed, what = _failed(log), _advice(study, plan, log)
         log.discard()
     finally:
         if log is not None:
             log.close()
-    return Outcome(path, plan.points, failed, seconds, progress.lane_steps, already, getattr(results, "attrs", {}))
+    attrs = getattr(results, "attrs", {})
+    return Outcome(path, plan.points, failed, seconds, progress.lane_steps, already, attrs, what)
+
+
+def _advice(study: Study, plan: Plan, log: Sink) -> str:
+    """What to do about points that reached the limit of their steps, where there are any."""
+    points = np.flatnonzero(log.status() == STEP_LIMIT)
+    if not len(points):
+        return ""
+    at = values_at(study.parameters, study.initial, plan.values(points))
+    explicit = not chosen_of(study).points(points).all()
+    return advice("explicit" if explicit else "implicit", study.model, at)
 
 
 def work_of(study: Study) -> Work:
@@ -204,7 +219,8 @@ def _header(study: Study) -> dict[str, Any]:
         coords |= {one.name: study.drawn[one.short] for one in study.unknowns}
     if study.initial.starts:
         coords["start"] = list(range(study.initial.starts))
-    return {"coords": coords, "attrs": provenance(study, "run")}
+    attrs = {**provenance(study, "run"), "method": " and ".join(chosen_of(study).words())}
+    return {"coords": coords, "attrs": attrs}
 
 
 def _failed(log: Sink) -> int:
@@ -219,8 +235,6 @@ def _compute(
     work = work_of(study)
     if lanes is None:
         lanes = choose_lanes(-(-work.plan.chains // workers))
-    if not work.compiled:
-        compiled_parts(lanes, work.variant)
     own: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with own as threads:
         passes = Passes(log, executor or threads, workers, lanes, watch, remote=executor is not None)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.app.planned import check_method, chosen_of
 from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.ramped import follow, scheduled
 from nsdrill.app.run import plan_of
@@ -22,13 +23,15 @@ from nsdrill.models.leaves import OPERATION, Values, values_at
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.schedule import Schedule
+from nsdrill.models.steepness import METHODS, advice
+from nsdrill.models.steepness import implicit as implicit_points
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.trace import BEGAN, make_tracer, samples_of, trace_store
 from nsdrill.store import read_point, read_results
 from nsdrill.study.study import Study
 from nsdrill.sweep.plan import Plan
 from nsdrill.units import Asked, readable
-from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE, SCHEDULED
+from nsdrill.variables import INFERRED, OK, PENDING, SAMPLE, SCHEDULED, STEP_LIMIT
 
 DEFAULT_SAMPLE = 0.01  # s: more than ten samples in the fastest motion, the collar on the wall
 MOST_SAMPLES = 50_000_000
@@ -37,12 +40,13 @@ MOST_SAMPLES = 50_000_000
 @dataclass(frozen=True)
 class Trajectory:
     """A trace, how its run ended (a status of the results file) and, for a replay, whether the end has the stored
-    bits, and what here is not as it was when the results were made, in words."""
+    bits, what here is not as it was when the results were made, in words, and what to do about a limit of steps."""
 
     trace: Trace
     status: int
     same_bits: bool | None = None
     differing: tuple[str, ...] = ()
+    advice: str = ""
 
 
 def simulate(
@@ -152,6 +156,7 @@ def replay(
     if point["status"] == INFERRED:
         status = (there if isinstance(source, Results) else read_results(source, ["status"]))["status"]
         raise InputError(f"{path}: {_not_run(status, plan, number, units)}")
+    implicit = bool(chosen_of(study).points(np.array([number]))[0])
     here = values_at(study.parameters, study.initial, found)
     one = {key: np.array([value]) for key, value in found.items()}
     study = replace(study, parameters=here.parameters, axes=one, drawn={})
@@ -164,7 +169,7 @@ def replay(
     if plan.samples:
         extra[SAMPLE] = sample_number
     initial = np.asarray(point["initial_state"], dtype=float)
-    result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra)
+    result = _trace(study, schedule, study.simulation, initial, sample, "replay", extra, implicit)
     same = result.status == int(point["status"]) and bool(
         np.array_equal(result.trace.attrs["final_state"], point["final_state"], equal_nan=True)
     )
@@ -265,7 +270,9 @@ def _trace(
     sample: float,
     command: str,
     extra: dict[str, Any],
+    implicit: bool | None = None,
 ) -> Trajectory:
+    """The run with its trace; ``implicit`` or not as is given, else as the study's method says."""
     total = simulation.transient + simulation.observe
     if not sample > 0:
         raise InputError(f"--sample: found {_seconds(sample)}; allowed: more than 0 s.")
@@ -278,6 +285,11 @@ def _trace(
             f"--sample: {samples} samples of {total:g} s are more than {MOST_SAMPLES}. Sample more coarsely or shorten "
             "the run with --duration."
         )
+    if implicit is None:
+        implicit = _implicit(study, schedule)
+    method = METHODS[1] if implicit else METHODS[0]
+    simulation = replace(simulation, method=method)
+    study = replace(study, simulation=replace(study.simulation, method=method))
     run = (
         follow(study, schedule, total, initial, samples, sample)
         if schedule.ramps
@@ -297,6 +309,7 @@ def _trace(
         "transient": simulation.transient,
         "observe": simulation.observe,
         "rtol": simulation.rtol,
+        "method": method,
         "status": (BY_NAME["status"].flag_meanings or "").split()[status],
         "steps": accepted,
         "rejected": rejected,
@@ -304,7 +317,8 @@ def _trace(
         "final_state": final,
         **extra,
     }
-    return Trajectory(Trace(time, traced(study, schedule, initial, time, taken), attrs), status)
+    what = advice(method, study.model, _points_of(study, schedule)) if status == STEP_LIMIT else ""
+    return Trajectory(Trace(time, traced(study, schedule, initial, time, taken), attrs), status, advice=what)
 
 
 def traced(study: Study, schedule: Schedule, initial: Array, time: Array, taken: Array) -> dict[str, Array]:
@@ -320,6 +334,19 @@ def traced(study: Study, schedule: Schedule, initial: Array, time: Array, taken:
     known = {variable.name for variable in described(study.model).trace}
     shown = {name: values for name, values in state.items() if name in known}
     return {**shown, **model.outputs(study.parameters, point, state), **told}
+
+
+def _implicit(study: Study, schedule: Schedule) -> bool:
+    """Whether a run is integrated implicitly: as the study asks, or as friction is steep at a knot of its ramps."""
+    check_method(study)
+    return bool(implicit_points(study.simulation.method, study.model, _points_of(study, schedule)).any())
+
+
+def _points_of(study: Study, schedule: Schedule) -> Values:
+    """What a run has at the knots of its ramps."""
+    times = np.unique([0.0, *(time for ramp in schedule.ramps.values() for time in ramp.times)])
+    point = schedule.at(times)
+    return Values(study.parameters, study.initial, (point.depth, point.wob, point.rotary_speed))
 
 
 def _points(study: Study, operation: Operation) -> Values:
@@ -339,6 +366,8 @@ def run_at(
     ``begin`` [s] on, which changes nothing in the run."""
     model = model_named(study.model)
     fixed = model.variant(study.parameters)
+    if simulation.method == "implicit":
+        fixed = model.apart(fixed)
     points, rows = _points(study, operation), model.rows(fixed)
     store = trace_store(samples, interval, len(model.states(fixed)))
     parts = Compiled(model.right_hand_side(1, fixed), *make_tracer(1, rows))

@@ -18,7 +18,7 @@ from nsdrill.models.registry import described
 from nsdrill.observe.trust import trust_labels
 from nsdrill.store import Source, columns
 from nsdrill.sweep.again import Again
-from nsdrill.sweep.work import Work, compiled_parts
+from nsdrill.sweep.work import Work
 from nsdrill.variables import CHECKS, OK, PENDING, has_failed
 
 TIGHTER = 100.0
@@ -76,7 +76,6 @@ def _run(passes: Passes, work: Work, check: Check, points: Array) -> None:
         passes.write(done, records)
 
     lanes = max(passes.lanes, choose_lanes(-(-len(points) // passes.workers)))
-    compiled_parts(lanes, again.variant)
     replace(passes, lanes=lanes).run(again, store, None, points, f"check: {check.name}")
 
 

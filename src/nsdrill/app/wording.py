@@ -9,7 +9,7 @@ from collections.abc import Callable
 # How a run can end early, and what one does about it.
 ENDINGS = {
     "diverged": "the motion grew without bound; the values of the study are far from any drill string",
-    "step_limit": "the run took more than simulation.max_steps steps; raise it, or lower the smoothing of the friction",
+    "step_limit": "the run took more than simulation.max_steps steps",
     "step_underflow": "the step became too small to move time on; raise simulation.rtol, or lower the stiffnesses",
 }
 

@@ -65,6 +65,9 @@ def command(study: str, as_json: bool, everything: bool, units: str, overrides: 
             f"Size: up to {amount(report.disk)} on the disk, and as much again while the results file is written; "
             f"about {amount(report.memory)} of memory."
         )
+    if report.method != ("explicit",):
+        some = " at the points where it is steep, explicitly at the others" if len(report.method) > 1 else ""
+        click.echo(f"Friction: integrated implicitly{some} (simulation.method: {loaded.simulation.method}).")
     for name, ramp in report.ramps.items():
         replaced = "; the sweep takes its place in nsdrill run" if name in loaded.swept else ""
         knots = knots_text(name, ramp.times, ramp.values, units)

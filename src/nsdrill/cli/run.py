@@ -107,4 +107,6 @@ def _say(outcome: Any, units: str) -> None:
     if outcome.failed:
         failed = f"{count(outcome.failed, 'point')} failed and {'is' if outcome.failed == 1 else 'are'} marked"
         text += f" {failed}; `nsdrill show {outcome.path}` lists them, and `nsdrill replay` runs one again."
+    if outcome.advice:
+        text += f" Where the limit of steps was reached: {outcome.advice}."
     click.echo(text, err=True)

@@ -96,6 +96,7 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
             text += f" to {value_text(name, axis['to'], units)}, {axis['points']} values"
         yield f"  {label:14s} {text}"
     yield from _show_string(s)
+    yield from _show_method(s["method"])
     status = ", ".join(f"{count} {word}" for word, count in s["status"].items())
     if starts := s.get("starts"):
         kind = f"a slice over {' and '.join(s['slice'])}" if s["slice"] else "drawn at random"
@@ -208,6 +209,12 @@ def _show_string(s: dict[str, Any]) -> Iterator[str]:
         yield f"  frozen         {' and '.join(s['frozen'])} motion"
 
 
+def _show_method(method: str) -> Iterator[str]:
+    """How friction was integrated, where not as usual."""
+    if method != "explicit":
+        yield f"  friction       integrated {' and '.join(f'{word}ly' for word in method.split(' and '))}"
+
+
 CHECKS = {"tight": "smaller tolerance", "long": "longer run"}
 
 
@@ -313,6 +320,7 @@ def _show_trace(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     for key, value in s.get("at", {}).items():
         yield f"  {label_of(key):14s} {value_text(key, value, units)}"
     yield from _show_string(s)
+    yield from _show_method(s.get("method", "explicit"))
     if "procedure" in s:
         yield f"  procedure      {s['procedure']}"
     yield (

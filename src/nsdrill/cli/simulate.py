@@ -139,8 +139,6 @@ def finish(result: Trajectory, output: str, overwrite: bool) -> int:
     if result.status == OK:
         return 0
     status = str(result.trace.attrs["status"])
-    click.echo(
-        f"The run ended early ({status}): {ENDINGS.get(status, status)}. The trace holds what was computed before.",
-        err=True,
-    )
+    words = ENDINGS.get(status, status) + (f"; {result.advice}" if result.advice else "")
+    click.echo(f"The run ended early ({status}): {words}. The trace holds what was computed before.", err=True)
     return 3

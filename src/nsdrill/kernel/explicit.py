@@ -14,22 +14,21 @@ text of the step is made from the tableau, in the functions below, which give it
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import astuple, dataclass, replace
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from numba import types
 
-from nsdrill.abi import BUFFER, CONTROL, MARK, OBSERVER, RIGHT_HAND_SIDE, Rows, compiled
+from nsdrill.abi import BUFFER, OBSERVER, RIGHT_HAND_SIDE, Rows, compiled
 from nsdrill.elementary import fma
 from nsdrill.generate import constants, define
-from nsdrill.kernel.controller import INTEGRAL, decide
+from nsdrill.kernel.controller import decide
+from nsdrill.kernel.scheme import Scheme, square
 from nsdrill.kernel.tableau import Tableau
-
-# Pairs of states in one loop over the lanes. The compiler unrolls the loop over them, else it packs none; of more pairs
-# it does so no longer, and each part of them has a loop over the lanes of its own.
-TOGETHER, PART = 8, 4
+from nsdrill.kernel.text import indented, loops_over, places_of, sum_of_slopes, verdict
 
 
 @dataclass(frozen=True)
@@ -51,6 +50,21 @@ class ExplicitPair:
         inner = len(self.tableau.nodes) - 2
         return replace(rows, private=(inner + 1) * rows.slopes)
 
+    def scheme(self, rows: Rows) -> Scheme:
+        """The numbers of a step, in a buffer with these rows."""
+        pair, stages = self.tableau, len(self.tableau.matrix)
+        none = np.zeros((stages, stages))
+        slopes = (rows.start_acceleration, *(rows.stepper + n * rows.slopes for n in range(stages - 1)))
+        return Scheme(
+            np.array(pair.nodes[1:]),
+            square(pair.matrix, stages),
+            square(pair.positions, stages),
+            none,
+            none,
+            slopes,
+            (),
+        )
+
     def make(self, lanes: int, rows: Rows) -> Any:
         """The compiled stepper for a number of lanes and a row layout with this pair's rows."""
         return _make(self.tableau, lanes, rows)
@@ -66,22 +80,18 @@ def _text(pair: Tableau, lanes: int, rows: Rows) -> str:
     """The text of ``step(b, right_hand_side, observer, store)``."""
     stages, W = len(pair.nodes), lanes
     places = {
-        "W": W, "stage_": W * rows.stage, "slope_": W * rows.acceleration, "stage_time_": W * rows.stage_time,
-        "start_": W * rows.start, "a1_": W * rows.start_acceleration, "drift_": W * rows.drift, "size_": W * rows.size,
-        "time_": W * rows.time, "step_": W * rows.step, "moves_": W * rows.moves,
+        **places_of(rows, lanes, pair.order),
         **{f"a{k}_": W * (rows.stepper + (k - 2) * rows.slopes) for k in range(2, stages)},
         "lead_": W * (rows.stepper + (stages - 2) * rows.slopes),
-        **{f"{name}_": W * (rows.control + i) for i, name in enumerate(CONTROL)},
-        "MARK": MARK, "PROPORTIONAL": 1.0 / pair.order - 0.75 * INTEGRAL, "PER_ORDER": 1.0 / pair.order,
-    }  # fmt: skip
+    }
     lines = [
         '"""One step in all lanes; made from the tableau of a Runge-Kutta pair."""',
         "",
         constants(**places),
         "def step(b, right_hand_side, observer, store):",
-        *_indented(_first_stage(pair, rows)),
-        *(line for k in range(3, stages + 1) for line in _indented(_stage(pair, rows, k))),
-        *_indented(_judgement(pair, rows)),
+        *indented(_first_stage(pair, rows)),
+        *(line for k in range(3, stages + 1) for line in indented(_stage(pair, rows, k))),
+        *indented(_judgement(pair, rows)),
         "    observer(b, store)",
         "    return wanted",
     ]
@@ -100,7 +110,7 @@ def _first_stage(pair: Tableau, rows: Rows) -> Iterable[str]:
     yield "    b[time_ + i] = t"
     yield "    b[step_ + i] = h"
     yield f"    b[stage_time_ + i] = fma({c!r}, h, t)"
-    for loop, order, alone in _loops(rows.blocks):
+    for loop, order, alone, _ in loops_over(rows):
         if alone:
             yield "for i in range(W):"
             yield "    moves, h = b[moves_ + i] != 0.0, b[step_ + i]"
@@ -133,7 +143,7 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
     yield from head
     if c != pair.nodes[stage - 2]:
         yield f"    b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
-    for loop, order, alone in _loops(rows.blocks):
+    for loop, order, alone, _ in loops_over(rows):
         if alone:
             yield from head
         yield f"    {loop}"
@@ -141,9 +151,9 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
         yield f"        b[{newest}_ + j] = {newest}"
         if order == 2:
             ahead = "b[lead_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[lead_ + j], b[start_ + x])"
-            yield f"        b[stage_ + x] = fma(hh, {_sum(bends)}, {ahead})"
+            yield f"        b[stage_ + x] = fma(hh, {sum_of_slopes(bends)}, {ahead})"
         last = "xv"[order - 1]
-        rate = _sum(weights[:-1])
+        rate = sum_of_slopes(weights[:-1])
         yield f"        b[stage_ + {last}] = fma(newest, {newest}, fma(h, {rate}, b[start_ + {last}]))"
     yield "right_hand_side(b)"
 
@@ -156,9 +166,7 @@ def _judgement(pair: Tableau, rows: Rows) -> Iterable[str]:
     yield "for i in range(W):"
     yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
     yield "    total = 0.0"
-    judged = rows.states if rows.judged else rows.own
-    own = [block for block in rows.blocks if block[2] < judged]
-    for loop, order, alone in _loops(own):
+    for loop, order, alone, _ in loops_over(rows, companions=rows.judged):
         if alone:  # what has its place later, when the step is judged, has the sum until then
             yield "    b[attention_ + i] = total"
             yield "for i in range(W):"
@@ -167,8 +175,8 @@ def _judgement(pair: Tableau, rows: Rows) -> Iterable[str]:
         yield from (f"        {line}" for line in _slopes(stages - 1, newest=False))
         yield f"        a{stages} = b[slope_ + j]"
         if order == 2:
-            yield f"        error_x = h * {_sum(pair.position_error)}"
-        yield f"        error_{'xv'[order - 1]} = {_sum(pair.error)}"
+            yield f"        error_x = h * {sum_of_slopes(pair.position_error)}"
+        yield f"        error_{'xv'[order - 1]} = {sum_of_slopes(pair.error)}"
         for state in "xv"[:order]:
             largest = f"max(abs(b[start_ + {state}]), abs(b[stage_ + {state}]))"
             yield f"        scale_{state} = b[size_ + {state}] + {largest}"
@@ -178,67 +186,10 @@ def _judgement(pair: Tableau, rows: Rows) -> Iterable[str]:
         else:
             yield "        quotient = error_x / scale_x"
             yield "        total = fma(quotient, quotient, total)"
-    yield f"""\
-    ratio = h * b[per_rtol_ + i]
-    tries = b[accepted_ + i] + b[rejected_ + i] + 1.0
-    accepted, proposed, last, growth, attention = decide(
-        total * (1.0 / {judged}) * (ratio * ratio), h, b[last_error_ + i], b[growth_ + i], b[least_step_ + i],
-        tries >= b[limit_ + i], PROPORTIONAL, PER_ORDER)
-    # A step cut short by a mark says little about the next one: the earlier proposal stands.
-    cut = h < proposal
-    at_mark = accepted and h >= b[mark_time_ + i] - b[time_ + i]
-    proposed = max(proposed, proposal) if (accepted and cut) else proposed
-    attention = MARK if at_mark else attention
-    running = b[running_ + i]
-    b[proposed_ + i] = proposed
-    b[last_error_ + i] = last
-    b[growth_ + i] = growth
-    b[accepted_ + i] += running if accepted else 0.0
-    b[rejected_ + i] += 0.0 if accepted else running
-    b[moves_ + i] = 1.0 if accepted else 0.0
-    b[attention_ + i] = attention * running
-    wanted |= 0 if attention * running == 0.0 else 1"""
-
-
-def _loops(blocks: Iterable[tuple[int, int, int, int]]) -> list[tuple[str, int, bool]]:
-    """The heads of the loops over blocks of states, with the order of their states, and whether a loop over the lanes
-    begins anew before it: x is the place of a position, or of a state of first order, v that of its velocity, j that of
-    its slope. Blocks of pairs that follow one another are one."""
-    joined: list[list[int]] = []
-    for order, count, state, slope in blocks:
-        if joined and joined[-1][0] == order == 2 and joined[-1][2] + 2 * joined[-1][1] == state:
-            joined[-1][1] += count
-        else:
-            joined.append([order, count, state, slope])
-    apart = sum(count for _, count, _, _ in joined) > TOGETHER
-    heads: list[tuple[str, int, bool]] = []
-    for order, count, state, slope in joined:
-        places = [f"({order} * p + {state + k}) * W + i" for k in range(order)] + [f"(p + {slope}) * W + i"]
-        names = "x, v, j" if order == 2 else "x, j"
-        for first in range(0, count, PART if apart else count):
-            span = f"{first}, {min(first + PART, count)}" if apart else f"{count}"
-            head = f"for p in range({span}):\n        {names} = {', '.join(places)}"
-            heads.append((head, order, apart and bool(heads)))
-    return heads
+    yield verdict(rows.states if rows.judged else rows.own)
 
 
 def _slopes(upto: int, newest: bool = True) -> Iterable[str]:
     """Loads of the slopes a1, ..., the newest of them from where the right-hand side has left it."""
     for k in range(1, upto + 1):
         yield f"a{k} = b[{'slope_' if newest and k == upto else f'a{k}_'} + j]"
-
-
-def _sum(weights: Sequence[float]) -> str:
-    """The weighted sum of the slopes a1, a2, ... as nested multiply-adds; weights of zero are left out."""
-    terms = [(weight, k) for k, weight in enumerate(weights, start=1) if weight != 0.0]
-    if not terms:
-        return "0.0"
-    (weight, k), rest = terms[-1], terms[:-1]
-    text = f"{weight!r} * a{k}"
-    for weight, k in reversed(rest):
-        text = f"fma({weight!r}, a{k}, {text})"
-    return text
-
-
-def _indented(lines: Iterable[str]) -> list[str]:
-    return [f"    {part}" for line in lines for part in line.split("\n")]

@@ -114,7 +114,7 @@ class Gang:
     def __init__(
         self, lanes: int, slots: int, rows: Rows, store: Array, report_width: int, simulation: Simulation
     ) -> None:
-        self.lanes, self.pair = lanes, simulation.pair
+        self.lanes, self.stepper = lanes, simulation.stepper
         self.rows = rows = self._stepper.rows(rows)
         self._buffer = aligned_zeros(rows.total * lanes)
         self._store = store
@@ -139,7 +139,7 @@ class Gang:
 
     @property
     def _stepper(self) -> Stepper:
-        return STEPPERS[self.pair]
+        return STEPPERS[self.stepper]
 
     @property
     def slots(self) -> int:

@@ -46,14 +46,14 @@ _INDICES = types.int64[::1]
 
 
 @inlined
-def move_on(b, i, W, N, M, moves_, y_, stage_, a1_, acceleration_, t_, h_):  # type: ignore[no-untyped-def]
+def move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_):  # type: ignore[no-untyped-def]
     """Let lane i take its accepted step now, which the stepper would do when the next step begins."""
     if b[moves_ + i] != 0.0:
         b[moves_ + i] = 0.0
         b[t_ + i] = b[t_ + i] + b[h_ + i]
         for j in range(N):
             b[y_ + j * W + i] = b[stage_ + j * W + i]
-        for j in range(M):
+        for j in range(A):
             b[a1_ + j * W + i] = b[acceleration_ + j * W + i]
 
 
@@ -67,6 +67,8 @@ def make_advance(lanes: int, rows: Rows) -> Any:
     one then starts from the state laid down in its own slot.
     """
     W, N, M, P, own = lanes, rows.states, rows.slopes, rows.parameters, rows.own
+    A = M + len(rows.pushed)  # slopes and pushes stand together
+    apart, relax_ = rows.apart != 0, W * rows.relax
     stage_, acceleration_, t_stage_, phase_ = (
         W * r for r in (rows.stage, rows.acceleration, rows.stage_time, rows.phase)
     )
@@ -171,12 +173,14 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                         b[mark_ + i] = table[slot, opens_c]
                 if fresh:
                     for i in range(W):
-                        move_on(b, i, W, N, M, moves_, y_, stage_, a1_, acceleration_, t_, h_)
+                        move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_)
                     # Accelerations at the new states. All lanes are computed, the new ones keep the result.
                     for j in range(N * W):
                         b[stage_ + j] = b[y_ + j]
                     for i in range(W):
                         b[t_stage_ + i] = b[t_ + i]
+                        if apart:
+                            b[relax_ + i] = 0.0
                     right_hand_side(b)
                     for i in range(W):
                         b[moves_ + i] = float(lane[2 * W + i])
@@ -186,7 +190,7 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                         b[moves_ + i] = 0.0
                         if lane[2 * W + i] == 1:
                             lane[2 * W + i] = 0
-                            for j in range(M):
+                            for j in range(A):
                                 b[a1_ + j * W + i] = b[acceleration_ + j * W + i]
                             if b[mark_ + i] <= 0.0:  # no transient: the window opens at once
                                 marker(b, store, i, OPENS, outbox[lane[i]], report_observed)
@@ -206,7 +210,7 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                 if attention == 0.0:
                     continue
                 slot = lane[i]
-                move_on(b, i, W, N, M, moves_, y_, stage_, a1_, acceleration_, t_, h_)
+                move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_)
                 if attention == MARK:
                     b[t_ + i] = b[mark_ + i]
                     mark = lane[W + i]

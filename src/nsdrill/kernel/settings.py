@@ -14,7 +14,8 @@ LONGEST = 1e7  # s, four months
 class Simulation:
     """``transient`` and ``observe`` in seconds; ``rtol`` relative tolerance per step; ``max_steps`` counts accepted and
     rejected steps of one run; ``verify`` asks for every point of a sweep to be checked by two more runs; ``pair`` names
-    the embedded Runge-Kutta pair.
+    the embedded Runge-Kutta pair of the explicit method. ``method``: ``implicit`` treats friction implicitly; ``auto``
+    does where friction is steep (:mod:`nsdrill.models.steepness`), and is ``explicit`` to whoever does not ask there.
 
     The ranges are those of a study. They are not checked here: checks and pieces of a ramp go beyond them."""
 
@@ -24,3 +25,9 @@ class Simulation:
     max_steps: int = parameter(50_000_000, low=1000, high=10**15, usual="1000 to 5000 for a second")
     verify: bool = False
     pair: Literal["tsitouras", "dormand_prince"] = "tsitouras"
+    method: Literal["auto", "explicit", "implicit"] = "auto"
+
+    @property
+    def stepper(self) -> str:
+        """The name of the stepper, among those of :mod:`nsdrill.kernel.steppers`."""
+        return "kennedy_carpenter" if self.method == "implicit" else self.pair

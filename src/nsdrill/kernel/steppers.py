@@ -5,8 +5,11 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 from nsdrill.abi import Rows
+from nsdrill.kernel.additive import AdditivePair
 from nsdrill.kernel.dormand_prince import DORMAND_PRINCE
 from nsdrill.kernel.explicit import ExplicitPair
+from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
+from nsdrill.kernel.scheme import Scheme
 from nsdrill.kernel.tableau import TSITOURAS
 
 
@@ -29,12 +32,20 @@ class Stepper(Protocol):
         """The row layout with the rows that are the stepper's own."""
         ...
 
+    def scheme(self, rows: Rows) -> Scheme:
+        """The numbers of a step, in a buffer with these rows."""
+        ...
+
     def make(self, lanes: int, rows: Rows) -> Any:
         """The compiled function for a number of lanes and a row layout that :meth:`rows` gave."""
         ...
 
 
-STEPPERS: dict[str, ExplicitPair] = {
+IMPLICIT = "kennedy_carpenter"
+"""The name of the stepper that treats friction implicitly: its right-hand sides keep friction apart."""
+
+STEPPERS: dict[str, ExplicitPair | AdditivePair] = {
     "tsitouras": ExplicitPair(TSITOURAS),
     "dormand_prince": ExplicitPair(DORMAND_PRINCE),
+    IMPLICIT: AdditivePair(KENNEDY_CARPENTER),
 }

@@ -102,6 +102,11 @@ class Model(ABC):
         say."""
         raise NotImplementedError
 
+    def apart(self, variant: Variant) -> Variant:
+        """The variant whose friction is kept apart (:class:`nsdrill.abi.Rows`), of a string whose friction can be
+        integrated implicitly, as the description's ``explicit_only`` says."""
+        raise NotImplementedError
+
     # What differs from run to run
 
     @abstractmethod

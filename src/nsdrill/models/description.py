@@ -137,7 +137,9 @@ class Description:
     the model is compiled, and may be an axis all the same. The template of a study shows ``example_axis``, a key with a
     least and a greatest value, and ``example_slice``. ``attributes`` gives root attributes of a file from parameters,
     initial state and axes. ``hole`` gives the radii [m] of the hole and of the collar in it, where the path of the
-    collar centre is that in a round hole.
+    collar centre is that in a round hole. ``friction_rates`` gives of points (:class:`nsdrill.models.leaves.Values`)
+    how fast friction at its steepest brakes a slip [1/s], a number or an array by the key that makes it steep;
+    ``explicit_only`` says of parameters why their friction cannot be integrated implicitly, None where it can.
     """
 
     name: str
@@ -173,6 +175,8 @@ class Description:
     attributes: Callable[[Any, Any, Mapping[str, Any]], dict[str, Any]] | None = None
     hole: Callable[[Any], tuple[float, float]] | None = None
     options: Callable[[Any], tuple[str, ...]] = lambda _: ()
+    friction_rates: Callable[[Any], Mapping[str, Any]] = lambda _: {}
+    explicit_only: Callable[[Any], str | None] = lambda _: "this model does not keep friction apart"
     checks: str = ""
     charts: str = ""
     drawn: Drawn = field(default_factory=Drawn)
@@ -252,6 +256,8 @@ class Description:
             flag("trusted", "both checks find the same response and nearly the same features", "untrusted trusted",
                  "verify"),
             *(variable for check in CHECKS for variable in self._check(check)),
+            Variable("method", "i1", "1", "how friction was integrated", "run", flag_values=(0, 1),
+                     flag_meanings="explicit implicit", only="method"),
             Variable("steps", "i8", "1", "accepted steps", "run"),
             Variable("rejected", "i8", "1", "rejected steps", "run"),
             *self.peaks,

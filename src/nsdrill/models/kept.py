@@ -14,8 +14,8 @@ class Kept:
     whether the Lyapunov exponent; from how many states each operating point is started, 0 where from one only,
     without a dimension for it; with how many samples it is run, 0 where no number is uncertain, and which the
     ``unknowns`` are; whether there are checks of each point; the axes beside those of the operation; the
-    names of the states, () for those that the model has by default; the name of the model; and the words of its
-    options that bring variables."""
+    names of the states, () for those that the model has by default; the name of the model; the words of its
+    options that bring variables; and whether the method by which a point was integrated."""
 
     peaks: int = 0
     returns: int = 0
@@ -28,6 +28,7 @@ class Kept:
     options: tuple[str, ...] = ()
     samples: int = 0
     unknowns: tuple[Unknown, ...] = ()
+    method: bool = False
 
     def __post_init__(self) -> None:
         model = described(self.model)

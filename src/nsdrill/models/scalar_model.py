@@ -22,6 +22,7 @@ from nsdrill.observe.thresholds import Record, Thresholds
 
 if TYPE_CHECKING:
     from nsdrill.abi import Rows
+    from nsdrill.models.scalar_apart import Contact
 
 
 class ScalarModel(Model):
@@ -73,7 +74,18 @@ class ScalarModel(Model):
         the difference of two slopes."""
         return None
 
+    def contact(self, variant: Variant) -> Contact | None:
+        """The friction contact of the model, where it can be integrated implicitly; then the description says at what
+        rate it brakes and that nothing hinders."""
+        return None
+
     # What follows
+
+    fixed: ClassVar[int] = 0
+    """How many numbers :meth:`variant` has; one more says that friction is apart."""
+
+    def apart(self, variant: Variant) -> Variant:
+        return (*variant, 1)
 
     @property
     def ramps(self) -> Ramps:  # type: ignore[override]
@@ -99,17 +111,35 @@ class ScalarModel(Model):
         states = len(names.states)
         companions = states if tangent else 0
         width = len(names.parameters) if columns is None else columns
-        return Rows(states + companions, len(names.aux), width, observed, companions, self.singles)
+        apart = self.pushed(variant) if len(variant) > self.fixed else 0
+        return Rows(states + companions, len(names.aux), width, observed, companions, self.singles, apart=apart)
+
+    def pushed(self, variant: Variant) -> int:
+        """A bit for the slope in which friction acts."""
+        contact = self.contact(variant)
+        return 0 if contact is None else 1 << self.names(variant).states.index(contact.velocity) // 2
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         from nsdrill.scalar import in_lanes
 
+        if len(variant) > self.fixed:
+            return self._apart_in_lanes(lanes, variant, self.rows(variant))
         return in_lanes(self.slopes(variant), lanes, self.rows(variant))
+
+    def _apart_in_lanes(self, lanes: int, variant: Variant, rows: Rows) -> Any:
+        from nsdrill.models.scalar_apart import apart_in_lanes
+
+        contact = self.contact(variant)
+        assert contact is not None
+        return apart_in_lanes(self.slopes(variant), contact, self.names(variant), lanes, rows)
 
     def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
         from nsdrill.scalar import in_lanes
 
-        return in_lanes(self.slopes(variant), lanes, self.rows(variant, tangent=True), self.deviation(variant))
+        rows = self.rows(variant, tangent=True)
+        if len(variant) > self.fixed:
+            return self._apart_in_lanes(lanes, variant, rows)
+        return in_lanes(self.slopes(variant), lanes, rows, self.deviation(variant))
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
         """Of no contact: the slopes at two states see what changes between them."""

@@ -141,6 +141,15 @@ class Torsion(ScalarModel):
     def symmetry(self, points: Values) -> Symmetry:
         return Symmetry(folds=0, free=(0, 1))  # nothing depends on the angle of the drive
 
+    def contact(self, variant: Any) -> Any:
+        from nsdrill.models.scalar_apart import Contact
+
+        def load(t, y, p):  # type: ignore[no-untyped-def]
+            inertia, _, _, _, torque, smoothing, decay, dynamic, _ = p
+            return torque / inertia, smoothing, decay, 1.0 - dynamic, dynamic
+
+        return Contact("bit_speed", "torque", load)
+
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         string, bit, (depth, wob, speed) = points.parameters.drillstring, points.parameters.bit, points.operation
         law, own, (inertia, stiffness) = bit.friction, thresholds.stuck_below, pipe(string, depth)
@@ -169,6 +178,12 @@ class Torsion(ScalarModel):
         return {"bit_torque": rock, "surface_torque": -pipe(parameters.drillstring, point.depth)[1] * state["twist"]}
 
 
+def friction_rates(points: Values) -> Mapping[str, Any]:
+    """How fast friction at rest brakes the bit [1/s]: (2/pi) eps times the torque at rest over the inertia."""
+    table = Torsion().columns(points, Thresholds())
+    return {"bit.friction.smoothing": 2 / math.pi * table["smoothing"] * table["torque"] / table["inertia"]}
+
+
 FEATURES = ("bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction")
 DESCRIPTION = Description(
     name="torsion",
@@ -177,6 +192,8 @@ DESCRIPTION = Description(
     initial=Initial,
     meanings={"drillstring": "The string: a pipe with an inertia at its end", "bit": "A disc that rubs on the rock"},
     states=lambda parameters: STATES,
+    friction_rates=friction_rates,
+    explicit_only=lambda parameters: None,
     responses=("stick_slip",),
     check_features=("stick_slip_index",),
     labels=(BY_NAME["stick_slip_severity"],),

@@ -84,6 +84,8 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
     W, own, companions = lanes, rows.own, rows.companions
     deviation_, size_ = W * (rows.stage + own), W * (rows.size + own)
     slope_, slopes = W * (rows.acceleration + rows.own_slopes), rows.own_slopes
+    pushes = len(rows.pushed) // 2
+    push_ = W * (rows.push + pushes)
     time_, step_, moves_, window_ = W * rows.time, W * rows.step, W * rows.moves, W * rows.window
     check_, log_, before_, looked_, opened_, weight_, growth_ = (W * (rows.observer + first + i) for i in range(7))
     wave_ = growth_ + W
@@ -138,6 +140,8 @@ def make_growth(lanes: int, rows: Rows, first: int, place: int) -> tuple[Any, An
                     b[deviation_ + j + i] *= scale
                 for j in range(0, slopes * W, W):
                     b[slope_ + j + i] *= scale
+                for j in range(0, pushes * W, W):
+                    b[push_ + j + i] *= scale
             else:
                 b[log_ + i] = np.nan
             if b[window_ + i] != 0.0:

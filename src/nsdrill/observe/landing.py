@@ -20,7 +20,7 @@ from numba import types
 
 from nsdrill.abi import BUFFER, RATES, Rows, compiled
 from nsdrill.elementary import lowest_bit
-from nsdrill.kernel.tableau import Tableau
+from nsdrill.kernel.scheme import Scheme
 from nsdrill.observe.interpolant import crossing, extreme, quintic, value
 
 ROOTS = 2  # zeros of a contact function in a step, at most
@@ -41,7 +41,7 @@ def scratch_size(rows: Rows, contacts: int) -> int:
 def make_landing(
     lanes: int,
     rows: Rows,
-    pair: Tableau,
+    scheme: Scheme,
     first: int,
     measure: Any,
     tangent: Any,
@@ -52,8 +52,9 @@ def make_landing(
 
     ``first`` is the place of its rows among those of the observer; ``measure(b)`` puts the contact functions and their
     rates at the end of the step into the second half of them, and the right-hand side ``tangent(b)``, of one lane,
-    takes a contact as closed where the value in the first half is positive. ``pair`` is that of the run. ``variant``
-    tells models and pairs apart. ValueError where there are states of first order, which have no contacts yet.
+    takes a contact as closed where the value in the first half is positive. ``scheme`` is that of the run's stepper.
+    ``variant`` tells models and steppers apart. ValueError where there are states of first order, which have no
+    contacts yet.
     """
     if rows.singles:
         raise ValueError(f"singles: found {rows.singles}, allowed: 0")
@@ -71,31 +72,44 @@ def make_landing(
     parameter, phase, stage_time = rows.parameter, rows.phase, rows.stage_time
     time, step, moves = rows.time, rows.step, rows.moves
     size = scratch_size(rows, contacts)
-    nodes, stages = np.array(pair.nodes), len(pair.matrix)
-    rates, positions = np.zeros((stages, stages)), np.zeros((stages, stages))
-    for n in range(stages):
-        rates[n, : n + 1] = pair.matrix[n]
-        positions[n, :n] = pair.positions[n]
-    slopes = np.array([slope_start, *(rows.stepper + n * M for n in range(stages - 1)), slope])
+    nodes, rates, positions = scheme.nodes, scheme.rates, scheme.positions
+    slopes, pushes = np.array(scheme.slopes), np.array(scheme.pushes, np.int64)
+    more_rates, more_positions = scheme.more_rates, scheme.more_positions
+    stages, diagonal = len(rates), scheme.diagonal
+    # The push of each slope, -1 where it has none.
+    push_of = np.array([rows.pushed.index(p) if p in rows.pushed else -1 for p in range(M)])
+    relax, apart, A = rows.relax, rows.apart != 0, M + len(rows.pushed)
+    own_pushes = len(rows.pushed) // 2
 
     @compiled(types.void(BUFFER), *astuple(rows), first, *variant)
     def part(s):  # type: ignore[no-untyped-def]
         # One step of the run's own pair in the buffer of one lane, from (time, start) to (time + step, stage).
         h = s[step]
         for n in range(stages):
-            s[stage_time] = s[time] + nodes[n + 1] * h
+            s[stage_time] = s[time] + nodes[n] * h
             for p in range(M):
                 x, v = start + 2 * p, start + 2 * p + 1
                 rate = bend = 0.0
                 for m in range(n + 1):
                     rate += rates[n, m] * s[slopes[m] + p]
                     bend += positions[n, m] * s[slopes[m] + p]
-                s[stage + 2 * p] = s[x] + h * (nodes[n + 1] * (s[v] + s[drift + p]) + h * bend)
+                if apart and push_of[p] >= 0:
+                    for m in range(n + 1):
+                        rate += more_rates[n, m] * s[pushes[m] + push_of[p]]
+                        bend += more_positions[n, m] * s[pushes[m] + push_of[p]]
+                s[stage + 2 * p] = s[x] + h * (nodes[n] * (s[v] + s[drift + p]) + h * bend)
                 s[stage + 2 * p + 1] = s[v] + h * rate
-            if n < stages - 1:
+            if apart:
+                s[relax] = diagonal * h
+            if apart or n < stages - 1:
                 tangent(s)
+            if n < stages - 1:
                 for p in range(M):
                     s[slopes[n + 1] + p] = s[slope + p]
+                for p in range(A - M):
+                    s[pushes[n + 1] + p] = s[slope + M + p]
+        if apart:
+            s[relax] = 0.0  # what follows is asked at the velocities as they are
 
     @compiled(types.void(BUFFER, BUFFER, types.int64), W, *astuple(rows), first, *variant)
     def mend(b, s, i):  # type: ignore[no-untyped-def]
@@ -128,7 +142,10 @@ def make_landing(
             s[start + j] = b[(start + j) * W + i]
         for p in range(M):
             s[drift + p] = b[(drift + p) * W + i]
+        for p in range(A):
             s[slope_start + p] = b[(slope_start + p) * W + i]
+        if apart:
+            s[relax] = 0.0
         at, begun = 0.0, b[time * W + i]
         s[time] = begun
         for _ in range(found):
@@ -146,7 +163,7 @@ def make_landing(
             tangent(s)
             for j in range(N):
                 s[start + j] = s[stage + j]
-            for p in range(M):
+            for p in range(A):
                 s[slope_start + p] = s[slope + p]
         if h > 0.0:
             s[step] = h * (1.0 - at)
@@ -161,6 +178,8 @@ def make_landing(
             s[before + RATES * c] = b[(now + RATES * c) * W + i]
         tangent(s)
         for p in range(own // 2, M):
+            b[(slope + p) * W + i] = s[slope + p]
+        for p in range(M + own_pushes, A):
             b[(slope + p) * W + i] = s[slope + p]
 
     @compiled(types.void(BUFFER, BUFFER), W, *astuple(rows), first, *variant)

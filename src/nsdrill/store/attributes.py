@@ -26,7 +26,7 @@ _LONGEST_TITLE = 500  # characters; the first versions had no limit
 _TEXT = (
     "axes", "unknowns", "dimensions", "model", "title", "study", "study_source", "study_overrides", "study_resolved",
     "study_sha256", "classification", "classification_resolved", "border_spacing", "ramps", "at", "nsdrill_version",
-    "model_digest", "created", "history", "procedure", "status", "replay_of",
+    "model_digest", "created", "history", "procedure", "status", "replay_of", "method",
 )  # fmt: skip
 _NUMBERS = ("gap", *AXES, "transient", "observe", "rtol")
 _REFINED = ("refine", "points_run", "points_inferred", "border_spacing")  # all of them or none

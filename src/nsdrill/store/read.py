@@ -293,6 +293,7 @@ def kept_of(
         options=tuple(options),
         samples=len(coords.get("sample", ())),
         unknowns=tuple(unknowns),
+        method="method" in names,
     )
 
 

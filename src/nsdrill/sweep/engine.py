@@ -57,6 +57,11 @@ class Starts:
     def __len__(self) -> int:
         return len(self.chains)
 
+    def of(self, chains: Array) -> Starts:
+        """Those of these chains."""
+        there = np.isin(self.chains, chains)
+        return Starts(self.chains[there], self.places[there], self.state)
+
     def runs(self, plan: Plan) -> int:
         """How many points there are from here to the ends of the chains."""
         return len(self) * plan.chain_length - int(np.sum(self.places))

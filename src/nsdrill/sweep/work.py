@@ -20,11 +20,13 @@ from nsdrill.models.base import Variant as Fixed
 from nsdrill.models.leaves import Values, values_at, with_values
 from nsdrill.models.registry import NAMES, described, model_named
 from nsdrill.models.starts import Starts
+from nsdrill.models.steepness import METHODS
 from nsdrill.observe.exponent import GROWTH, GROWTH_HEADER, exponent_of, growth_header, make_growth, seed_deviation
 from nsdrill.observe.exponent import REPORT as GROWTH_REPORT
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.motion import period, zero_one
 from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.sweep.method import Chosen
 from nsdrill.sweep.plan import Plan
 from nsdrill.variables import MODEL, OK
 
@@ -36,19 +38,19 @@ FEWEST_SLOTS = 256
 @dataclass(frozen=True)
 class Variant:
     """What is fixed when a sweep is compiled: the name of the model and what it has compiled in, whether the Lyapunov
-    exponent is measured, and the name of the pair."""
+    exponent is measured, and the name of the stepper."""
 
     model: str
     fixed: Fixed
     exponent: bool = False
-    pair: str = "tsitouras"
+    stepper: str = "tsitouras"
 
     @property
     def rows(self) -> Rows:
         """The lane buffer, with the companions and the rows for the Lyapunov exponent or without."""
         model = model_named(self.model)
         observed = model.observed + (_others(model) if self.exponent else 0)
-        return STEPPERS[self.pair].rows(model.rows(self.fixed, observed, tangent=self.exponent))
+        return STEPPERS[self.stepper].rows(model.rows(self.fixed, observed, tangent=self.exponent))
 
 
 def _others(model: Model) -> int:
@@ -78,7 +80,9 @@ class Work:
         """What is fixed when it is compiled."""
         # An option is compiled in where an axis needs it at some point.
         fixed = self.kind.variant(self.at(self.plan.varied).parameters)
-        return Variant(self.model, fixed, self.record.exponent, self.simulation.pair)
+        if self.simulation.method == "implicit":
+            fixed = self.kind.apart(fixed)
+        return Variant(self.model, fixed, self.record.exponent, self.simulation.stepper)
 
     def at(self, values: Mapping[str, Any]) -> Values:
         """What the points have at these values of the axes, scalars or arrays [points]; of what is compiled in all have
@@ -101,6 +105,22 @@ class Work:
         for number, row in enumerate(every.T):
             whole = {key: int(value) for key, value in zip(self.compiled, row, strict=True)}
             yield replace(self, parameters=with_values(self.parameters, whole)), points[which.ravel() == number]
+
+    @property
+    def chosen(self) -> Chosen:
+        """Which points are integrated implicitly."""
+        return Chosen(self.plan, self.parameters, self.initial, self.model, self.simulation.method)
+
+    def by_method(self, units: Array) -> Iterator[tuple[Self, Array]]:
+        """These chains, or points where nothing is carried, by the method that integrates them: the work of each part,
+        with a method that is not left open."""
+        if self.simulation.method == "explicit":
+            yield self, units
+            return
+        chosen = self.chosen.points(units) if self.plan.chain_length == 1 else self.chosen.chains(units)
+        for method in METHODS:
+            if (there := units[chosen == (method == METHODS[1])]).size:
+                yield replace(self, simulation=replace(self.simulation, method=method)), there
 
     def new_gang(self, lanes: int, slots: int) -> Gang:
         model, record, rows = self.kind, self.record, self.variant.rows
@@ -180,6 +200,7 @@ class Work:
             "rejected": done.rejected,
             **measured,
             **labels,
+            "method": np.full(len(size), self.simulation.method == "implicit", np.int8),
             **({"attractor": np.zeros(len(size), np.int16)} if self.plan.starts else {}),  # known when all starts are
             **_where(ok, model.peaks(done.report, record)),
             "initial_state": self.own_state(done.initial),
@@ -205,7 +226,7 @@ def compiled_parts(lanes: int, variant: Variant) -> Compiled:
     """The model and the observer, compiled for a number of lanes; from the disk cache where it has them. The kernel is
     compiled along, before several threads ask for it at once."""
     model, rows = model_named(variant.model), variant.rows
-    STEPPERS[variant.pair].make(lanes, rows)
+    STEPPERS[variant.stepper].make(lanes, rows)
     make_advance(lanes, rows)
     if variant.exponent:
         observer, marker = make_watch(lanes, variant)
@@ -223,13 +244,13 @@ def _landing_place(model: Model) -> int:
 def make_watch(lanes: int, variant: Variant) -> tuple[Any, Any]:
     """The compiled (observer, marker) that do all: mend the deviation across contacts, measure features of the motion
     and growth of its deviation."""
-    model, rows, stepper = model_named(variant.model), variant.rows, STEPPERS[variant.pair]
+    model, rows, stepper = model_named(variant.model), variant.rows, STEPPERS[variant.stepper]
     place, contacts = _landing_place(model), len(model.contacts)
-    identity = (NAMES.index(variant.model), *variant.fixed, list(STEPPERS).index(variant.pair))
+    identity = (NAMES.index(variant.model), *variant.fixed, list(STEPPERS).index(variant.stepper))
     observer, marker = model.observer(lanes, variant.fixed, tangent=True, others=_others(model))
     measure = model.contact_functions(lanes, variant.fixed, place + RATES * contacts)
     tangent = model.tangent(1, variant.fixed, place)
-    landing = make_landing(lanes, rows, stepper.tableau, place, measure, tangent, contacts, identity)
+    landing = make_landing(lanes, rows, stepper.scheme(rows), place, measure, tangent, contacts, identity)
     growth, growth_marker = make_growth(lanes, rows, model.observed, GROWTH_HEADER)
     columns = len(GROWTH_REPORT)
 

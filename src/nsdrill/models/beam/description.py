@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from nsdrill.models.beam.options import COMMON, STARTED, STATE_SETS
 from nsdrill.models.beam.parameters import MOST_MODES, Initial, Parameters
@@ -11,6 +13,7 @@ from nsdrill.models.christoforou_yigit import variables
 from nsdrill.models.christoforou_yigit.description import DESCRIPTION as LUMPED
 from nsdrill.models.christoforou_yigit.description import attributes
 from nsdrill.models.description import Description
+from nsdrill.models.leaves import Values
 from nsdrill.variables import Variable, feature, in_trace
 
 USUAL = 5  # modes
@@ -39,6 +42,13 @@ def states(parameters: Parameters) -> tuple[str, ...]:
     return STATE_SETS[parameters.beam.modes]
 
 
+def friction_rates(points: Values) -> Mapping[str, Any]:
+    """Those of the lumped model with the same numbers."""
+    from nsdrill.models.beam.columns import as_lumped  # late: it brings the compiler
+
+    return LUMPED.friction_rates(replace(points, parameters=as_lumped(points.parameters)))
+
+
 DESCRIPTION = Description(
     name="beam",
     title="An elastic drill collar: several bending modes, walls at stations, rock, lobes",
@@ -46,6 +56,8 @@ DESCRIPTION = Description(
     initial=Initial,
     meanings=MEANINGS,
     states=states,
+    friction_rates=friction_rates,
+    explicit_only=lambda parameters: "the stations of an elastic collar rub on the same modes, which couples them all",
     sliced=(*STARTED, *COMMON, "drive_angle"),
     several_states=(STATE_SETS[USUAL], *(names for n, names in STATE_SETS.items() if n != USUAL)),
     labels=LUMPED.labels,

@@ -21,6 +21,7 @@ from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import Figure
 from nsdrill.models.operation import Operation
+from nsdrill.models.steepness import implicit
 
 Told = Callable[[float, str, str], str]  # a value in SI units, in those shown in SI or in field units, in words
 
@@ -109,6 +110,8 @@ def _slow(study: Any, corners: list[Values], told: Told) -> str | None:
     """An explicit method takes about (slope of the friction) / 3.3 steps a second while the bit sticks."""
 
     def steps(at: Values) -> tuple[float, str, float]:
+        if implicit(study.simulation.method, study.model, at).any():
+            return 0.0, "", 0.0
         k = derive(at.parameters, *at.operation)
         law = at.parameters.bit.friction
         key = "b1" if law.law == "rational" else "smoothing"
@@ -119,7 +122,8 @@ def _slow(study: Any, corners: list[Values], told: Told) -> str | None:
         return None
     return (
         f"Slow: the friction at the bit is so steep ({key} {value:g} s/rad) that a stuck bit takes about "
-        f"{rate:.3g} steps per simulated second. A smaller {key} is faster in proportion."
+        f"{rate:.3g} steps per simulated second. A smaller {key} is faster in proportion, and "
+        "simulation.method: auto takes steps that do not depend on it, where it can."
     )
 
 

@@ -10,6 +10,7 @@ from nsdrill.models.christoforou_yigit.coefficients import derive
 from nsdrill.models.christoforou_yigit.options import is_used
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.relations import ORDERS, relations
+from nsdrill.models.christoforou_yigit.steepness import explicit_only, friction_rates
 from nsdrill.models.description import Description, Drawn, Grazing, Panel
 from nsdrill.models.drilling import DRILLED
 from nsdrill.models.leaves import values_at
@@ -90,6 +91,8 @@ DESCRIPTION = Description(
         Grazing(103, "wall_lost", "wall", "lost", "the collar begins to leave the wall that it was held against"),
     ),
     compiled=("bit.lobes",),
+    friction_rates=friction_rates,
+    explicit_only=explicit_only,
     checks="nsdrill.models.christoforou_yigit.checks",
     charts="nsdrill.models.christoforou_yigit.charts",
     example_axis=("bit.rock_stiffness", "10 MN/m", "100 MN/m"),

@@ -43,10 +43,12 @@ from nsdrill.models.christoforou_yigit.layout import (
 )
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.rhs import AUX, MAIN, PARAMETERS, STATES, columns_of, rows_of
+from nsdrill.models.christoforou_yigit.rhs import AUX, MAIN, PARAMETERS, STATES, aux_of, columns_of, rows_of
 from nsdrill.models.christoforou_yigit.section import ENTRY, bit_angle_crossing
 from nsdrill.observe.interpolant import position_and_velocity
 
+HOLDS = 1.0  # c f', which tells how much longer a stage is than friction has an own time
+CREEPS = 20.0  # up to this speed, in units of the smoothing, friction is not all of its size
 SECOND = 32  # the bit of lane 0 in the second set of a number: there are no more lanes than that
 
 
@@ -95,6 +97,8 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
         parameter[n] for n in ("gap", "rock_stiffness", "surface_amplitude", "stuck_below", "drive_speed")
     )
     eps_, tau_, rise_, mu_ = (parameter[n] for n in ("bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"))
+    apart, aux = options.apart, aux_of(options)
+    bb_, slope_ = (W * (rows.aux_now + aux.index(name)) if apart else 0 for name in ("bb", "slope"))
     before_, now_, level_ = own["u_before"], own["u_now"], own["level"]
     rock_crossings_, stuck_crossings_, wall_crossings_, held_crossings_, rock_grazes_, wall_grazes_, held_grazes_ = (
         own[name] for name in PARTS
@@ -267,6 +271,15 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
         z_turns, speed_turns = both_sets(z_speed)
         twist_turns, u_turns = both_sets(twist_u)
         torque_tops, rho_turns = both_sets(torque_rho)
+        if apart and (speed_turns | torque_tops) != 0:
+            # Where friction holds the bit at the end of a step much longer than it has an own time, the polynomial of
+            # the step undershoots, as its acceleration jumps inside. The speed turns at the ends then, if at all, and
+            # a bit that is held all the while has the torque that balances the string's, which has no top inside.
+            for i in range(W):
+                holds = b[bb_ + i] * b[slope_ + i] > HOLDS
+                stays = holds and abs(b[eps_ + i] * b[speed0_ + i]) < CREEPS
+                speed_turns &= ~(1 << i) if holds else -1
+                torque_tops &= ~(1 << i) if stays else -1
         rock, stuck = both_sets(rock_stuck)
         wall, along = both_sets(wall_along)
 

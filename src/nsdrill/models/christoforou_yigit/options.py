@@ -17,7 +17,8 @@ class Options(NamedTuple):
     ``friction``: the number of the bit's friction law among :data:`.laws.LAWS`; ``limited``: the torque of the drive
     has a limit; ``motor``: the drive is a DC motor, whose torque is a state; ``swirl``: the mud turns; ``stabilizer``:
     the stabilisers have room, or friction; ``weight``: the hole is inclined; ``axial_friction``: friction at the wall
-    and the stabilisers acts along the axis too.
+    and the stabilisers acts along the axis too; ``apart``: the friction of bit and wall is kept apart, for a stepper
+    that treats it implicitly.
     """
 
     hertz: int = 0
@@ -30,6 +31,7 @@ class Options(NamedTuple):
     stabilizer: int = 0
     weight: int = 0
     axial_friction: int = 0
+    apart: int = 0
 
 
 def options_of(parameters: Parameters) -> Options:

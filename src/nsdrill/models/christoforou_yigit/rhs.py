@@ -15,6 +15,7 @@ from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
+from nsdrill.models.christoforou_yigit.apart import OWN, make_solve
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import gains
 from nsdrill.models.christoforou_yigit.friction import bit_arm, bit_factors, shared, slip_factors
@@ -59,6 +60,7 @@ DRIVE_PARAMETERS = (
 # A DC motor has two states and two parameters more than other drives.
 MOTOR_STATES = ("motor_impulse", "motor_torque")
 MOTOR_PARAMETERS = ("motor_damping", "per_circuit_time")
+PUSHED = 0b1011  # friction acts on the slopes of vx, vy and the bit speed
 UNSEEN = 1e30  # the size of a state that has no say in the steps
 
 
@@ -82,13 +84,19 @@ def columns_of(options: Options) -> tuple[str, ...]:
     )
 
 
+def aux_of(options: Options) -> tuple[str, ...]:
+    """The names of the auxiliary outputs."""
+    return (*AUX, *OWN) if options.apart else AUX
+
+
 def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
     """The lane buffer for an observer with so many rows, with a deviation beside the states or without, and with so
     many ``columns`` of parameters where there are more than those of the model."""
     states = len(states_of(options))
     companions = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
-    return Rows(states + companions, len(AUX), width, observed, companions)
+    apart = PUSHED if options.apart else 0
+    return Rows(states + companions, len(aux_of(options)), width, observed, companions, apart=apart)
 
 
 MAIN = Options()
@@ -135,6 +143,8 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
     (rate_,) = (P.get(name, 0) for name in AXIAL_PARAMETERS)
     near_ = room_ if stabilizer else gap_  # where the collar begins to touch: there is less room at the stabilisers
     axial_ = slip_  # friction along the axis, where the slip is not needed any more
+    apart = options.apart
+    solve = make_solve(lanes, options, rows, columns_of(options), aux_of(options)) if apart else None
 
     @compiled(types.void(BUFFER), W, *options, tangent)
     def right_hand_side(b):  # type: ignore[no-untyped-def]
@@ -150,18 +160,21 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
             b[slip_ + i] = fma(b[speed_ + i] * b[R_c_ + i], r, fma(x, vy, -(y * vx)))
             s, c = sincos(b[twist_ + i] + fma(b[drive_ + i], b[time_ + i], b[phase_ + i]))
             force = b[k_c_ + i] * max(fma(b[s0_ + i], multiple_sine(s, c, lobes), -b[z_ + i]), 0.0)
-            omega = b[speed_ + i]
-            g, decayed = bit_factors(law_of_bit, omega, b[eps_b_ + i], b[tau_b_ + i])
             b[cosine_ + i] = c
             b[sine_ + i] = s
-            b[direction_ + i] = g
-            b[decay_ + i] = decayed
             b[force_ + i] = force
-            b[torque_ + i] = force * bit_arm(law_of_bit, omega, g, decayed, b[rise_b_ + i], b[mu_b_ + i])
+            if not apart:
+                omega = b[speed_ + i]
+                g, decayed = bit_factors(law_of_bit, omega, b[eps_b_ + i], b[tau_b_ + i])
+                b[direction_ + i] = g
+                b[decay_ + i] = decayed
+                b[torque_ + i] = force * bit_arm(law_of_bit, omega, g, decayed, b[rise_b_ + i], b[mu_b_ + i])
 
         # Wall: penetration, normal force, friction against the slip of the collar's surface (the row has slip times
         # radius). Only if some lane touches.
-        if touching != 0:
+        if apart:
+            solve(b, touching)
+        elif touching != 0:
             for i in range(W):
                 r = b[radius_ + i]
                 penetration = max(r - b[gap_ + i], 0.0)

@@ -18,6 +18,7 @@ from numba import types
 
 from nsdrill.abi import BUFFER, RATES, compiled
 from nsdrill.elementary import fma
+from nsdrill.models.christoforou_yigit.apart import make_deviation
 from nsdrill.models.christoforou_yigit.friction import bit_slope, coefficient, slip_factors
 from nsdrill.models.christoforou_yigit.lateral import SWIRL_PARAMETERS, WEIGHT_PARAMETERS
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine, multiple_sine
@@ -27,6 +28,7 @@ from nsdrill.models.christoforou_yigit.rhs import (
     DRIVE_PARAMETERS,
     PARAMETERS,
     STATES,
+    aux_of,
     columns_of,
     make_right_hand_side,
     rows_of,
@@ -83,10 +85,17 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     eps_b_, tau_b_, rise_b_, mu_b_ = P["bit_smoothing"], P["bit_decay"], P["bit_rise"], P["bit_dynamic"]
     rock_, wall_ = (W * (rows.observer + place + RATES * c) for c in range(len(CONTACTS)))
     motion = make_right_hand_side(lanes, options, tangent=True)
+    apart, aux = options.apart, aux_of(options)
+    deviate = make_deviation(lanes, options, rows, columns_of(options), aux, place) if apart else None
+    slope_b_, slope_w_, coefficient_ = (
+        W * (rows.aux_now + aux.index(name)) if apart else 0 for name in ("slope", "slope_w", "coefficient")
+    )
 
     @compiled(types.void(BUFFER), W, *options, place)
     def tangent(b):  # type: ignore[no-untyped-def]
         motion(b)
+        if apart:
+            deviate(b)
 
         # Deviations of the loads of the bit, and of the lateral forces but for what changes at the wall. They are left
         # in the rows of the accelerations that they enter. The row of the bit force takes the lateral force along the
@@ -111,6 +120,8 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 b[rise_b_ + i],
                 b[mu_b_ + i],
             )
+            if apart:  # as the loads were found
+                darm = b[slope_b_ + i]
             dtorque = fma(dforce, arm, force * darm * domega)
 
             ux, uy, dux, duy = vx, vy, dvx, dvy
@@ -171,6 +182,9 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                     b[rise_w_ + i],
                     b[mu_w_ + i],
                 )
+                if apart:
+                    mu = b[coefficient_ + i] if penetration > 0.0 else mu
+                    dmu = b[slope_w_ + i] if penetration > 0.0 else dmu
                 dfriction = fma(dnormal, mu, normal * dmu * dslip)
                 on = b[wall_ + i] > 0.0
                 b[radial_ + i] = (dnormal - normal * per_r * dr) * per_r if on else 0.0

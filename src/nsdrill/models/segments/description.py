@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
+import numpy as np
+
 from nsdrill.models.description import Description, Drawn, Panel
 from nsdrill.models.drilling import DRILLED
+from nsdrill.models.leaves import Values
 from nsdrill.models.segments.names import names_of
 from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.relations import ORDERS, relations
+from nsdrill.models.segments.string import string_of
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.variables import at_section, feature, in_trace
 
@@ -39,12 +46,38 @@ _INNER = (
         in_trace(f"speed_{node}", "rad s-1", f"turning speed of node {node}"),
     )),
 )  # fmt: skip
+
+
+def explicit_only(parameters: Parameters) -> str | None:
+    """Why the friction of this string cannot be integrated implicitly, None where it can."""
+    if parameters.bit.cutting.speed == "live":
+        return (
+            "the cutting torque is not steep at rest where the depth of cut follows the bit speed (bit.cutting.speed: "
+            "live)"
+        )
+    return None
+
+
+def friction_rates(points: Values) -> dict[str, Any]:
+    """How fast the cutting torque under the weight on bit brakes the bit [1/s], at its steepest; see
+    :mod:`nsdrill.models.segments.rhs`."""
+    bit, (depth, wob, speed) = points.parameters.bit, points.operation
+    cut = bit.cutting
+    advance = np.maximum(cut.c1 * wob * np.sqrt(speed) + cut.c2, 0.0)
+    deep = 2 * math.pi * advance / bit.radius / np.sqrt(np.square(speed) + cut.slow**2)
+    torque = wob * bit.radius * cut.zeta * np.sqrt(deep)
+    rate = 2 / math.pi * cut.smoothing * torque / string_of(points.parameters, depth).bit_inertia
+    return {"bit.cutting.smoothing": rate if cut.speed == "mean" else 0.0}
+
+
 DESCRIPTION = Description(
     name="segments",
     title="A string of segments in the axial and the torsional direction, with mud, hoist and an electric motor",
     parameters=Parameters,
     initial=Initial,
     operation=SegmentsOperation,
+    friction_rates=friction_rates,
+    explicit_only=explicit_only,
     meanings={
         "drillstring": "The string", "segments": "How the string is cut, and what there is at its ends",
         "segments.top": "What the string hangs from", "segments.kelly": "The kelly, a rigid body",

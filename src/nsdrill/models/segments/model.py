@@ -29,13 +29,14 @@ class Segments(ScalarModel):
 
     name = "segments"
     singles = 1
+    fixed = 2
     ramps = None  # type: ignore[assignment]
 
     def variant(self, parameters: Parameters) -> Variant:
         return parameters.segments.pipe, parameters.segments.collar
 
     def names(self, variant: Variant) -> Names:
-        return names.names_of(*(variant or names.DEFAULT))
+        return names.names_of(*(variant[:2] or names.DEFAULT))
 
     def declaration(self, variant: Variant) -> Declaration:
         return DECLARATION
@@ -46,7 +47,10 @@ class Segments(ScalarModel):
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         from nsdrill.models.segments.rhs import make_right_hand_side
 
-        return make_right_hand_side(lanes, self.rows(variant), *variant)
+        return make_right_hand_side(lanes, self.rows(variant), *variant[:2])
+
+    def pushed(self, variant: Variant) -> int:
+        return 1 << (2 * sum(variant[:2]) + 1)  # that of the bit speed
 
     def columns(self, points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         return names.columns(points, thresholds)
@@ -55,7 +59,7 @@ class Segments(ScalarModel):
         """Lengths: the rock's penetration under the weight on bit, at least a tenth of the lobes; angles: a tenth of a
         radian; turning speeds: a tenth of the set speed; the current: a tenth of that of steady drilling. Velocities:
         the length times the frequency of a segment, at the bit that of the contact."""
-        pipes, collars = variant or names.DEFAULT
+        pipes, collars = variant[:2] or names.DEFAULT
         length = table["wob"] / (table["chain_stiffness"] + table["rock_stiffness"])
         length = np.maximum(length, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
         pipe, collar = length * np.sqrt(table["pipe_axial"]), length * np.sqrt(table["collar_axial"])
@@ -70,7 +74,7 @@ class Segments(ScalarModel):
 
     def drifts(self, table: Array, variant: Variant) -> Array:
         """Angles are counted from that of the set speed."""
-        rows, nodes = self.rows(variant), sum(variant) + 1
+        rows, nodes = self.rows(variant), sum(variant[:2]) + 1
         drift = np.zeros((len(table), rows.own_slopes))
         drift[:, nodes : 2 * nodes] = -self._by_name(table, variant)["set_speed"][:, None]
         return drift

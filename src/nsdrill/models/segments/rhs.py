@@ -35,6 +35,7 @@ from numba import types
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
 from nsdrill.elementary import direction, exp2, fma, sincos
 from nsdrill.generate import constants, define
+from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.segments.names import AUX, PARAMETERS
 
 # The bend of a chain about a node times stiffness over mass, and the drag. A flow of either direction has the drag
@@ -57,17 +58,7 @@ def torsional_node(b, n, u, a, K_, time_, drag_):
         b[a + i] = fma(b[K_ + i], fma(b[time_ + i], bend_rate, bend), -(b[drag_ + i] * v))
 """
 
-MAIN = """
-    n = min(W, len(b))
-    # The flow of the mud; the bit's contact with the rock.
-    for i in range(n):
-        pulse, _ = sincos(b[pulsation_rate + i] * b[time_ + i])
-        flow = fma(b[pulsation + i], pulse, b[flow_ + i])
-        b[pipe_up + i] = flow * b[per_pipe_annulus + i]
-        b[pipe_down + i] = flow * b[per_pipe_bore + i]
-        b[collar_up + i] = flow * b[per_collar_annulus + i]
-        b[collar_down + i] = flow * b[per_collar_bore + i]
-        lobes, omega = b[lobes_ + i], b[w_n + i]
+BIT = """        lobes, omega = b[lobes_ + i], b[w_n + i]
         phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i], b[phase_ + i])
         sine, cosine = sincos(lobes * phi)
         amplitude = b[surface_amplitude + i]
@@ -91,7 +82,76 @@ MAIN = """
         rubbing = fma(b[viscous + i], omega, rubbing)
         cutting = on * direction(b[smoothing + i] * omega) * np.sqrt(depth)
         b[torque_ + i] = force * fma(b[friction_arm + i], rubbing, b[cutting_arm + i] * cutting)
+"""
 
+# The same with the cutting torque T apart: T(omega) = c F on(F) g(omega) with a force F that the bit's speed changes
+# too, as the rock is damped, and a depth of cut that does not follow the speed. Newton's method as in the other models.
+BIT_APART = """        lobes, given = b[lobes_ + i], b[w_n + i]
+        phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i], b[phase_ + i])
+        sine, cosine = sincos(lobes * phi)
+        b[sine_ + i] = sine
+        b[cosine_ + i] = cosine
+        b[interference_ + i] = fma(b[surface_amplitude + i], sine, -b[u_n + i])
+    for i in range(n):
+        lobes, given, relaxed = b[lobes_ + i], b[w_n + i], b[relax + i] * b[per_bit_inertia + i]
+        spring = b[rock_stiffness + i] * max(b[interference_ + i], 0.0)
+        follows, v = b[surface_amplitude + i] * lobes * b[cosine_ + i], b[v_n + i]
+        factor, from_, per_width = b[closing_factor + i], b[threshold + i], b[per_threshold_width + i]
+        speed = b[set_speed + i]
+        advance = max(fma(b[advance_ + i], np.sqrt(speed), b[advance_offset + i]), 0.0)
+        depth = b[cutting_factor + i] * advance / np.sqrt(fma(speed, speed, b[slow_square + i]))
+        arm, eps = b[cutting_arm + i] * np.sqrt(depth), b[smoothing + i]
+        load, more = load_of(given, spring, follows, v, factor, from_, per_width)
+        omega = first_slip(given, relaxed * arm * load, eps, 0.0, 0.0, 1.0)
+        load, more = load_of(omega, spring, follows, v, factor, from_, per_width)
+        f, df = hyperbolic(omega, eps, 0.0, 0.0, 1.0)
+        rest = fma(-relaxed * arm, load * f, given - omega)
+        omega = kept(omega, omega + rest / fma(relaxed * arm, fma(load, df, more * f), 1.0))
+        load, more = load_of(omega, spring, follows, v, factor, from_, per_width)
+        f, df = hyperbolic(omega, eps, 0.0, 0.0, 1.0)
+        rest, slope = fma(-relaxed * arm, load * f, given - omega), fma(load, df, more * f)
+        torque = arm * fma(slope, rest / fma(relaxed * arm, slope, 1.0), load * f)
+        b[torque_ + i] = torque
+        b[push + i] = -(torque * b[per_bit_inertia + i])
+        b[falling + i] = b[per_bit_inertia + i] * arm * abs(more)
+        b[w_n + i] = fma(-relaxed, torque, given)
+    for i in range(n):
+        omega = b[w_n + i]
+        closing = fma(b[surface_amplitude + i] * b[lobes_ + i] * b[cosine_ + i], omega, -b[v_n + i])
+        force = b[rock_stiffness + i] * max(b[interference_ + i], 0.0)
+        force = force * max(fma(b[closing_factor + i], closing, 1.0), 0.0)
+        held = min(max(omega, -20.0), 20.0)
+        rubbing = 1.0 - 2.0 / (1.0 + exp2(2.885390081777926814719849 * held))
+        rubbing = rubbing + b[hump + i] * omega / fma(b[narrowing + i] * omega, omega, 1.0)
+        rubbing = fma(b[viscous + i], omega, rubbing)
+        b[closing_ + i] = closing
+        b[force_ + i] = force
+        b[torque_ + i] = fma(force * b[friction_arm + i], rubbing, b[torque_ + i])
+
+"""
+
+
+@inlined
+def load_of(omega, spring, follows, v, factor, from_, per_width):  # type: ignore[no-untyped-def]
+    """The force that presses the cutters, force times the share that cuts, at a bit speed; and its slope."""
+    damped = fma(factor, fma(follows, omega, -v), 1.0)
+    force, slope = spring * max(damped, 0.0), spring * factor * follows if damped > 0.0 else 0.0
+    share = (force - from_) * per_width
+    cutting = min(max(share, 0.0), 1.0)
+    return force * cutting, fma(slope, cutting, force * (per_width * slope if (share > 0.0) and (share < 1.0) else 0.0))
+
+
+MAIN = """
+    n = min(W, len(b))
+    # The flow of the mud; the bit's contact with the rock.
+    for i in range(n):
+        pulse, _ = sincos(b[pulsation_rate + i] * b[time_ + i])
+        flow = fma(b[pulsation + i], pulse, b[flow_ + i])
+        b[pipe_up + i] = flow * b[per_pipe_annulus + i]
+        b[pipe_down + i] = flow * b[per_pipe_bore + i]
+        b[collar_up + i] = flow * b[per_collar_annulus + i]
+        b[collar_down + i] = flow * b[per_collar_bore + i]
+        BIT
     # The ends and the junction of pipe and collars, which have masses and inertias of their own.
     for i in range(n):
         u, v = b[u_0 + i], b[v_0 + i]
@@ -147,11 +207,12 @@ MAIN = """
 @lru_cache
 def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> Any:
     """The compiled right-hand side for a number of lanes and of segments of pipe and collar, in a buffer of these
-    rows."""
+    rows; with the cutting torque apart where the rows have it so."""
     W, last = lanes, pipes + collars
     place = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
     place |= {name: W * (rows.aux_now + i) for i, name in enumerate(AUX)}
     place |= {"time_": W * rows.stage_time, "phase_": W * rows.phase, "W": W}
+    place |= {"relax": W * rows.relax, "falling": W * rows.falling, "push": W * rows.push}
     for word, node in (("0", 0), ("j", pipes), ("n", last)):
         for name, first, slope in (("u v a", 0, 0), ("th w alpha", 2 * (last + 1), last + 1)):
             position, velocity, rate = name.split()
@@ -175,7 +236,12 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> An
             f"    torsional_node(b, n, {th}, {alpha}, {place[f'{ring}_torsional']}, {place['torsional_time']}, "
             f"{place[f'{ring}_drag']})",
         ]
+    main = MAIN.replace("        BIT\n", BIT_APART if rows.apart else BIT)
     head = "".join(f"# {line}\n" for line in HELPERS.splitlines())  # their text is part of what names this code
-    text = f"{head}{constants(**place)}def right_hand_side(b):{MAIN}" + "\n".join(lines) + "\n"
+    text = f"{head}{constants(**place)}def right_hand_side(b):{main}" + "\n".join(lines) + "\n"
     known = {"np": np, "fma": fma, "sincos": sincos, "exp2": exp2, "direction": direction}
-    return compiled(types.void(BUFFER), W, pipes, collars)(define("right_hand_side", text, **known, **helpers))
+    if rows.apart:
+        known |= {"first_slip": first_slip, "hyperbolic": hyperbolic, "kept": kept, "load_of": load_of}
+    return compiled(types.void(BUFFER), W, pipes, collars, int(rows.apart > 0))(
+        define("right_hand_side", text, **known, **helpers)
+    )

@@ -1,0 +1,252 @@
+"""One step of an additive Runge-Kutta pair in every lane at once: friction implicit, all else explicit.
+
+The acceleration of a velocity is a part without friction and a *push*, what the friction of contacts adds; friction
+that is steep in the slip speed makes an explicit method slow, and only it. A stage of the implicit part is
+
+    V = V* + h g push(X, V)
+
+with V* and the positions X known from the stages before (positions are explicit), so the right-hand side solves for the
+slip speeds alone, one or two of them (:class:`nsdrill.abi.Rows`, ``relax`` = h g). Three points make it work:
+
+- The loads that come back agree with the velocities to rounding, so steepness amplifies nothing.
+- The end of the step is solved once more, y = y0 + h sum b_j f_j + h g (push(y) - push_last): the end of an additive
+  pair does not lie where friction balances, and the next step would begin with noise. The difference of the two pushes
+  belongs to the error.
+- Positions take pushes through the implicit matrix: h^2 A_E A_I. With A_E A_E in its place the order is the same and
+  the error in rolling a hundred times larger.
+
+Source of the method: Kennedy & Carpenter 2003, Additive Runge-Kutta schemes for convection-diffusion-reaction
+equations, Appl. Numer. Math. 44:139-181. A slope row has the whole slope and a push row its push, so that a sum over
+stages has the explicit weights of slopes and the difference of the two matrices as weights of pushes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import astuple, dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numba import types
+
+from nsdrill.abi import BUFFER, OBSERVER, RIGHT_HAND_SIDE, Rows, compiled
+from nsdrill.elementary import fma
+from nsdrill.generate import constants, define
+from nsdrill.kernel.controller import decide
+from nsdrill.kernel.kennedy_carpenter import Additive
+from nsdrill.kernel.scheme import Scheme, square
+from nsdrill.kernel.text import indented, loops_over, places_of, verdict, weighted
+
+ROOM = 0.5  # of the step from which on a stage may have several solutions
+LEAST = 1e-300  # in place of a zero that is divided by
+
+
+@dataclass(frozen=True)
+class AdditivePair:
+    """A stepper (:class:`nsdrill.kernel.steppers.Stepper`) from the numbers of an additive pair, for right-hand sides
+    with friction apart."""
+
+    tableau: Additive
+
+    @property
+    def name(self) -> str:
+        return self.tableau.name
+
+    @property
+    def order(self) -> int:
+        return self.tableau.order
+
+    def rows(self, rows: Rows) -> Rows:
+        """``rows`` with room for slopes and pushes at the stages but the first, and for how far positions would go."""
+        inner = len(self.tableau.nodes) - 1
+        return replace(rows, private=inner * (rows.slopes + len(rows.pushed)) + rows.slopes)
+
+    def scheme(self, rows: Rows) -> Scheme:
+        """The numbers of a step, in a buffer with these rows."""
+        pair, stages, width = self.tableau, len(self.tableau.nodes), rows.slopes + len(rows.pushed)
+        end = (*(0.0,) * (stages - 1), -pair.diagonal)
+        slopes = (rows.start_acceleration, *(rows.stepper + n * width for n in range(stages - 1)))
+        return Scheme(
+            np.array([*pair.nodes[1:], 1.0]),
+            square((*pair.explicit, pair.weights), stages),
+            square(pair.positions, stages),
+            square((*pair.pushes, end), stages),
+            square(pair.position_pushes, stages),
+            slopes,
+            tuple(row + rows.slopes for row in slopes),
+            pair.diagonal,
+        )
+
+    def make(self, lanes: int, rows: Rows) -> Any:
+        """The compiled stepper for a number of lanes and a row layout with this pair's rows."""
+        return _make(self.tableau, lanes, rows)
+
+
+@lru_cache
+def _make(pair: Additive, lanes: int, rows: Rows) -> Any:
+    step = define("step", _text(pair, lanes, rows), fma=fma, decide=decide)
+    return compiled(types.int64(BUFFER, RIGHT_HAND_SIDE, OBSERVER, BUFFER), lanes, *astuple(rows))(step)
+
+
+def _text(pair: Additive, lanes: int, rows: Rows) -> str:
+    """The text of ``step(b, right_hand_side, observer, store)``."""
+    stages, W, width = len(pair.nodes), lanes, rows.slopes + len(rows.pushed)
+    places = {
+        **places_of(rows, lanes, pair.order),
+        **{f"a{k}_": W * (rows.stepper + (k - 2) * width) for k in range(2, stages + 1)},
+        **{f"p{k}_": W * (rows.stepper + (k - 2) * width + rows.slopes) for k in range(2, stages + 1)},
+        "lead_": W * (rows.stepper + (stages - 1) * width),
+        "p1_": W * rows.start_push, "push_": W * rows.push,
+        "relax_": W * rows.relax, "falling_": W * rows.falling, "diagonal": pair.diagonal,
+    }  # fmt: skip
+    lines = [
+        '"""One step in all lanes; made from the numbers of an additive Runge-Kutta pair."""',
+        "",
+        constants(**places),
+        "def step(b, right_hand_side, observer, store):",
+        *indented(_first_stage(pair, rows)),
+        *(line for k in range(3, stages + 2) for line in indented(_stage(pair, rows, k))),
+        *indented(_judgement(pair, rows)),
+        "    observer(b, store)",
+        "    return wanted",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _first_stage(pair: Additive, rows: Rows) -> Iterable[str]:
+    """The lanes whose last step was accepted move on; then the second stage."""
+    c, weight, push = pair.nodes[1], pair.explicit[0][0], pair.pushes[0][0]
+    bend, bend_push = _padded(pair.positions[0], 1)[0], pair.position_pushes[0][0]
+    yield "for i in range(W):"
+    yield "    moves = b[moves_ + i] != 0.0"
+    yield "    before, after = b[time_ + i], b[time_ + i] + b[step_ + i]"
+    yield "    t = after if moves else before"
+    yield f"    longest = {ROOM / pair.diagonal!r} / max(b[falling_ + i], {LEAST!r})"
+    yield "    h = min(min(b[proposed_ + i], longest), b[mark_time_ + i] - t)"
+    yield "    b[time_ + i] = t"
+    yield "    b[step_ + i] = h"
+    yield "    b[relax_ + i] = diagonal * h"
+    yield f"    b[stage_time_ + i] = fma({c!r}, h, t)"
+    for loop, order, alone, pushed in loops_over(rows):
+        if alone:
+            yield "for i in range(W):"
+            yield "    moves, h = b[moves_ + i] != 0.0, b[step_ + i]"
+        yield f"    {loop}"
+        for state in "xv"[:order]:
+            yield f"        {state}_before, {state}_after = b[start_ + {state}], b[stage_ + {state}]"
+        yield "        a_before, a_after = b[a1_ + j], b[slope_ + j]"
+        for state in "xv"[:order]:
+            yield f"        {state}_now = {state}_after if moves else {state}_before"
+        yield "        a1 = a_after if moves else a_before"
+        if pushed:
+            yield "        p_before, p_after = b[p1_ + q], b[push_ + q]"
+            yield "        p1 = p_after if moves else p_before"
+            yield "        b[p1_ + q] = p1"
+        if order == 2:
+            yield "        lead = h * (v_now + b[drift_ + j])"
+        for state in "xv"[:order]:
+            yield f"        b[start_ + {state}] = {state}_now"
+        yield "        b[a1_ + j] = a1"
+        if order == 2:
+            yield "        b[lead_ + j] = lead"
+            bends = weighted([(bend, "a1"), *([(bend_push, "p1")] if pushed else [])])
+            yield f"        b[stage_ + x] = {_ahead(c, bends)}"
+        last = "xv"[order - 1]
+        rate = weighted([(weight, "a1"), *([(push, "p1")] if pushed else [])])
+        yield f"        b[stage_ + {last}] = fma(h, {rate}, {last}_now)"
+    yield "right_hand_side(b)"
+
+
+def _ahead(c: float, bends: str) -> str:
+    """The position of the second stage."""
+    ahead = f"fma({c!r}, lead, x_now)"
+    return ahead if bends == "0.0" else f"fma(h * h, {bends}, {ahead})"
+
+
+def _stage(pair: Additive, rows: Rows, stage: int) -> Iterable[str]:
+    """Stage ``stage``, counted from 1, in one pass over the states; the one after the last is the end of the step."""
+    stages = len(pair.nodes)
+    end = stage > stages
+    c = 1.0 if end else pair.nodes[stage - 1]
+    bends, bend_pushes = pair.positions[stage - 2], pair.position_pushes[stage - 2]
+    if end:
+        weights: Sequence[float] = pair.weights
+        pushes: Sequence[float] = (*(0.0,) * (stages - 1), -pair.diagonal)
+    else:
+        weights, pushes = pair.explicit[stage - 2], pair.pushes[stage - 2]
+    newest = stage - 1
+    head = ["for i in range(W):", "    h = b[step_ + i]", "    hh = h * h"]
+    yield from head
+    if c != (pair.nodes[newest - 1]):
+        yield f"    b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
+    for loop, order, alone, pushed in loops_over(rows):
+        if alone:
+            yield from head
+        yield f"    {loop}"
+        yield from (f"        {line}" for line in _loads(newest, pushed))
+        yield f"        b[a{newest}_ + j] = a{newest}"
+        if pushed:
+            yield f"        b[p{newest}_ + q] = p{newest}"
+        if order == 2:
+            ahead = "b[lead_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[lead_ + j], b[start_ + x])"
+            bent = weighted(_terms(bends, bend_pushes if pushed else ()))
+            yield f"        b[stage_ + x] = fma(hh, {bent}, {ahead})"
+        last = "xv"[order - 1]
+        rate = weighted(_terms(weights, pushes if pushed else ()))
+        yield f"        b[stage_ + {last}] = fma(h, {rate}, b[start_ + {last}])"
+    yield "right_hand_side(b)"
+
+
+def _judgement(pair: Additive, rows: Rows) -> Iterable[str]:
+    """The error of each state against its own tolerance rtol (size + |y|), squared and summed; what follows from it."""
+    stages = len(pair.nodes)
+    bends, bend_pushes = pair.position_error
+    yield "wanted = 0"
+    yield "for i in range(W):"
+    yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
+    yield "    total = 0.0"
+    for loop, order, alone, pushed in loops_over(rows, companions=False):
+        if alone:  # what has its place later, when the step is judged, has the sum until then
+            yield "    b[attention_ + i] = total"
+            yield "for i in range(W):"
+            yield "    h, proposal, total = b[step_ + i], b[proposed_ + i], b[attention_ + i]"
+        yield f"    {loop}"
+        yield from (f"        {line}" for line in _loads(stages, pushed, newest=False))
+        error = weighted(_terms(pair.error, ()))
+        if pushed:
+            error = f"fma(diagonal, b[push_ + q] - p{stages}, {error})"
+        if order == 2:
+            yield f"        error_x = h * {weighted(_terms(bends, bend_pushes if pushed else ()))}"
+        yield f"        error_{'xv'[order - 1]} = {error}"
+        for state in "xv"[:order]:
+            largest = f"max(abs(b[start_ + {state}]), abs(b[stage_ + {state}]))"
+            yield f"        scale_{state} = b[size_ + {state}] + {largest}"
+        if order == 2:
+            yield "        cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * scale_v"
+            yield "        total += fma(cross_x, cross_x, cross_v * cross_v) / (both * both)"
+        else:
+            yield "        quotient = error_x / scale_x"
+            yield "        total = fma(quotient, quotient, total)"
+    yield verdict(rows.own)
+
+
+def _loads(upto: int, pushed: bool, newest: bool = True) -> Iterable[str]:
+    """Loads of slopes and pushes of the stages up to this one, the newest of them from where the right-hand side has
+    left it."""
+    for k in range(1, upto + 1):
+        last = newest and k == upto
+        yield f"a{k} = b[{'slope_' if last else f'a{k}_'} + j]"
+        if pushed:
+            yield f"p{k} = b[{'push_' if last else f'p{k}_'} + q]"
+
+
+def _terms(slopes: Sequence[float], pushes: Sequence[float]) -> list[tuple[float, str]]:
+    return [
+        *((weight, f"a{k}") for k, weight in enumerate(slopes, start=1)),
+        *((weight, f"p{k}") for k, weight in enumerate(pushes, start=1)),
+    ]
+
+
+def _padded(weights: Sequence[float], length: int) -> tuple[float, ...]:
+    return (*weights, *(0.0,) * (length - len(weights)))

@@ -1,0 +1,42 @@
+"""How steep the friction of bit and wall is, and where it cannot be integrated implicitly."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.laws import bit_numbers
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.leaves import Values
+
+
+def explicit_only(parameters: Parameters) -> str | None:
+    """Why the friction of this string cannot be integrated implicitly, None where it can."""
+    if parameters.stabilizer.clearance is not None:
+        return "stabilisers with friction of their own make three contacts of one mass"
+    if parameters.well.axial_friction:
+        return "friction along the axis shares its slip with that around the hole"
+    return None
+
+
+def friction_rates(points: Values) -> dict[str, Any]:
+    """How fast friction at rest brakes a slip [1/s], of bit and wall, by their keys: (2/pi) eps mu N over the mass that
+    it meets, with the weight on bit, and with the force that presses a rolling collar to the wall."""
+    parameters, (depth, wob, speed) = points.parameters, points.operation
+    k = derive(parameters, depth, wob, speed)
+    bit = bit_numbers(parameters, k)
+    if parameters.bit.friction.law == "rational":
+        steep = bit.bit_dynamic * bit.bit_smoothing + bit.bit_rise
+    else:
+        steep = 2 / math.pi * bit.bit_smoothing * (bit.bit_rise + bit.bit_dynamic)
+    wall = parameters.well.friction
+    pressed = k.m_l * k.collar_radius**2 * np.square(speed) / k.gap
+    meets = k.collar_radius**2 / k.J + 1 / k.m_l
+    modes = parameters.modes
+    at_bit = wob * steep / k.J if modes.torsional == "free" else 0.0
+    at_wall = 2 / math.pi * wall.smoothing * wall.static * pressed * meets if modes.lateral == "free" else 0.0
+    key = "b1" if parameters.bit.friction.law == "rational" else "smoothing"
+    return {f"bit.friction.{key}": at_bit, "well.friction.smoothing": at_wall}

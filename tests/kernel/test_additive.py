@@ -1,0 +1,197 @@
+"""The additive pair: order conditions, the solve of the slips, bits over lanes, end states against other methods."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
+from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.slip import first_slip, hyperbolic, kept
+from nsdrill.models.christoforou_yigit.coefficients import derive
+from nsdrill.models.christoforou_yigit.laws import bit_numbers
+from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.torsion import Initial as TorsionStart
+from nsdrill.models.torsion import Parameters as TorsionParameters
+from nsdrill.models.torsion import pipe, torque
+from nsdrill.observe.thresholds import Record, Thresholds
+from nsdrill.sweep.plan import Plan
+from nsdrill.sweep.work import Work, compiled_parts
+
+FROZEN = ("axial", "lateral")
+
+
+def matrices() -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    pair, n = KENNEDY_CARPENTER, len(KENNEDY_CARPENTER.nodes)
+    explicit, implicit = np.zeros((n, n)), np.zeros((n, n))
+    for i, (one, two) in enumerate(zip(pair.explicit, pair.implicit, strict=True), start=1):
+        explicit[i, : len(one)], implicit[i, : len(two)] = one, two
+    return explicit, implicit, np.array(pair.weights), np.array(pair.embedded)
+
+
+def test_every_order_condition_to_four_holds_for_all_mixtures() -> None:
+    """The coupling conditions of Kennedy & Carpenter 2003: each matrix of a tree may be that of either part."""
+    explicit, implicit, b, embedded = matrices()
+    c, one = np.array(KENNEDY_CARPENTER.nodes), np.ones(7)
+    parts = (explicit, implicit)
+    for matrix in parts:
+        assert matrix.sum(axis=1) == pytest.approx(c, abs=1e-14)
+    conditions = [(one, 1), (c, 1 / 2), (c * c, 1 / 3), *((p @ c, 1 / 6) for p in parts)]
+    conditions4 = [(c**3, 1 / 4), *((c * (p @ c), 1 / 8) for p in parts), *((p @ c**2, 1 / 12) for p in parts),
+                   *((p @ q @ c, 1 / 24) for p in parts for q in parts)]  # fmt: skip
+    for vector, value in conditions:
+        assert b @ vector == pytest.approx(value, abs=1e-14)
+        assert embedded @ vector == pytest.approx(value, abs=1e-14)
+    for vector, value in conditions4:
+        assert b @ vector == pytest.approx(value, abs=1e-14)
+    assert any(abs(embedded @ vector - value) > 1e-4 for vector, value in conditions4), "else there is no estimate"
+    assert implicit[6] == pytest.approx(b, abs=0.0), "stiffly accurate"
+
+
+@pytest.mark.parametrize("near", [None, 1e-1, 1e-2, 1e-4])
+def test_two_iterations_solve_the_slip_near_break_away(near: float | None) -> None:
+    """Against bisection: the load that comes back is within 1e-5 of that of the exact slip, whatever the steepness."""
+    rng = np.random.default_rng(7)
+    worst = 0.0
+    for _ in range(2000):
+        eps, tau = 10 ** rng.uniform(2, 6), rng.uniform(0, 5)
+        dynamic, rise, c = rng.uniform(0.2, 1), rng.uniform(0, 0.8), 10 ** rng.uniform(-5, -1.3)
+        most = c * (rise + dynamic)
+        free = most * (10 ** rng.uniform(-2, 2) if near is None else 1 + near * rng.uniform(-1, 1))
+        free *= rng.choice([-1.0, 1.0])
+
+        def law(v: float, eps: float = eps, tau: float = tau, rise: float = rise, dynamic: float = dynamic) -> float:
+            return 2 / np.pi * np.arctan(eps * v) * (rise / (1 + tau * abs(v)) + dynamic)
+
+        low, high = 0.0, abs(free)
+        for _ in range(120):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if middle + c * law(middle) < abs(free) else (low, middle)
+        v = first_slip(free, c, eps, tau, rise, dynamic)
+        f, df = hyperbolic(v, eps, tau, rise, dynamic)
+        v = kept(v, v + (free - v - c * f) / (1 + c * df))
+        f, df = hyperbolic(v, eps, tau, rise, dynamic)
+        f += df * (free - v - c * f) / (1 + c * df)
+        worst = max(worst, abs(f - np.sign(free) * law(low)) / (rise + dynamic))
+    assert worst < 1e-5
+
+
+def run(work: Work, lanes: int = 8) -> dict[str, np.ndarray]:
+    """The columns of all points of ``work``, in their order."""
+    points = np.arange(work.plan.points)
+    gang = work.new_gang(lanes, len(points))
+    gang.add_many(points, work.prepare(points))
+    done = gang.advance(compiled_parts(lanes, work.variant), 1e9, True)
+    order = np.argsort(done.job)
+    return {name: values[order] for name, values in work.columns(done).items()}
+
+
+def torsion_work(smoothing: float, method: str, duration: float, rtol: float, pair: str = "tsitouras") -> Work:
+    parameters = TorsionParameters()
+    friction = replace(parameters.bit.friction, smoothing=smoothing)
+    parameters = replace(parameters, bit=replace(parameters.bit, friction=friction))
+    axes = {"depth": np.array([5000.0]), "wob": np.array([60e3]), "rotary_speed": np.array([2.0])}
+    simulation = Simulation(0.0, duration, rtol=rtol, method=method, pair=pair)  # type: ignore[arg-type]
+    start = TorsionStart(twist=-3.0, bit_speed=1.0)
+    return Work(Plan(axes, "same", None), parameters, start, simulation, Thresholds(), Record(peaks=0), "torsion")
+
+
+@pytest.mark.parametrize("smoothing", [50.0, 5e3])
+def test_end_states_equal_radau(smoothing: float) -> None:
+    """A stick-slip cycle of the string that only twists, against Radau at 1e-11: within some hundred tolerances."""
+    parameters = torsion_work(smoothing, "implicit", 1.0, 1e-6).parameters
+    inertia, stiffness = pipe(parameters.drillstring, 5000.0)
+    inertia = parameters.drillstring.collar_inertia + inertia / 3
+
+    def slopes(_: float, y: np.ndarray) -> list[float]:
+        return [
+            y[1] - 2.0,
+            (-parameters.drillstring.damping * y[1] - stiffness * y[0] - torque(parameters.bit, 60e3, y[1])) / inertia,
+        ]
+
+    exact = solve_ivp(slopes, (0.0, 12.0), [-3.0, 1.0], "Radau", rtol=1e-11, atol=1e-12).y[:, -1]
+    for rtol in (1e-6, 1e-8):
+        found = run(torsion_work(smoothing, "implicit", 12.0, rtol), lanes=1)["final_state"][0, :2]
+        assert np.max(np.abs(found - exact) / (np.array([0.1, 0.2]) + np.abs(exact))) < 300 * rtol
+
+
+def smooth_work(friction: float, method: str, rtol: float) -> Work:
+    """The bit stays on the rock and the collar off the wall: every derivative is smooth."""
+    work = main_work(5.0, method, rtol, frozen=False, depth=[2000.0], wob=[60e3], rotary_speed=[3.0])
+    parameters = work.parameters
+    law = replace(parameters.bit.friction, static=friction, dynamic=friction / 2)
+    bit = replace(parameters.bit, friction=law, surface_amplitude=3e-4)
+    bit = replace(bit, cutting=replace(bit.cutting, zeta=0.0))
+    parameters = replace(parameters, bit=bit, drillstring=replace(parameters.drillstring, eccentricity=5e-3))
+    return replace(work, parameters=parameters, initial=Initial(x=1e-3), simulation=replace(
+        work.simulation, transient=0.0, observe=10.0))  # fmt: skip
+
+
+@pytest.mark.parametrize(("friction", "least"), [(0.0, 3.75), (0.02, 3.0)])
+def test_error_falls_as_the_fourth_power_of_the_step_where_nothing_is_stiff(friction: float, least: float) -> None:
+    """Order four without friction. With it the end that is solved once more has an error of third order, which is a
+    small part of it."""
+    exact = run(smooth_work(friction, "explicit", 1e-12), lanes=1)["final_state"][0, :8]
+    work = smooth_work(friction, "implicit", 1e-6)
+    size = work.kind.sizes(work.prepare(np.arange(1)).parameters, work.variant.fixed)[0]
+    errors, steps = [], []
+    for rtol in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9):
+        out = run(smooth_work(friction, "implicit", rtol), lanes=1)
+        errors.append(np.max(np.abs(out["final_state"][0, :8] - exact) / (size + np.abs(exact))))
+        steps.append(out["steps"][0])
+    order = -np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert least < order < 4.75
+
+
+def main_work(smoothing: float, method: str, rtol: float = 1e-6, frozen: bool = True, **axes: list[float]) -> Work:
+    parameters = Parameters()
+    bit = replace(parameters.bit, friction=replace(parameters.bit.friction, smoothing=smoothing))
+    well = replace(parameters.well, friction=replace(parameters.well.friction, smoothing=smoothing))
+    parameters = replace(parameters, bit=bit, well=well)
+    if frozen:
+        modes = replace(parameters.modes, axial="frozen", lateral="frozen")
+        parameters = replace(parameters, modes=modes, bit=replace(bit, surface_amplitude=0.0))
+    values = {"depth": [5000.0], "wob": [66.72e3], "rotary_speed": [1.0], **axes}
+    simulation = Simulation(20.0, 25.0, rtol=rtol, method=method)  # type: ignore[arg-type]
+    plan = Plan({name: np.array(value) for name, value in values.items()}, "same", None)
+    return Work(plan, parameters, Initial(twist=-8.0), simulation, Thresholds(), Record(peaks=4))
+
+
+def test_peaks_of_stick_slip_are_those_of_the_friction_law_as_it_steepens() -> None:
+    """While the bit breaks loose or comes to rest it passes every speed, so the greatest torque is the greatest of the
+    law; at the limit of Coulomb's friction that at rest. The steps hardly grow in number, and nothing turns back."""
+    speed = np.geomspace(1e-9, 10, 200_001)
+    steps = {}
+    for smoothing in (1e3, 1e4, 1e6):
+        work = main_work(smoothing, "implicit")
+        law = bit_numbers(work.parameters, derive(work.parameters, 5000.0, 66.72e3, 1.0))
+        arm = 2 / np.pi * np.arctan(smoothing * speed)
+        arm = arm * (law.bit_rise / (1 + law.bit_decay * speed) + law.bit_dynamic)
+        found = run(work, lanes=1)
+        assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * arm.max(), rel=1e-6)
+        assert found["bit_speed_min"][0] > -1e-6
+        steps[smoothing] = int(found["steps"][0])
+    assert found["bit_torque_max"][0] == pytest.approx(66.72e3 * (law.bit_rise + law.bit_dynamic), rel=3e-3)
+    assert steps[1e6] < 1.5 * steps[1e3]
+
+
+def test_features_equal_those_of_the_explicit_pair() -> None:
+    """Torsion alone, which has one limit cycle: extremes and fractions of two methods within some tolerances."""
+    one, two = (run(main_work(2e3, method, 1e-8), lanes=1) for method in ("explicit", "implicit"))
+    for name, scale in (("bit_speed_max", 1.0), ("bit_torque_max", 6e3), ("surface_torque_max", 6e3),
+                        ("surface_torque_min", 6e3), ("stuck_fraction", 1.0)):  # fmt: skip
+        assert abs(one[name][0] - two[name][0]) / scale < 1e-5
+
+
+def test_bits_do_not_depend_on_lanes_or_neighbours() -> None:
+    """Of lanes that roll on the wall beside lanes that do not."""
+    work = main_work(1e4, "implicit", frozen=False, wob=[10e3, 22.24e3, 60e3], rotary_speed=[1.0, 4.0, 8.0])
+    work = replace(work, simulation=replace(work.simulation, transient=6.0, observe=4.0))
+    found = {lanes: run(work, lanes) for lanes in (1, 8)}
+    assert np.any(found[1]["wall_contact_fraction"] > 0.1)
+    assert np.any(found[1]["wall_contact_fraction"] == 0.0)
+    for name, values in found[1].items():
+        assert values.tobytes() == found[8][name].tobytes(), name

@@ -1,0 +1,123 @@
+"""Friction kept apart: the same slopes to rounding, velocities that agree with the loads, the deviation of a stage."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nsdrill.models.christoforou_yigit.options import Options, options_of
+from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.christoforou_yigit.rhs import INDEX, make_right_hand_side, pack, rows_of, states_of
+from nsdrill.models.christoforou_yigit.tangent import CONTACTS, make_tangent
+
+W, SPREAD = 8, np.array([0.08, 0.3, 0.08, 0.3, 2e-3, 0.05, 1.0, 3.0, 0.3, 0.5, 1.0, 500.0])
+
+
+def string(**changes: Any) -> Parameters:
+    base = Parameters()
+    friction = replace(base.bit.friction, **({"law": changes["law"]} if "law" in changes else {}))
+    return replace(
+        base,
+        bit=replace(base.bit, friction=friction),
+        well=replace(base.well, law=changes.get("wall", "linear"), inclination=changes.get("inclination", 0.0)),
+        mud=replace(base.mud, swirl=changes.get("swirl", 0.0)),
+        drive=replace(base.drive, **changes.get("drive", {})),
+    )
+
+
+def buffer_of(parameters: Parameters, options: Options, seed: int, relax: float = 0.0, tangent: bool = False) -> Any:
+    """A buffer with random states, some of them on the wall, and its rows."""
+    rows = rows_of(options, 6 if tangent else 0, tangent=tangent)
+    b = np.zeros((rows.total, W))
+    rng = np.random.default_rng(seed)
+    table = pack(parameters, np.full(W, 2000.0), np.full(W, 60e3), np.full(W, 5.0))
+    b[rows.parameter : rows.parameter + table.shape[1]] = table.T
+    own = len(states_of(options))
+    b[rows.stage : rows.stage + own] = rng.normal(size=(own, W)) * SPREAD[:own, None]
+    b[rows.phase], b[rows.stage_time] = 1.0, 0.3
+    if tangent:
+        b[rows.stage + own : rows.stage + 2 * own] = rng.normal(size=(own, W)) * SPREAD[:own, None]
+    if options.apart:
+        b[rows.relax] = relax
+    return b, rows
+
+
+CASES = [
+    {}, {"wall": "hertz"}, {"law": "linear"}, {"law": "exponential"}, {"law": "rational"},
+    {"swirl": 0.5, "inclination": 0.5}, {"drive": {"kind": "soft_torque"}}, {"drive": {"kind": "dc_motor"}},
+    {"drive": {"kind": "stiff", "torque_limit": 60e3}},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: "-".join(map(str, case)) or "main")
+def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: dict[str, Any]) -> None:
+    parameters = string(**case)
+    options, found = options_of(parameters), []
+    for apart in (0, 1):
+        b, rows = buffer_of(parameters, options._replace(apart=apart), 3)
+        make_right_hand_side(W, options._replace(apart=apart))(b.ravel())
+        found.append(b[rows.acceleration : rows.acceleration + rows.slopes].copy())
+    assert np.any(b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 > 0.08**2), "else nothing touches the wall"
+    assert found[1] == pytest.approx(found[0], rel=1e-12, abs=1e-12 * np.abs(found[0]).max())
+
+
+@pytest.mark.parametrize("case", CASES[:6], ids=lambda case: "-".join(map(str, case)) or "main")
+def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) -> None:
+    """They have moved by ``relax`` times the push; and at these velocities the ordinary slopes are those found, but for
+    what Newton's method leaves: 1e-5 of the greatest push."""
+    parameters = string(**case)
+    options = options_of(parameters)
+    b, rows = buffer_of(parameters, options._replace(apart=1), 5, relax=2e-3)
+    free = b.copy()
+    make_right_hand_side(W, options._replace(apart=1))(b.ravel())
+    own, pushes = rows.own, b[rows.push : rows.push + 3]
+    for push, state in zip(pushes, (1, 3, 7), strict=True):
+        assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + 2e-3 * push, rel=1e-13, abs=1e-13)
+    plain, ordinary = buffer_of(parameters, options, 5)
+    plain[ordinary.stage : ordinary.stage + own] = b[rows.stage : rows.stage + own]
+    make_right_hand_side(W, options)(plain.ravel())
+    found, exact = (
+        a[r.acceleration : r.acceleration + r.slopes] for a, r in ((b, rows), (plain, ordinary))
+    )  # fmt: skip
+    assert found == pytest.approx(exact, abs=3e-5 * np.abs(pushes).max())
+
+
+@pytest.mark.parametrize("case", [{}, {"wall": "hertz"}, {"drive": {"kind": "soft_torque"}}],
+                         ids=["main", "hertz", "drive"])  # fmt: skip
+def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> None:
+    """Velocities, slopes and pushes of the deviation, against differences of two stages 1e-6 of it apart, on rock and
+    wall and off them. Newton's method leaves 1e-5 of a load, and up to a thousandth of how it changes."""
+    parameters = string(**case)
+    options = options_of(parameters)._replace(apart=1)
+    b, rows = buffer_of(parameters, options, 11, relax=2e-3, tangent=True)
+    own, slopes, step = rows.own, rows.own_slopes, 1e-6
+    moved = []
+    for sign in (1.0, -1.0):
+        other, plain = buffer_of(parameters, options, 11, relax=2e-3)
+        other[plain.stage : plain.stage + own] = b[rows.stage : rows.stage + own]
+        other[plain.stage : plain.stage + own] += sign * step * b[rows.stage + own : rows.stage + 2 * own]
+        make_right_hand_side(W, options)(other.ravel())
+        moved.append(other)
+    exact = (moved[0] - moved[1]) / (2 * step)
+    # Contacts as they are now.
+    angle = b[rows.stage + 6] + 1.0 + 5.0 * 0.3
+    rock, wall = rows.observer, rows.observer + 3
+    b[rock] = parameters.bit.surface_amplitude * np.sin(parameters.bit.lobes * angle) - b[rows.stage + 4]
+    gap = b[rows.parameter + INDEX["gap"]]
+    b[wall] = b[rows.stage] ** 2 + b[rows.stage + 2] ** 2 - gap**2
+    for function in (b[wall], b[rock]):
+        assert np.any(function > 0.0)
+        assert np.any(function < 0.0)
+    assert len(CONTACTS) == 2
+    make_tangent(W, options, 0)(b.ravel())
+    for mine, theirs in (
+        (b[rows.stage + own : rows.stage + 2 * own], exact[plain.stage : plain.stage + own]),
+        (b[rows.acceleration + slopes : rows.acceleration + 2 * slopes],
+         exact[plain.acceleration : plain.acceleration + slopes]),
+        (b[rows.push + 3 : rows.push + 6], exact[plain.push : plain.push + 3]),
+    ):  # fmt: skip
+        for one, two in zip(mine, theirs, strict=True):
+            assert one == pytest.approx(two, rel=3e-3, abs=2e-4 * max(np.abs(two).max(), 1e-6))
