@@ -21,6 +21,11 @@ class Meaning:
     letters: str
     words: str
 
+    @property
+    def title(self) -> str:
+        """The name as text has it."""
+        return "Hopf bifurcation" if self.code == HOPF else self.name.replace("_", " ")
+
 
 GENERAL = (
     Meaning(FAILED, "no_convergence", "MX", "the branch is lost here; the motion may go on"),

@@ -222,7 +222,7 @@ def draw_borders(figure: Figure, data: Any, x: str, y: str, units: str) -> None:
         code = int(data["curve_label"].values[number])
         if code not in styles:
             styles[code] = grazing[sum(one > 100 for one in styles) % len(grazing)]
-        word = meanings[code].name.replace("_", " ")
+        word = meanings[code].title
         line: dict[str, Any] = {"linestyle": styles[code], "color": BLACK, "linewidth": 1.3, "zorder": 6}
         px, py = data[f"curve_{x}"].values[part] / sx.scale, data[f"curve_{y}"].values[part] / sy.scale
         for axes in panels:
