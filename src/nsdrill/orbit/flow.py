@@ -233,7 +233,7 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
         return Compiled(right_hand_side, *_blind(lanes, rows))
     measure = model.contact_functions(lanes, fixed, RATES * contacts)
     landing = make_landing(
-        lanes, rows, STEPPERS[PAIR].tableau, 0, measure, model.tangent(1, fixed, 0), contacts, identity
+        lanes, rows, STEPPERS[PAIR].scheme(rows), 0, measure, model.tangent(1, fixed, 0), contacts, identity
     )
     touches, marker = make_touches(lanes, rows, landing_rows(contacts), 0, contacts)
 
