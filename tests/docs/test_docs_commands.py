@@ -84,7 +84,7 @@ def test_examples_use_commands_and_options_that_exist(page: Path) -> None:
         for before, word in pairwise(words):
             if before == "--set":
                 key = word.split("=")[0]
-                assert key in keys_of().leaves or key.startswith("sweep."), words
+                assert key in keys_of().leaves or key.startswith(("sweep.", "continue.", "uncertain.")), words
                 if words[0] == "classify":
                     assert key in {leaf.key for leaf in keys_of().of("classify")}
 
