@@ -29,7 +29,9 @@ def grid() -> dict[str, np.ndarray]:
 
 
 def test_all_points_get_all_variables(grid: dict[str, np.ndarray]) -> None:
-    assert set(grid) == {variable.name for variable in VARIABLES if Kept(peaks=32, options=("drilled",)).has(variable)}
+    assert set(grid) == {
+        variable.name for variable in VARIABLES if Kept(peaks=32, options=("drilled", "method")).has(variable)
+    }
     assert np.all(grid["status"] == OK)
     assert all(np.all(np.isfinite(grid[name])) for name in FEATURES)
     assert np.ptp(grid["steps"]) > 1000, "the runs are to differ in length"

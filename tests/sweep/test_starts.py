@@ -59,7 +59,7 @@ def test_the_bits_do_not_depend_on_lanes_or_workers(
 
 
 def test_all_starts_have_all_variables_and_states_of_their_own(six: dict[str, np.ndarray]) -> None:
-    assert set(six) == {v.name for v in VARIABLES if Kept(4, starts=6, options=("drilled",)).has(v)}
+    assert set(six) == {v.name for v in VARIABLES if Kept(4, starts=6, options=("drilled", "method")).has(v)}
     assert np.all(six["status"] == OK)
     assert len(np.unique(six["initial_state"], axis=0)) == 18
 

@@ -218,6 +218,8 @@ def _as_before(parts: dict[str, Any]) -> dict[str, Any]:
     if parts.get("bit", {}).get("friction", {}).get("law") == "hyperbolic":
         for name in LAW_KEYS:
             parts = _without(parts, ["bit", "friction"], name)
+    if parts.get("simulation", {}).get("method") == "auto":
+        parts = _without(parts, ["simulation"], "method")
     if "frozen" not in parts.get("modes", {}).values():
         parts.pop("modes", None)
     if parts.get("drive", {}).get("kind") == "ideal":

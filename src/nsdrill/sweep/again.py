@@ -10,6 +10,7 @@ import numpy as np
 from nsdrill.kernel.gang import Finished, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.observe.thresholds import Record
+from nsdrill.sweep.method import Chosen
 from nsdrill.sweep.work import Work
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -18,10 +19,12 @@ Array = np.ndarray[Any, np.dtype[Any]]
 @dataclass(frozen=True, kw_only=True)
 class Again(Work):
     """The points ``numbers`` (ascending) of a sweep, from the states ``states`` [points, 9]. A state that was carried
-    is given like any other, so there are no chains."""
+    is given like any other, so there are no chains; but each point is integrated by the method of ``first``, that of
+    the sweep, in which a chain has one."""
 
     numbers: Array
     states: Array
+    first: Chosen
 
     @classmethod
     def of(cls, work: Work, simulation: Simulation, numbers: Array, states: Array) -> Again:
@@ -36,7 +39,12 @@ class Again(Work):
             work.model,
             numbers=numbers,
             states=states,
+            first=work.chosen,
         )
+
+    @property
+    def chosen(self) -> Chosen:
+        return self.first
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
