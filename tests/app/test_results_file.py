@@ -169,7 +169,7 @@ def test_study_digest_is_of_the_resolved_study(shared: Path) -> None:
         del parts["bit"]["friction"][later]
     del parts["drillstring"]["eccentric_weight"], parts["mud"]["swirl"]
     del parts["well"]["inclination"], parts["well"]["axial_friction"]
-    del parts["initial"]["lag"], parts["initial"]["drive_speed"]
+    del parts["initial"]["lag"], parts["initial"]["drive_speed"], parts["simulation"]["method"]
     line = json.dumps(parts, sort_keys=True, separators=(",", ":"))
     assert hashlib.sha256(line.encode()).hexdigest() == study.sha256
 
