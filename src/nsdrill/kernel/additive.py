@@ -36,7 +36,17 @@ from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import decide
 from nsdrill.kernel.kennedy_carpenter import Additive
 from nsdrill.kernel.scheme import Scheme, square
-from nsdrill.kernel.text import indented, loops_over, places_of, verdict, weighted
+from nsdrill.kernel.text import (
+    first_stages,
+    indented,
+    judgement,
+    led,
+    loads,
+    loops_over,
+    places_of,
+    stage_time,
+    weighted,
+)
 
 ROOM = 0.5  # of the step from which on a stage may have several solutions
 LEAST = 1e-300  # in place of a zero that is divided by
@@ -115,47 +125,19 @@ def _text(pair: Additive, lanes: int, rows: Rows) -> str:
 
 
 def _first_stage(pair: Additive, rows: Rows) -> Iterable[str]:
-    """The lanes whose last step was accepted move on; then the second stage."""
+    """The second stage, of a step within which every stage has one solution."""
     c, weight, push = pair.nodes[1], pair.explicit[0][0], pair.pushes[0][0]
     bend, bend_push = _padded(pair.positions[0], 1)[0], pair.position_pushes[0][0]
-    yield "for i in range(W):"
-    yield "    moves = b[moves_ + i] != 0.0"
-    yield "    before, after = b[time_ + i], b[time_ + i] + b[step_ + i]"
-    yield "    t = after if moves else before"
-    yield f"    longest = {ROOM / pair.diagonal!r} / max(b[falling_ + i], {LEAST!r})"
-    yield "    h = min(min(b[proposed_ + i], longest), b[mark_time_ + i] - t)"
-    yield "    b[time_ + i] = t"
-    yield "    b[step_ + i] = h"
-    yield "    b[relax_ + i] = diagonal * h"
-    yield f"    b[stage_time_ + i] = fma({c!r}, h, t)"
-    for loop, order, alone, pushed in loops_over(rows):
-        if alone:
-            yield "for i in range(W):"
-            yield "    moves, h = b[moves_ + i] != 0.0, b[step_ + i]"
-        yield f"    {loop}"
-        for state in "xv"[:order]:
-            yield f"        {state}_before, {state}_after = b[start_ + {state}], b[stage_ + {state}]"
-        yield "        a_before, a_after = b[a1_ + j], b[slope_ + j]"
-        for state in "xv"[:order]:
-            yield f"        {state}_now = {state}_after if moves else {state}_before"
-        yield "        a1 = a_after if moves else a_before"
-        if pushed:
-            yield "        p_before, p_after = b[p1_ + q], b[push_ + q]"
-            yield "        p1 = p_after if moves else p_before"
-            yield "        b[p1_ + q] = p1"
-        if order == 2:
-            yield "        lead = h * (v_now + b[drift_ + j])"
-        for state in "xv"[:order]:
-            yield f"        b[start_ + {state}] = {state}_now"
-        yield "        b[a1_ + j] = a1"
-        if order == 2:
-            yield "        b[lead_ + j] = lead"
-            bends = weighted([(bend, "a1"), *([(bend_push, "p1")] if pushed else [])])
-            yield f"        b[stage_ + x] = {_ahead(c, bends)}"
-        last = "xv"[order - 1]
-        rate = weighted([(weight, "a1"), *([(push, "p1")] if pushed else [])])
-        yield f"        b[stage_ + {last}] = fma(h, {rate}, {last}_now)"
-    yield "right_hand_side(b)"
+    longest = f"{ROOM / pair.diagonal!r} / max(b[falling_ + i], {LEAST!r})"
+
+    def ahead(pushed: bool) -> str:
+        return _ahead(c, weighted([(bend, "a1"), *([(bend_push, "p1")] if pushed else [])]))
+
+    def rate(pushed: bool) -> str:
+        return weighted([(weight, "a1"), *([(push, "p1")] if pushed else [])])
+
+    step = f"min(min(b[proposed_ + i], {longest}), b[mark_time_ + i] - t)"
+    return first_stages(rows, c, step, ahead, rate, ["b[relax_ + i] = diagonal * h"])
 
 
 def _ahead(c: float, bends: str) -> str:
@@ -179,19 +161,18 @@ def _stage(pair: Additive, rows: Rows, stage: int) -> Iterable[str]:
     head = ["for i in range(W):", "    h = b[step_ + i]", "    hh = h * h"]
     yield from head
     if c != (pair.nodes[newest - 1]):
-        yield f"    b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
+        yield f"    {stage_time(c)}"
     for loop, order, alone, pushed in loops_over(rows):
         if alone:
             yield from head
         yield f"    {loop}"
-        yield from (f"        {line}" for line in _loads(newest, pushed))
+        yield from (f"        {line}" for line in loads(newest, pushed))
         yield f"        b[a{newest}_ + j] = a{newest}"
         if pushed:
             yield f"        b[p{newest}_ + q] = p{newest}"
         if order == 2:
-            ahead = "b[lead_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[lead_ + j], b[start_ + x])"
             bent = weighted(_terms(bends, bend_pushes if pushed else ()))
-            yield f"        b[stage_ + x] = fma(hh, {bent}, {ahead})"
+            yield f"        b[stage_ + x] = fma(hh, {bent}, {led(c)})"
         last = "xv"[order - 1]
         rate = weighted(_terms(weights, pushes if pushed else ()))
         yield f"        b[stage_ + {last}] = fma(h, {rate}, b[start_ + {last}])"
@@ -199,46 +180,20 @@ def _stage(pair: Additive, rows: Rows, stage: int) -> Iterable[str]:
 
 
 def _judgement(pair: Additive, rows: Rows) -> Iterable[str]:
-    """The error of each state against its own tolerance rtol (size + |y|), squared and summed; what follows from it."""
+    """The error of each state, and what follows from it."""
     stages = len(pair.nodes)
     bends, bend_pushes = pair.position_error
-    yield "wanted = 0"
-    yield "for i in range(W):"
-    yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
-    yield "    total = 0.0"
-    for loop, order, alone, pushed in loops_over(rows, companions=False):
-        if alone:  # what has its place later, when the step is judged, has the sum until then
-            yield "    b[attention_ + i] = total"
-            yield "for i in range(W):"
-            yield "    h, proposal, total = b[step_ + i], b[proposed_ + i], b[attention_ + i]"
-        yield f"    {loop}"
-        yield from (f"        {line}" for line in _loads(stages, pushed, newest=False))
+
+    def errors(order: int, pushed: bool) -> Iterable[str]:
+        yield from loads(stages, pushed, newest=False)
         error = weighted(_terms(pair.error, ()))
         if pushed:
             error = f"fma(diagonal, b[push_ + q] - p{stages}, {error})"
         if order == 2:
-            yield f"        error_x = h * {weighted(_terms(bends, bend_pushes if pushed else ()))}"
-        yield f"        error_{'xv'[order - 1]} = {error}"
-        for state in "xv"[:order]:
-            largest = f"max(abs(b[start_ + {state}]), abs(b[stage_ + {state}]))"
-            yield f"        scale_{state} = b[size_ + {state}] + {largest}"
-        if order == 2:
-            yield "        cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * scale_v"
-            yield "        total += fma(cross_x, cross_x, cross_v * cross_v) / (both * both)"
-        else:
-            yield "        quotient = error_x / scale_x"
-            yield "        total = fma(quotient, quotient, total)"
-    yield verdict(rows.own)
+            yield f"error_x = h * {weighted(_terms(bends, bend_pushes if pushed else ()))}"
+        yield f"error_{'xv'[order - 1]} = {error}"
 
-
-def _loads(upto: int, pushed: bool, newest: bool = True) -> Iterable[str]:
-    """Loads of slopes and pushes of the stages up to this one, the newest of them from where the right-hand side has
-    left it."""
-    for k in range(1, upto + 1):
-        last = newest and k == upto
-        yield f"a{k} = b[{'slope_' if last else f'a{k}_'} + j]"
-        if pushed:
-            yield f"p{k} = b[{'push_' if last else f'p{k}_'} + q]"
+    return judgement(rows, errors)
 
 
 def _terms(slopes: Sequence[float], pushes: Sequence[float]) -> list[tuple[float, str]]:

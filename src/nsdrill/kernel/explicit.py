@@ -28,7 +28,17 @@ from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import decide
 from nsdrill.kernel.scheme import Scheme, square
 from nsdrill.kernel.tableau import Tableau
-from nsdrill.kernel.text import indented, loops_over, places_of, sum_of_slopes, verdict
+from nsdrill.kernel.text import (
+    first_stages,
+    indented,
+    judgement,
+    led,
+    loads,
+    loops_over,
+    places_of,
+    stage_time,
+    sum_of_slopes,
+)
 
 
 @dataclass(frozen=True)
@@ -99,39 +109,15 @@ def _text(pair: Tableau, lanes: int, rows: Rows) -> str:
 
 
 def _first_stage(pair: Tableau, rows: Rows) -> Iterable[str]:
-    """The lanes whose last step was accepted move on; then the second stage. (Both values are loaded and one is
-    selected: a masked store could not be forwarded to the loads that follow.)"""
+    """The second stage."""
     c, weight = pair.nodes[1], pair.matrix[0][0]
-    yield "for i in range(W):"
-    yield "    moves = b[moves_ + i] != 0.0"
-    yield "    before, after = b[time_ + i], b[time_ + i] + b[step_ + i]"
-    yield "    t = after if moves else before"
-    yield "    h = min(b[proposed_ + i], b[mark_time_ + i] - t)"
-    yield "    b[time_ + i] = t"
-    yield "    b[step_ + i] = h"
-    yield f"    b[stage_time_ + i] = fma({c!r}, h, t)"
-    for loop, order, alone, _ in loops_over(rows):
-        if alone:
-            yield "for i in range(W):"
-            yield "    moves, h = b[moves_ + i] != 0.0, b[step_ + i]"
-        yield f"    {loop}"
-        for state in "xv"[:order]:
-            yield f"        {state}_before, {state}_after = b[start_ + {state}], b[stage_ + {state}]"
-        yield "        a_before, a_after = b[a1_ + j], b[slope_ + j]"
-        for state in "xv"[:order]:
-            yield f"        {state}_now = {state}_after if moves else {state}_before"
-        yield "        a1 = a_after if moves else a_before"
-        if order == 2:
-            yield "        lead = h * (v_now + b[drift_ + j])"
-        for state in "xv"[:order]:
-            yield f"        b[start_ + {state}] = {state}_now"
-        yield "        b[a1_ + j] = a1"
-        if order == 2:
-            yield "        b[lead_ + j] = lead"
-            yield f"        b[stage_ + x] = fma({c!r}, lead, x_now)"
-        last = "xv"[order - 1]
-        yield f"        b[stage_ + {last}] = fma(h, {weight!r} * a1, {last}_now)"
-    yield "right_hand_side(b)"
+    return first_stages(
+        rows,
+        c,
+        "min(b[proposed_ + i], b[mark_time_ + i] - t)",
+        lambda pushed: f"fma({c!r}, lead, x_now)",
+        lambda pushed: f"{weight!r} * a1",
+    )
 
 
 def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
@@ -142,16 +128,15 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
     head = ["for i in range(W):", "    h = b[step_ + i]", f"    hh, newest = h * h, h * {weights[-1]!r}"]
     yield from head
     if c != pair.nodes[stage - 2]:
-        yield f"    b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
+        yield f"    {stage_time(c)}"
     for loop, order, alone, _ in loops_over(rows):
         if alone:
             yield from head
         yield f"    {loop}"
-        yield from (f"        {line}" for line in _slopes(stage - 1))
+        yield from (f"        {line}" for line in loads(stage - 1))
         yield f"        b[{newest}_ + j] = {newest}"
         if order == 2:
-            ahead = "b[lead_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[lead_ + j], b[start_ + x])"
-            yield f"        b[stage_ + x] = fma(hh, {sum_of_slopes(bends)}, {ahead})"
+            yield f"        b[stage_ + x] = fma(hh, {sum_of_slopes(bends)}, {led(c)})"
         last = "xv"[order - 1]
         rate = sum_of_slopes(weights[:-1])
         yield f"        b[stage_ + {last}] = fma(newest, {newest}, fma(h, {rate}, b[start_ + {last}]))"
@@ -159,37 +144,14 @@ def _stage(pair: Tableau, rows: Rows, stage: int) -> Iterable[str]:
 
 
 def _judgement(pair: Tableau, rows: Rows) -> Iterable[str]:
-    """The error of each state against its own tolerance rtol (size + |y|), squared and summed; what follows from it.
-    The quotients of a pair share one division."""
+    """The error of each state, and what follows from it."""
     stages = len(pair.nodes)
-    yield "wanted = 0"
-    yield "for i in range(W):"
-    yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
-    yield "    total = 0.0"
-    for loop, order, alone, _ in loops_over(rows, companions=rows.judged):
-        if alone:  # what has its place later, when the step is judged, has the sum until then
-            yield "    b[attention_ + i] = total"
-            yield "for i in range(W):"
-            yield "    h, proposal, total = b[step_ + i], b[proposed_ + i], b[attention_ + i]"
-        yield f"    {loop}"
-        yield from (f"        {line}" for line in _slopes(stages - 1, newest=False))
-        yield f"        a{stages} = b[slope_ + j]"
-        if order == 2:
-            yield f"        error_x = h * {sum_of_slopes(pair.position_error)}"
-        yield f"        error_{'xv'[order - 1]} = {sum_of_slopes(pair.error)}"
-        for state in "xv"[:order]:
-            largest = f"max(abs(b[start_ + {state}]), abs(b[stage_ + {state}]))"
-            yield f"        scale_{state} = b[size_ + {state}] + {largest}"
-        if order == 2:
-            yield "        cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * scale_v"
-            yield "        total += fma(cross_x, cross_x, cross_v * cross_v) / (both * both)"
-        else:
-            yield "        quotient = error_x / scale_x"
-            yield "        total = fma(quotient, quotient, total)"
-    yield verdict(rows.states if rows.judged else rows.own)
 
+    def errors(order: int, pushed: bool) -> Iterable[str]:
+        yield from loads(stages - 1, newest=False)
+        yield f"a{stages} = b[slope_ + j]"
+        if order == 2:
+            yield f"error_x = h * {sum_of_slopes(pair.position_error)}"
+        yield f"error_{'xv'[order - 1]} = {sum_of_slopes(pair.error)}"
 
-def _slopes(upto: int, newest: bool = True) -> Iterable[str]:
-    """Loads of the slopes a1, ..., the newest of them from where the right-hand side has left it."""
-    for k in range(1, upto + 1):
-        yield f"a{k} = b[{'slope_' if newest and k == upto else f'a{k}_'} + j]"
+    return judgement(rows, errors)

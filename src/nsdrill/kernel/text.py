@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from nsdrill.abi import CONTROL, MARK, Rows
 from nsdrill.kernel.controller import INTEGRAL
@@ -60,7 +60,98 @@ def _follows(block: list[int], one: list[int]) -> bool:
     return one[2] == state + order * count and one[3] == slope + count and pushes_on
 
 
-def verdict(states: int) -> str:
+def loads(upto: int, pushed: bool = False, newest: bool = True) -> Iterable[str]:
+    """Loads of the slopes of the stages up to this one, and of their pushes if there are any, the newest of them from
+    where the right-hand side has left it."""
+    for k in range(1, upto + 1):
+        last = newest and k == upto
+        yield f"a{k} = b[{'slope_' if last else f'a{k}_'} + j]"
+        if pushed:
+            yield f"p{k} = b[{'push_' if last else f'p{k}_'} + q]"
+
+
+def first_stages(
+    rows: Rows, c: float, step: str, ahead: Callable[[bool], str], rate: Callable[[bool], str], more: Sequence[str] = ()
+) -> Iterable[str]:
+    """The lanes whose last step was accepted move on; then the second stage, at the share ``c`` of the ``step``: of
+    slopes with a push or without, how far the positions are ``ahead`` and the ``rate`` of what else there is. ``more``
+    follows once the step h is known. (Both values are loaded and one is selected: a masked store could not be forwarded
+    to the loads that follow.)"""
+    yield "for i in range(W):"
+    yield "    moves = b[moves_ + i] != 0.0"
+    yield "    before, after = b[time_ + i], b[time_ + i] + b[step_ + i]"
+    yield "    t = after if moves else before"
+    yield f"    h = {step}"
+    yield "    b[time_ + i] = t"
+    yield "    b[step_ + i] = h"
+    yield from (f"    {line}" for line in more)
+    yield f"    b[stage_time_ + i] = fma({c!r}, h, t)"
+    for loop, order, alone, pushed in loops_over(rows):
+        if alone:
+            yield "for i in range(W):"
+            yield "    moves, h = b[moves_ + i] != 0.0, b[step_ + i]"
+        yield f"    {loop}"
+        for state in "xv"[:order]:
+            yield f"        {state}_before, {state}_after = b[start_ + {state}], b[stage_ + {state}]"
+        yield "        a_before, a_after = b[a1_ + j], b[slope_ + j]"
+        for state in "xv"[:order]:
+            yield f"        {state}_now = {state}_after if moves else {state}_before"
+        yield "        a1 = a_after if moves else a_before"
+        if pushed:
+            yield "        p_before, p_after = b[p1_ + q], b[push_ + q]"
+            yield "        p1 = p_after if moves else p_before"
+            yield "        b[p1_ + q] = p1"
+        if order == 2:
+            yield "        lead = h * (v_now + b[drift_ + j])"
+        for state in "xv"[:order]:
+            yield f"        b[start_ + {state}] = {state}_now"
+        yield "        b[a1_ + j] = a1"
+        if order == 2:
+            yield "        b[lead_ + j] = lead"
+            yield f"        b[stage_ + x] = {ahead(pushed)}"
+        last = "xv"[order - 1]
+        yield f"        b[stage_ + {last}] = fma(h, {rate(pushed)}, {last}_now)"
+    yield "right_hand_side(b)"
+
+
+def stage_time(c: float) -> str:
+    """The time of a stage at the share ``c`` of the step."""
+    return f"b[stage_time_ + i] = {'b[time_ + i] + h' if c == 1.0 else f'fma({c!r}, h, b[time_ + i])'}"
+
+
+def led(c: float) -> str:
+    """Where a position would be at the share ``c`` of the step without slopes."""
+    return "b[lead_ + j] + b[start_ + x]" if c == 1.0 else f"fma({c!r}, b[lead_ + j], b[start_ + x])"
+
+
+def judgement(rows: Rows, errors: Callable[[int, bool], Iterable[str]]) -> Iterable[str]:
+    """The error of each state against its own tolerance rtol (size + |y|), squared and summed; what follows from it.
+    ``errors`` gives the lines that make error_x and error_v, of states of an order with a push or without; the
+    quotients of a pair share one division. Companions count only where ``rows`` say so."""
+    yield "wanted = 0"
+    yield "for i in range(W):"
+    yield "    h, proposal = b[step_ + i], b[proposed_ + i]"
+    yield "    total = 0.0"
+    for loop, order, alone, pushed in loops_over(rows, companions=rows.judged):
+        if alone:  # what has its place later, when the step is judged, has the sum until then
+            yield "    b[attention_ + i] = total"
+            yield "for i in range(W):"
+            yield "    h, proposal, total = b[step_ + i], b[proposed_ + i], b[attention_ + i]"
+        yield f"    {loop}"
+        yield from (f"        {line}" for line in errors(order, pushed))
+        for state in "xv"[:order]:
+            largest = f"max(abs(b[start_ + {state}]), abs(b[stage_ + {state}]))"
+            yield f"        scale_{state} = b[size_ + {state}] + {largest}"
+        if order == 2:
+            yield "        cross_x, cross_v, both = error_x * scale_v, error_v * scale_x, scale_x * scale_v"
+            yield "        total += fma(cross_x, cross_x, cross_v * cross_v) / (both * both)"
+        else:
+            yield "        quotient = error_x / scale_x"
+            yield "        total = fma(quotient, quotient, total)"
+    yield _verdict(rows.states if rows.judged else rows.own)
+
+
+def _verdict(states: int) -> str:
     """What follows from ``total``, the sum of squared errors of so many states over their tolerances and the step: the
     controller judges it, and the lane may want attention."""
     return f"""\

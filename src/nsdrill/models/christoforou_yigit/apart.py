@@ -22,7 +22,7 @@ from numba import types
 from nsdrill.abi import BUFFER, RATES, Rows, compiled, inlined
 from nsdrill.elementary import TWO_OVER_PI, fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
-from nsdrill.models.christoforou_yigit.friction import bit_factors, bit_slope, slip_factors
+from nsdrill.models.christoforou_yigit.friction import bit_parts, bit_slope
 from nsdrill.models.christoforou_yigit.laws import HYPERBOLIC, LINEAR, RATIONAL
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine
 from nsdrill.models.christoforou_yigit.options import Options
@@ -55,13 +55,7 @@ def unit_friction(x, y, per_r, c, s, q, radius, per_mass, per_inertia):  # type:
 @inlined
 def bit_rates(law, speed, smoothing, decay, rise, dynamic):  # type: ignore[no-untyped-def]
     """(arm, arm', direction, direction', decay factor, decay factor') of the bit at a speed."""
-    steep = smoothing * speed
-    flat = fma(steep, steep, 1.0)
-    if law == HYPERBOLIC:
-        g, decayed, per_flat = slip_factors(speed * flat, flat, smoothing, decay)
-    else:
-        g, decayed = bit_factors(law, speed, smoothing, decay)
-        per_flat = 1.0 / flat
+    g, decayed, per_flat = bit_parts(law, speed, smoothing, decay)
     arm, slope = bit_slope(law, speed, g, decayed, per_flat, smoothing, decay, rise, dynamic)
     if law == RATIONAL:
         return arm, slope, g, smoothing * fma(-g, g, 1.0), decayed, -2.0 * decay * speed * decayed * decayed

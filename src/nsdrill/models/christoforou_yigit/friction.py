@@ -110,13 +110,18 @@ def bit_slope(
 
 
 @inlined
-def bit_law(law: int, speed: float, smoothing: float, decay: float, rise: float, dynamic: float) -> tuple[float, float]:
-    """(arm, d arm / d speed) at a bit speed."""
+def bit_parts(law: int, speed: float, smoothing: float, decay: float) -> tuple[float, float, float]:
+    """What :func:`bit_factors` gives at a bit speed, and 1 / (1 + (eps v)^2)."""
     scaled = smoothing * speed
     flat = fma(scaled, scaled, 1.0)
     if law == HYPERBOLIC:
-        g, decayed, per_flat = slip_factors(speed * flat, flat, smoothing, decay)
-    else:
-        g, decayed = bit_factors(law, speed, smoothing, decay)
-        per_flat = 1.0 / flat
+        return slip_factors(speed * flat, flat, smoothing, decay)
+    g, decayed = bit_factors(law, speed, smoothing, decay)
+    return g, decayed, 1.0 / flat
+
+
+@inlined
+def bit_law(law: int, speed: float, smoothing: float, decay: float, rise: float, dynamic: float) -> tuple[float, float]:
+    """(arm, d arm / d speed) at a bit speed."""
+    g, decayed, per_flat = bit_parts(law, speed, smoothing, decay)
     return bit_slope(law, speed, g, decayed, per_flat, smoothing, decay, rise, dynamic)
