@@ -17,7 +17,7 @@ import numpy as np
 from nsdrill.orbit.arclength import Reading, Steps
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import turn_matrix, turned
-from nsdrill.orbit.periodic import ANGLES, Orbit, over_segments
+from nsdrill.orbit.periodic import ANGLES, Orbit, over_segments, product, ring
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 STEP = 1e-4  # of differences, in natural sizes
@@ -47,6 +47,7 @@ class Curve:
     condition: Condition
     left: Array
     right: Array
+    slack = 1.0
 
     @classmethod
     def at(cls, flow: Flow, lobes: int, orbit: Orbit, values: Array, condition: Condition) -> Curve:
@@ -114,8 +115,7 @@ class Curve:
         if not np.all(speeds > 0.0):
             return None
         phases = np.tile(np.arange(J) * self.angle / J, len(moved))
-        whole = bool(self.condition.multiplier)
-        tangent = np.arange(len(numbers)) < (len(numbers) if whole else J)
+        tangent = np.arange(len(numbers)) < (len(numbers) if self.condition.multiplier else J)
         ends = yield Legs(np.concatenate(moved), phases, self.angle / J / speeds, numbers, tangent)
         if not ends.ok.all():
             return None
@@ -130,10 +130,8 @@ class Curve:
         jacobian = np.zeros((J * n + 1, J * n + 2))
         residual[:-1] = ((end[0] - np.roll(states, -1, axis=0))[:, free] / scale).ravel()
         residual[-1] = self._value(blocks[0], touches[0])
+        jacobian[:-1, : J * n] = ring(blocks[0])
         for j in range(J):
-            following = (j + 1) % J
-            jacobian[j * n : (j + 1) * n, j * n : (j + 1) * n] += blocks[0, j]
-            jacobian[j * n : (j + 1) * n, following * n : (following + 1) * n] -= np.eye(n)
             for place in range(n):
                 sides = []
                 for side in (1 + 2 * place, 2 + 2 * place):
@@ -148,20 +146,20 @@ class Curve:
             jacobian[-1, J * n + number] = rise / (2.0 * STEP)
         if not (np.isfinite(jacobian).all() and np.isfinite(residual).all()):
             return None
-        product = _product(blocks[0])
+        whole = product(blocks[0])
         period = float(self.angle / flow.phase_rate(values[None])[0])
         orbit = Orbit(
-            states[0], values, period, np.linalg.eigvals(product), over_segments(touches[0]), 0, product, 0.0, states,
+            states[0], values, period, np.linalg.eigvals(whole), over_segments(touches[0]), 0, whole, 0.0, states,
             tuple(free),
         )  # fmt: skip
-        return Reading(residual, jacobian, orbit)
+        return Reading(residual, jacobian, lambda: orbit)
 
     def _value(self, blocks: Array, touches: Array) -> float:
         """What vanishes along the curve, from the monodromies of the segments, or from their touches."""
         if not self.condition.multiplier:
             values = touches[:, self.condition.contact, self.condition.which]
             return float(values.max() if self.condition.which else values.min()) / 1e-3
-        whole = _product(blocks)
+        whole = product(blocks)
         n = len(whole)
         bordered = np.zeros((n + 1, n + 1))
         bordered[:n, :n] = whole - self.condition.multiplier * np.eye(n)
@@ -175,10 +173,3 @@ class Curve:
 
     def moved(self, x: Array) -> Curve:
         return self
-
-
-def _product(blocks: Array) -> Array:
-    whole = np.eye(blocks.shape[-1])
-    for block in blocks:
-        whole = block @ whole
-    return whole

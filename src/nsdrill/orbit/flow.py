@@ -25,6 +25,7 @@ from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.registry import NAMES
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
 from nsdrill.observe.touches import TOUCHES, make_touches, touch_rows
+from nsdrill.scalar import unobserved
 from nsdrill.variables import OK
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -39,13 +40,14 @@ DEFAULT_DIFFERENCE = 1e-5  # of the natural size of a number, for derivatives by
 class Legs:
     """Pieces of motion, arrays over n of them: ``state`` [n, states] at the drive angle ``phase`` [n] [rad],
     ``duration`` [n] [s], ``values`` [n, numbers] of what is continued; ``tangent`` [n] where the monodromy is
-    wanted."""
+    wanted; ``slack``: by what factor the tolerance of the flow may be exceeded."""
 
     state: Array
     phase: Array
     duration: Array
     values: Array
     tangent: Array
+    slack: float | Array = 1.0
 
     def __len__(self) -> int:
         return len(self.state)
@@ -67,8 +69,13 @@ class Ends:
 
 
 def joined(parts: list[Legs]) -> Legs:
-    """Legs one after the other."""
-    return Legs(*(np.concatenate([getattr(one, name) for one in parts]) for name in Legs.__dataclass_fields__))
+    """Legs one after the other, with a ``slack`` [n] of each."""
+
+    def one(name: str) -> Array:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    slack = np.concatenate([np.broadcast_to(part.slack, len(part)) for part in parts])
+    return Legs(one("state"), one("phase"), one("duration"), one("values"), one("tangent"), slack)
 
 
 @dataclass(frozen=True)
@@ -156,7 +163,7 @@ class Flow:
         drifts = np.concatenate([runs.drifts, np.zeros_like(runs.drifts)], axis=1)
         full = Runs(
             runs.parameters[leg],
-            np.concatenate([sizes, LOOSER * sizes], axis=1)[leg],
+            np.concatenate([sizes, LOOSER * sizes], axis=1)[leg] * np.broadcast_to(legs.slack, n)[leg, None],
             drifts[leg],
             runs.phase_rate[leg],
             np.minimum(runs.first_step, legs.duration)[leg],
@@ -230,7 +237,7 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     identity = (NAMES.index(model.name), *fixed, list(STEPPERS).index(PAIR))
     right_hand_side = model.tangent(lanes, fixed, 0)
     if not contacts:
-        return Compiled(right_hand_side, *_blind(lanes, rows))
+        return Compiled(right_hand_side, *unobserved(lanes))
     measure = model.contact_functions(lanes, fixed, RATES * contacts)
     landing = make_landing(
         lanes, rows, STEPPERS[PAIR].scheme(rows), 0, measure, model.tangent(1, fixed, 0), contacts, identity
@@ -244,23 +251,3 @@ def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
         landing(b, store)
 
     return Compiled(right_hand_side, watch_orbit, marker)
-
-
-@lru_cache
-def _blind(lanes: int, rows: Rows) -> tuple[Any, Any]:
-    """The (observer, marker) where nothing touches."""
-
-    @compiled(types.void(BUFFER, BUFFER), lanes)
-    def watch_nothing(b, store):  # type: ignore[no-untyped-def]
-        pass
-
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes)
-    def mark_nothing(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
-        pass
-
-    return watch_nothing, mark_nothing
-
-
-def with_values(legs: Legs, values: Array) -> Legs:
-    """The same legs at other ``values`` [n, numbers], without monodromies."""
-    return replace(legs, values=values, tangent=np.zeros(len(legs), dtype=bool))

@@ -102,6 +102,14 @@ def _grazing(one: Orbit, two: Orbit, contact: int, graze: Graze) -> Test | None:
     return None
 
 
+def kinked(one: Orbit, two: Orbit) -> bool:
+    """Whether a contact of one motion is reached, or lost, another number of times a period than in the other."""
+    return bool(
+        np.any(one.touches[:, 2] != two.touches[:, 2])
+        or np.any((one.touches[:, :2] > 0.0) != (two.touches[:, :2] > 0.0))
+    )
+
+
 def critical_vector(orbit: Orbit, at: float) -> np.ndarray:
     """The unit eigenvector, in natural sizes, of the multiplier nearest to ``at``."""
     assert orbit.monodromy is not None
