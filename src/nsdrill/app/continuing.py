@@ -177,7 +177,7 @@ def continue_study(
     keys = (asked.along,)
     scale = (asked.high - asked.low) / RANGE_PARTS
     flow = setting.flow(keys, (scale,), workers or processors())
-    grazes = _grazes(study, setting.model)
+    grazes = _grazes(study, flow)
     orders = Orders(
         asked.lobes, (asked.low, asked.high), asked.points, asked.switch, "periodic" in asked.motions,
         bool({"rolling", "stick_slip"} & {*asked.motions}), "rolling" in asked.motions, grazes,
@@ -219,12 +219,13 @@ def continue_study(
     return Continued(data, words, time.perf_counter() - begun)
 
 
-def _grazes(study: Study, model: Model) -> dict[int, Graze]:
-    """Of the model's contacts, by place, the labels of those that are reached or lost."""
+def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
+    """Of the contacts and levels, by place, the labels of those that are reached or lost."""
     codes = {(one.contact, one.when): one.code for one in described(study.model).grazing}
+    equations = flow.equations
     return {
-        place: Graze(codes.get((name, "reached")), codes.get((name, "lost")))
-        for place, name in enumerate(model.contacts)
+        place: Graze(codes.get((name, "reached")), codes.get((name, "lost")), place < len(equations.contacts))
+        for place, name in enumerate((*equations.contacts, *equations.levels))
     }
 
 
@@ -435,7 +436,7 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
         "flag_values": np.array([*meanings], np.int16),
         "flag_meanings": " ".join(one.name for one in meanings.values()),
     }
-    contacts = model.contacts
+    contacts = (*flow.equations.contacts, *flow.equations.levels)
     touches = np.stack([point.found.touches[:, 2] for point in points]) if contacts else None
     data: dict[str, Any] = {
         "motion": ("branch", np.array([one.motion for one in branches], dtype=object), {"long_name": "kind of motion"}),
@@ -464,7 +465,7 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
                        _words("iterations of Newton's method")),
         "residual": ("point", np.array([point.residual for point in points]), _words("residual in natural sizes")),
         "state": (("point", "state_name"), states, {"long_name": "state at the drive angle 0, in SI"}),
-        **({"touches": (("point", "contact"), touches, _words("how often a contact begins in a period"))}
+        **({"touches": (("point", "contact"), touches, _words("how often in a period a contact begins"))}
            if touches is not None else {}),
     }  # fmt: skip
     circles = np.repeat([one.motion == CIRCLE for one in branches], rows)

@@ -21,7 +21,7 @@ from nsdrill.orbit.branch import Branch, assembled, passes
 from nsdrill.orbit.cycle import Cycle, rates, sampled_cycle
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import turned
-from nsdrill.orbit.labels import Graze, kinked, tests_of
+from nsdrill.orbit.labels import Graze, kinks_of, tests_of
 from nsdrill.orbit.periodic import Orbit, Periodic, between_segments, starts_of
 from nsdrill.orbit.rounds import advance
 from nsdrill.orbit.switch import at_hopf, branched, doubled, doubled_cycle, started
@@ -385,7 +385,8 @@ class Explorer:
         stop = self._stops(one, sense if one.other is None or start is one.point else -1)
         problem: Any = one.problem
         most = orders.points
-        kinks = (lambda here, there: False) if one.motion == CIRCLE else kinked
+        # A circle is smooth, and ends where it is not.
+        kinks = kinks_of(0 if one.motion == CIRCLE else len(self.flow.equations.contacts))
         half = yield from follow(problem, start, sense, self.bounds, most, tests, stop, kinked=kinks)
         while (
             half.ended.startswith("no convergence")

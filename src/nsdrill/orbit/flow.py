@@ -24,7 +24,7 @@ from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.registry import NAMES
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
-from nsdrill.observe.touches import TOUCHES, make_touches, touch_rows
+from nsdrill.observe.touches import TOUCHES, make_levels, make_touches, touch_rows
 from nsdrill.scalar import unobserved
 from nsdrill.variables import OK
 
@@ -56,8 +56,8 @@ class Legs:
 @dataclass(frozen=True)
 class Ends:
     """What became of legs: ``state`` [n, states]; ``monodromy`` [n, states, states], zero where it was not wanted;
-    ``touches`` [n, contacts, 3], of each contact the least and greatest value of its function and how often it begins;
-    ``ok`` [n] where the run ended well."""
+    ``touches`` [n, contacts and levels, 3], of each the least and greatest value of its function and how often it
+    begins; ``ok`` [n] where the run ended well."""
 
     state: Array
     monodromy: Array
@@ -95,10 +95,11 @@ class Equations:
     parts: Callable[[int], Compiled]
     store: Callable[[], Array] = field(default=lambda: aligned_zeros(1))
     contacts: tuple[str, ...] = ()
+    levels: tuple[str, ...] = ()
 
     @property
     def columns(self) -> int:
-        return len(TOUCHES) * len(self.contacts)
+        return len(TOUCHES) * (len(self.contacts) + len(self.levels))
 
 
 class Flow:
@@ -209,8 +210,8 @@ def equations_of(
 ) -> Equations:
     """The equations of a model: ``pack(values)`` gives the lane parameters at ``values`` [n, numbers]. InputError where
     the model cannot follow a deviation."""
-    contacts = len(model.contacts)
-    observed = landing_rows(contacts) + touch_rows(contacts)
+    contacts, levels = len(model.contacts), model.levels(fixed)
+    observed = landing_rows(contacts) + touch_rows(contacts + len(levels))
     try:
         rows = STEPPERS[PAIR].rows(replace(model.rows(fixed, observed, tangent=True), judged=True))
         model.tangent(choose_lanes(FEW), fixed, 0)
@@ -227,27 +228,40 @@ def equations_of(
         return _parts(model, fixed, lanes, rows)
 
     return Equations(
-        rows, symmetry, scales, runs, parts, lambda: aligned_zeros(scratch_size(rows, contacts) + 1), model.contacts
-    )
+        rows, symmetry, scales, runs, parts, lambda: aligned_zeros(scratch_size(rows, contacts) + 1), model.contacts,
+        tuple(one.name for one in levels),
+    )  # fmt: skip
 
 
 @lru_cache
 def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     contacts = len(model.contacts)
+    levels = tuple((one.velocity, one.parameter) for one in model.levels(fixed))
     identity = (NAMES.index(model.name), *fixed, list(STEPPERS).index(PAIR))
     right_hand_side = model.tangent(lanes, fixed, 0)
+    first = landing_rows(contacts)
+    follow, mark_levels = (
+        make_levels(lanes, rows, first + touch_rows(contacts), levels) if levels else unobserved(lanes)
+    )
     if not contacts:
-        return Compiled(right_hand_side, *unobserved(lanes))
+        return Compiled(right_hand_side, follow, mark_levels)
     measure = model.contact_functions(lanes, fixed, RATES * contacts)
     landing = make_landing(
         lanes, rows, STEPPERS[PAIR].scheme(rows), 0, measure, model.tangent(1, fixed, 0), contacts, identity
     )
-    touches, marker = make_touches(lanes, rows, landing_rows(contacts), 0, contacts)
+    touches, mark_touches = make_touches(lanes, rows, first, 0, contacts)
+    after = touch_rows(contacts)
 
     @compiled(types.void(BUFFER, BUFFER), lanes, *identity)
     def watch_orbit(b, store):  # type: ignore[no-untyped-def]
         measure(b)
         touches(b, store)
+        follow(b, store)
         landing(b, store)
 
-    return Compiled(right_hand_side, watch_orbit, marker)
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes, *identity)
+    def mark_orbit(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+        mark_touches(b, store, i, mark, report, column)
+        mark_levels(b, store, i, mark, report, column + after)
+
+    return Compiled(right_hand_side, watch_orbit, mark_orbit)
