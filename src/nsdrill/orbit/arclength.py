@@ -150,11 +150,13 @@ def settled(problem: Problem, guess: Array) -> Steps[Point | None]:
 
 @dataclass(frozen=True)
 class Test:
-    """A special point between two points of a branch: ``value`` of a point changes its sign there."""
+    """A special point between two points of a branch: ``value`` of a point changes its sign there, and ``jumps`` where
+    it is one that only has a sign."""
 
     code: int
     value: Callable[[Point], float]
     words: str = ""
+    jumps: bool = False
 
 
 @dataclass(frozen=True)
@@ -355,7 +357,8 @@ def _located(problem: Problem, here: Point, there: Point, test: Test) -> Steps[P
         a, sa, fa = point, s, f
         last = a if abs(fa) < abs(fb) else b
         width = abs(sb - sa)
-        if width < LOCATED or fa == 0.0:
+        near = test.jumps and abs(a.x[-1] - b.x[-1]) < 10.0 * LOCATED
+        if width < LOCATED or fa == 0.0 or near:
             return last
         xi, phi = (sa - sb) / (sc - sb), (fa - fb) / (fc - fb) if fc != fb else 2.0
         share = 0.5

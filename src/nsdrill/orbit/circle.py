@@ -85,10 +85,15 @@ class Circle:
         change[-1] = h = DIFFERENCE * flow.scales[-1]
         three = np.repeat(np.stack([values, values + change, values - change]), N, axis=0)
         states = turned(symmetry, w, self.angles)
-        durations = self.fold / flow.phase_rate(three)
-        if not np.all(durations > 0.0):
-            return None
-        ends = yield Legs(np.tile(states, (3, 1)), np.zeros(3 * N), durations, three, np.arange(3 * N) < N, SLACK)
+        ends = yield Legs(
+            np.tile(states, (3, 1)),
+            np.zeros(3 * N),
+            np.full(3 * N, self.fold),
+            three,
+            np.arange(3 * N) < N,
+            SLACK,
+            True,
+        )
         if not ends.ok.all():
             return None
         back = -(np.tile(self.angles, 3) + rotation + self.fold)
@@ -124,7 +129,7 @@ class Circle:
             ],
             axis=-1,
         )
-        period = float(durations[0])
+        period = float(ends.duration[0])
         wrapped = math.remainder(rotation, 2.0 * math.pi)
 
         def found() -> Orbit:
@@ -172,10 +177,10 @@ def fitted_circle(
     one lobe; None where it fills none."""
     symmetry = flow.symmetry
     fold = 2.0 * math.pi / symmetry.folds
-    duration, every = fold / flow.phase_rate(values[None]), values[None]
+    angle, every = np.array([fold]), values[None]
     made = [state]
     for _ in range(RETURNS):
-        ends = yield Legs(made[-1][None], np.zeros(1), duration, every, np.zeros(1, dtype=bool), SLACK)
+        ends = yield Legs(made[-1][None], np.zeros(1), angle, every, np.zeros(1, dtype=bool), SLACK, True)
         if not ends.ok[0]:
             return None
         made.append(turned(symmetry, ends.state, -fold)[0])
@@ -229,13 +234,13 @@ def _fitted(flow: Flow, states: Array, values: Array, lobes: int) -> tuple[Circl
 def images(problem: Circle, point: Point) -> Steps[list[Array]]:
     """Of a circle of the map over several lobes w [points, states] on its images under the map over one lobe, itself
     first: the same motion, begun a lobe later."""
-    flow, symmetry, orbit = problem.flow, problem.flow.symmetry, point.found
+    symmetry, orbit = problem.flow.symmetry, point.found
     fold, N = 2.0 * math.pi / symmetry.folds, problem.points
     first, second = symmetry.turned[0]
     made, states = [orbit.pieces], turned(symmetry, orbit.pieces, problem.angles)
     values = np.tile(orbit.values, (N, 1))
     for _ in range(problem.lobes - 1):
-        ends = yield Legs(states, np.zeros(N), fold / flow.phase_rate(values), values, np.zeros(N, dtype=bool), SLACK)
+        ends = yield Legs(states, np.zeros(N), np.full(N, fold), values, np.zeros(N, dtype=bool), SLACK, True)
         if not ends.ok.all():
             break
         states = turned(symmetry, ends.state, -fold)

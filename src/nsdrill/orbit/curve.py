@@ -111,12 +111,11 @@ class Curve:
                 moved.append(states)
                 at.append(shifted)
         numbers = np.repeat(np.stack(at), J, axis=0)
-        speeds = flow.phase_rate(numbers)
-        if not np.all(speeds > 0.0):
-            return None
         phases = np.tile(np.arange(J) * self.angle / J, len(moved))
         tangent = np.arange(len(numbers)) < (len(numbers) if self.condition.multiplier else J)
-        ends = yield Legs(np.concatenate(moved), phases, self.angle / J / speeds, numbers, tangent)
+        ends = yield Legs(
+            np.concatenate(moved), phases, np.full(len(numbers), self.angle / J), numbers, tangent, angular=True
+        )
         if not ends.ok.all():
             return None
         end = ends.state.reshape(len(moved), J, -1).copy()
@@ -147,7 +146,7 @@ class Curve:
         if not (np.isfinite(jacobian).all() and np.isfinite(residual).all()):
             return None
         whole = product(blocks[0])
-        period = float(self.angle / flow.phase_rate(values[None])[0])
+        period = float(ends.duration[:J].sum())
         orbit = Orbit(
             states[0], values, period, np.linalg.eigvals(whole), over_segments(touches[0]), 0, whole, 0.0, states,
             tuple(free),

@@ -32,6 +32,8 @@ Array = np.ndarray[Any, np.dtype[Any]]
 PAIR = "tsitouras"
 RTOL = 1e-11
 MOST_STEPS = 200_000  # of one leg
+SHORTEST = 1e-9  # of a leg [s]
+REMEMBERED = 256  # values of the numbers continued
 LOOSER = 100.0  # the tolerance of a deviation over that of the motion
 DEFAULT_DIFFERENCE = 1e-5  # of the natural size of a number, for derivatives by it
 
@@ -39,8 +41,9 @@ DEFAULT_DIFFERENCE = 1e-5  # of the natural size of a number, for derivatives by
 @dataclass(frozen=True)
 class Legs:
     """Pieces of motion, arrays over n of them: ``state`` [n, states] at the drive angle ``phase`` [n] [rad],
-    ``duration`` [n] [s], ``values`` [n, numbers] of what is continued; ``tangent`` [n] where the monodromy is
-    wanted; ``slack``: by what factor the tolerance of the flow may be exceeded."""
+    ``duration`` [n] [s], or where ``angular`` the angle by which the drive turns [rad]; ``values`` [n, numbers] of what
+    is continued; ``tangent`` [n] where the monodromy is wanted; ``slack``: by what factor the tolerance of the flow may
+    be exceeded."""
 
     state: Array
     phase: Array
@@ -48,6 +51,7 @@ class Legs:
     values: Array
     tangent: Array
     slack: float | Array = 1.0
+    angular: bool | Array = False
 
     def __len__(self) -> int:
         return len(self.state)
@@ -57,15 +61,16 @@ class Legs:
 class Ends:
     """What became of legs: ``state`` [n, states]; ``monodromy`` [n, states, states], zero where it was not wanted;
     ``touches`` [n, contacts and levels, 3], of each the least and greatest value of its function and how often it
-    begins; ``ok`` [n] where the run ended well."""
+    begins; ``ok`` [n] where the run ended well; ``duration`` [n] of the legs [s]."""
 
     state: Array
     monodromy: Array
     touches: Array
     ok: Array
+    duration: Array
 
     def __getitem__(self, part: slice) -> Ends:
-        return Ends(self.state[part], self.monodromy[part], self.touches[part], self.ok[part])
+        return Ends(self.state[part], self.monodromy[part], self.touches[part], self.ok[part], self.duration[part])
 
 
 def joined(parts: list[Legs]) -> Legs:
@@ -75,7 +80,8 @@ def joined(parts: list[Legs]) -> Legs:
         return np.concatenate([getattr(part, name) for part in parts])
 
     slack = np.concatenate([np.broadcast_to(part.slack, len(part)) for part in parts])
-    return Legs(one("state"), one("phase"), one("duration"), one("values"), one("tangent"), slack)
+    angular = np.concatenate([np.broadcast_to(part.angular, len(part)) for part in parts])
+    return Legs(one("state"), one("phase"), one("duration"), one("values"), one("tangent"), slack, angular)
 
 
 @dataclass(frozen=True)
@@ -111,19 +117,26 @@ class Flow:
         self.states = equations.rows.own
         self.lanes = choose_lanes(FEW)
         self.legs_run = 0
+        self._memory: dict[bytes, tuple[Array, Array]] = {}
         self._settings = Simulation(0.0, 1.0, rtol=rtol, max_steps=MOST_STEPS)
 
     def sizes(self, values: Array) -> Array:
         """The natural sizes of the states at ``values`` [n, numbers], shape (n, states)."""
-        return self._runs(values).sizes
+        return self._known(values)[0]
 
     def phase_rate(self, values: Array) -> Array:
         """How fast the drive's angle advances [rad/s], shape (n,)."""
-        return self._runs(values).phase_rate
+        return self._known(values)[1]
 
-    def _runs(self, values: Array) -> Runs:
+    def _known(self, values: Array) -> tuple[Array, Array]:
         values = np.atleast_2d(values)
-        return self.equations.runs(values, np.zeros((len(values), self.states + 1)))
+        key = values.tobytes()
+        if key not in self._memory:
+            if len(self._memory) >= REMEMBERED:
+                self._memory.clear()
+            runs = self.equations.runs(values, np.zeros((len(values), self.states + 1)))
+            self._memory[key] = runs.sizes, runs.phase_rate
+        return self._memory[key]
 
     def slopes(self, state: Array, values: Array) -> Array:
         """The rates of states (n, states) at the drive angle 0, shape (n, states)."""
@@ -156,6 +169,10 @@ class Flow:
         initial = np.concatenate([legs.state, legs.phase[:, None]], axis=1)
         runs = self.equations.runs(legs.values, initial)
         sizes = runs.sizes
+        with np.errstate(divide="ignore", invalid="ignore"):
+            asked = np.where(legs.angular, legs.duration / runs.phase_rate, legs.duration)
+        possible = np.isfinite(asked) & (asked > 0.0)
+        duration = np.where(possible, asked, SHORTEST)
         deviation = np.zeros((len(leg), states))
         firsts = np.concatenate([[0], np.cumsum(copies)[:-1]])
         which = np.arange(len(leg)) - firsts[leg]
@@ -167,10 +184,10 @@ class Flow:
             np.concatenate([sizes, LOOSER * sizes], axis=1)[leg] * np.broadcast_to(legs.slack, n)[leg, None],
             drifts[leg],
             runs.phase_rate[leg],
-            np.minimum(runs.first_step, legs.duration)[leg],
+            np.minimum(runs.first_step, duration)[leg],
             np.concatenate([legs.state[leg], deviation, legs.phase[leg, None]], axis=1),
             np.zeros(len(leg)),
-            legs.duration[leg],
+            duration[leg],
         )
         shares = min(self.workers, -(-len(leg) // self.lanes))
         if shares > 1:
@@ -185,8 +202,8 @@ class Flow:
         with np.errstate(invalid="ignore", over="ignore"):
             monodromy[leg[wanted], :, which[wanted]] = columns[wanted] / sizes[leg[wanted], which[wanted]][:, None]
         touches = report.reshape(len(leg), -1, len(TOUCHES))[firsts]
-        fine = ok[firsts] & np.isfinite(final[firsts, : rows.own]).all(axis=1)
-        return Ends(final[firsts, : rows.own], monodromy, touches, fine)
+        fine = possible & ok[firsts] & np.isfinite(final[firsts, : rows.own]).all(axis=1)
+        return Ends(final[firsts, : rows.own], monodromy, touches, fine, duration)
 
     def _share(self, runs: Runs, part: Array) -> tuple[Array, Array, Array]:
         """The final states, reports and whether they ended well of the runs ``part``."""

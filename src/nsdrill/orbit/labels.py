@@ -99,7 +99,7 @@ def _grazing(one: Orbit, two: Orbit, contact: int, graze: Graze) -> Test | None:
     if graze.counted and n1 != n2 and not (never1 or never2 or always1 or always2) and code is not None:
         level = 0.5 * (n1 + n2)
         words = f"{int(n1)} to {int(n2)} touches a period"
-        return Test(code, lambda point: float(np.sign(point.found.touches[contact, 2] - level)), words)
+        return Test(code, lambda point: float(np.sign(point.found.touches[contact, 2] - level)), words, jumps=True)
     return None
 
 

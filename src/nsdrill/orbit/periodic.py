@@ -136,20 +136,17 @@ class Periodic:
         shift[-1] = h
         three = np.stack([values, values + shift, values - shift])[: 3 if tangent else 1]
         J, k = self.segments, len(three)
-        durations = self.angle / self.flow.phase_rate(three) / J
         return Legs(
             np.tile(states, (k, 1)),
             np.tile(np.arange(J) * self.angle / J, k),
-            np.repeat(durations, J),
+            np.full(k * J, self.angle / J),
             np.repeat(three, J, axis=0),
             np.arange(k * J) < J if tangent else np.zeros(J, dtype=bool),
+            angular=True,
         )
 
     def read(self, x: Array) -> Steps[Reading | None]:
-        legs = self.legs(x)
-        if not np.all(legs.duration > 0.0):
-            return None
-        ends = yield legs
+        ends = yield self.legs(x)
         if not ends.ok.all():
             return None
         flow, J, states = self.flow, self.segments, self.states(x)
@@ -171,7 +168,7 @@ class Periodic:
         if not np.isfinite(jacobian).all():
             return None
         values = self.numbers(x)
-        period = float(self.angle / flow.phase_rate(values)[0])
+        period = float(ends.duration[:J].sum())
         orbit = Orbit(
             states[0], values, period, np.linalg.eigvals(whole), over_segments(ends.touches[:J]), 0, whole, 0.0, states,
             tuple(free),
@@ -195,10 +192,10 @@ def starts_of(orbit: Orbit, flow: Flow, lobes: int) -> list[Array]:
 def between_segments(problem: Periodic, state: Array, values: Array) -> Steps[Array | None]:
     """The states at the starts of the segments of ``problem`` on the motion from ``state`` at ``values``."""
     made, J = [state], problem.segments
-    duration = problem.angle / problem.flow.phase_rate(values) / J
+    angle = np.array([problem.angle / J])
     for j in range(J - 1):
         ends = yield Legs(
-            made[-1][None], np.array([j * problem.angle / J]), duration, np.atleast_2d(values), np.zeros(1, dtype=bool)
+            made[-1][None], j * angle, angle, np.atleast_2d(values), np.zeros(1, dtype=bool), angular=True
         )
         if not ends.ok[0]:
             return None
