@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, meanings_of
+from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
 from nsdrill.app.provenance import processor, provenance, unlike, versions
 from nsdrill.app.run import processors
 from nsdrill.data import Array, json_text
@@ -79,12 +79,14 @@ class Setting:
         given |= {key: numbers[:, place] for place, key in enumerate(keys)}
         return values_at(study.parameters, study.initial, given)
 
-    def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int) -> Flow:
-        """The flow in which the numbers at ``keys`` are free."""
+    def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = "") -> Flow:
+        """The flow in which the numbers at ``keys`` are free, ``without`` a contact if the model can do so."""
 
         def pack(numbers: Array) -> Array:
             with np.errstate(invalid="ignore"):  # Newton's method may ask for what no string has
-                return self.model.pack(self.values(numbers, keys), self.study.thresholds)
+                table = self.model.pack(self.values(numbers, keys), self.study.thresholds)
+            released = self.model.released(table, without) if without else None
+            return table if released is None else released
 
         return Flow(equations_of(self.model, self.fixed, self.symmetry, pack, scales), workers=workers)
 
@@ -545,6 +547,10 @@ def conditions_of(setting: Setting) -> dict[int, Condition]:
         found[FOLD] = Condition(multiplier=1.0)
     if "doubling" in curves.of:
         found[DOUBLING] = Condition(multiplier=-1.0)
+    if "torus" in curves.of:
+        found[TORUS] = Condition(pair=True)
+    if "hopf" in curves.of:
+        found[HOPF] = Condition(pair=True)
     for one in described(setting.study.model).grazing:
         if one.border in curves.of:
             place = model.contacts.index(one.contact)
@@ -558,16 +564,25 @@ def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
     curves = asked.curves
     assert curves is not None
     scales = ((asked.high - asked.low) / RANGE_PARTS, (curves.high - curves.low) / RANGE_PARTS)
-    flow = setting.flow((asked.along, curves.over), scales, workers)
+    contacts, known = setting.model.contacts, dict[str, Flow]()
+
+    def flows(condition: Condition) -> Flow:
+        # A motion that a contact is just reached by is one without it, and that is smooth.
+        name = "" if condition.of_monodromy or not condition.which else contacts[condition.contact]
+        if name not in known:
+            known[name] = setting.flow((asked.along, curves.over), scales, workers, name)
+        return known[name]
+
     start = _number_of(study, dimension_of(curves.over))
     ranges = ((asked.low, asked.high), (curves.low, curves.high))
-    made = borders(flow, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look)
+    made = borders(flows, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look)
     points = [point for one in made for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
     along, over = dimension_of(asked.along), dimension_of(curves.over)
     ends = [" ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in made]
     return data.assign(
         curve_label=("curve", np.array([one.label for one in made], np.int16), dict(data["label"].attrs)),
+        curve_motion=("curve", np.array([one.motion for one in made], dtype=object), {"long_name": "kind of motion"}),
         curve_lobes=("curve", np.array([one.lobes for one in made], np.int64), _words("period in lobes")),
         curve_branch=("curve", np.array([one.branch for one in made], np.int64), _words("a branch that it passes")),
         curve_end_reason=("curve", np.array(ends, dtype=object), {"long_name": "why the curve ends"}),

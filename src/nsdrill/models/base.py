@@ -107,6 +107,11 @@ class Model(ABC):
         the step among the observer's rows, at ``place``."""
         raise NotImplementedError
 
+    def released(self, table: Array, contact: str) -> Array | None:
+        """These lane parameters with a contact that holds nothing, so that a motion which just reaches it is followed
+        by smooth equations; None where the model has no such parameters."""
+        return None
+
     def levels(self, variant: Variant) -> tuple[Level, ...]:
         """The thresholds that continuation tells of, beside contacts."""
         return ()

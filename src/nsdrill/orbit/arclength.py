@@ -188,6 +188,7 @@ def follow(
     tests: Tests,
     stop: Callable[[Point, Point], str] = lambda here, there: "",
     *,
+    first: float = FIRST,
     most: float = MOST,
     kinked: Kinked = lambda here, there: False,
 ) -> Steps[Half]:
@@ -197,7 +198,7 @@ def follow(
     equations lies between them, at which the branch may have a corner."""
     here = replace(start, tangent=sense * start.tangent, s=0.0, turn=sense * start.turn)
     origin, made = here, list[Marked]()
-    length, away = FIRST, False
+    length, away = first, False
     failing = ""
     while len(made) < points:
         there = None
@@ -236,7 +237,7 @@ def follow(
             return Half(made, "closed")
         problem, here = problem.moved(there.x), there
         if there.iterations <= FEW_ITERATIONS:
-            length = min(length * (GROW if length > FIRST else FASTER), most)
+            length = min(length * (GROW if length > first else FASTER), most)
     return Half(made, "points")
 
 

@@ -52,9 +52,9 @@ class Cycle:
         made = cls(
             flow, segments, size, period, np.array(values), state.copy(), state[free] / size, np.zeros(len(free))
         )
-        return made._through(state, values)
+        return made.through(state, values)
 
-    def _through(self, state: Array, values: Array) -> Cycle:
+    def through(self, state: Array, values: Array) -> Cycle:
         free = list(self.flow.symmetry.free)
         across = rates(self.flow, state[None], values)[0][free] / self.size
         length = np.linalg.norm(across)
@@ -118,7 +118,7 @@ class Cycle:
         return Reading(residual, jacobian, lambda: orbit)
 
     def moved(self, x: Array) -> Cycle:
-        return self._through(self.states(x)[0], self.numbers(x))
+        return self.through(self.states(x)[0], self.numbers(x))
 
 
 def sampled_cycle(

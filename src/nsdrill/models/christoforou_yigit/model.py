@@ -68,6 +68,13 @@ class ChristoforouYigit(Model):
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
         return tangent.make_contacts(lanes, Options(*variant), place)
 
+    def released(self, table: Array, contact: str) -> Array | None:
+        if contact != "wall":
+            return None
+        made = table.copy()
+        made[:, rhs.PARAMETERS.index("wall_stiffness")] = 0.0
+        return made
+
     def levels(self, variant: Variant) -> tuple[Level, ...]:
         states = self.states(variant)
         return (Level("bit", states.index("bit_speed"), rhs.PARAMETERS.index("stuck_below")),)
