@@ -191,9 +191,9 @@ def continue_study(
 
     def keep(branches: dict[Any, Branch]) -> None:
         kept.update(branches)
-        say(f"{len(kept)} branches, {sum(map(len, kept.values()))} points")
         if part is not None:
             _keep(part, digest, kept)
+        say(f"{len(kept)} branches, {sum(map(len, kept.values()))} points")
 
     explorer = Explorer(flow, orders, known, keep, interrupt.look)
     try:
