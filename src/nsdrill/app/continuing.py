@@ -191,7 +191,7 @@ def continue_study(
         kept.update(branches)
         say(f"{len(kept)} branches, {sum(map(len, kept.values()))} points")
         if part is not None:
-            _keep(part, digest, kept)
+            _keep(part, study.model, digest, kept)
 
     explorer = Explorer(flow, orders, known, keep, interrupt.look)
     try:
@@ -365,9 +365,12 @@ def _digest(study: Study, seeds: list[Seed]) -> str:
     return digest.hexdigest()
 
 
-def _keep(part: Path, digest: str, branches: Mapping[Any, Branch]) -> None:
+def _keep(part: Path, model: str, digest: str, branches: Mapping[Any, Branch]) -> None:
     arrays, told = to_arrays(branches)
-    head = json_text({"magic": KEPT_MAGIC, "digest": digest, "branches": told, **versions(), "processor": processor()})
+    head = json_text(
+        {"magic": KEPT_MAGIC, "digest": digest, "branches": told, "model": model, **versions(model),
+         "processor": processor()}
+    )  # fmt: skip
     buffer = io.BytesIO()
     held: dict[str, Any] = {"head": np.frombuffer(head.encode(), np.uint8), **arrays}
     np.savez(buffer, **held)
