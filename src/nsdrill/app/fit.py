@@ -22,6 +22,7 @@ from nsdrill.analysis.fitting import (
     posterior,
 )
 from nsdrill.app.passes import Watch
+from nsdrill.app.rounds import Rounds
 from nsdrill.app.run import check_sweep, checked_workers
 from nsdrill.errors import FileError, InputError, StudyError
 from nsdrill.kernel.gang import choose_lanes
@@ -68,19 +69,23 @@ class Fit:
 
 def fit(
     study: Study, measured: Measured, *, batch: int = 128, rounds: int = 8, samples: int = 128,
-    workers: int | None = None, watch: Watch = lambda progress: None,
+    workers: int | None = None, watch: Watch = lambda progress: None, kept: Rounds | None = None,
 ) -> Fit:  # fmt: skip
-    """Adjust the unknowns of ``study`` to ``measured``; the sweep of the study is not run. InputError where there is
-    nothing to adjust, or where no run ends well."""
+    """Adjust the unknowns of ``study`` to ``measured``; the sweep of the study is not run. ``kept`` keeps the runs, and
+    has those of an interrupted fit. InputError where there is nothing to adjust, or where no run ends well."""
     keys = unknowns_of(study)
     if clash := [key for key in measured.at if key in keys]:
         raise InputError(f"{measured.source}: found a column of {clash[0]}, which is an unknown; allowed: one of both.")
     _check_points(study, measured)
-    run = _Runs(study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2))
+    kept = kept or Rounds()
+    run = _Runs(study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2), kept.runs)
+    simulate = kept.of(run)
     values, errors, there = measured.flat
     seed = study.resolved["uncertain"]["seed"]
     try:
-        found = posterior(lambda z: run(z)[:, there], values, errors, len(keys), seed=seed, batch=batch, rounds=rounds)
+        found = posterior(
+            lambda z: simulate(z)[:, there], values, errors, len(keys), seed=seed, batch=batch, rounds=rounds
+        )
     except ValueError as error:
         raise InputError(
             f"{study.source}: {error} at some point of {measured.source}. nsdrill run says why."
@@ -143,6 +148,7 @@ class _Runs:
     workers: int
     watch: Watch
     most: int
+    before: int = 0
     done: int = 0
 
     def __post_init__(self) -> None:
@@ -173,7 +179,8 @@ class _Runs:
                 values[order[points]] = np.where(ok, columns[name], np.nan)
 
         def watch(now: Progress) -> None:
-            self.watch(replace(now, total=self.most * self.measured.points, done=self.done + now.done, note="fit"))
+            total = max(self.most * self.measured.points, self.before + self.done + now.done)
+            self.watch(replace(now, total=total, before=self.before, done=self.done + now.done, note="fit"))
 
         lanes = choose_lanes(-(-plan.points // self.workers))
         with ThreadPoolExecutor(self.workers) as threads:

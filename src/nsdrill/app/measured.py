@@ -79,7 +79,7 @@ def read_measured(path: str | os.PathLike[str], study: Study, how: Reading | Non
     if timed:
         return _over_time(path, table, at, names, how, notes)
     given = {column.name for column in columns}
-    settings = {names.settings[name]: table[name] for name in given & names.settings.keys()}
+    settings = {names.settings[name]: table[name] for name in table if name in names.settings}
     values = {name: table[name] for name in names.results if name in given}
     if not values:
         raise FileError(f"{path}, line {number}: found no measured value; allowed: {names.some_results()}.")
