@@ -683,6 +683,8 @@ def fit(
     measured = read_measured(
         name_in(data, "data"), loaded, Reading(rename or {}, tuple(ignore), errors or {}, skip_gaps, *times)
     )
+    for doubt in app.far_from_the_sweep(loaded, measured):
+        warnings.warn(doubt, RunWarning, stacklevel=3)
     kept = Rounds()
     if path is not None:
         path = name_in(path, "path")

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUANTILES = (0.05, 0.5, 0.95)
+FAR = 3.0  # times beyond the ends of the sweep, where a measured setting may be in another unit
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,25 @@ def unknowns_of(study: Study) -> dict[str, Any]:
     if listed := [key for key, numbers in keys.items() if "values" in numbers]:
         raise InputError(f"{source}: uncertain.{listed[0]}: found a list of values; allowed: a distribution.")
     return keys
+
+
+def far_from_the_sweep(study: Study, measured: Measured) -> list[str]:
+    """In words, the settings that lie far outside of what the study sweeps: a unit may be wrong."""
+    leaves = keys_of(study.model).axes
+    said = []
+    for key, values in measured.at.items():
+        swept = study.axes.get(key, np.empty(0))
+        if len(swept) < 2:
+            continue
+        low, high = float(swept[0]), float(swept[-1])
+        bad = np.flatnonzero((values < low / FAR) | (values > high * FAR))
+        if bad.size:
+            text = leaves[key].text
+            said.append(
+                f"{measured.source}, {measured.where[bad[0]]}: {key} is {text(float(values[bad[0]]))}, and the study "
+                f"sweeps {text(low)} to {text(high)}. Is the unit in the head right?"
+            )
+    return said
 
 
 def _check_points(study: Study, measured: Measured) -> None:

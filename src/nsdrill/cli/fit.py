@@ -83,7 +83,7 @@ def command(
         raise InputError("--resume: found without -o; allowed: with the -o of the fit that was interrupted.")
     _claim(study, data, output, picture, overwrite)
 
-    from nsdrill.app.fit import fit
+    from nsdrill.app.fit import far_from_the_sweep, fit
     from nsdrill.app.measured import Reading, read_measured
     from nsdrill.app.rounds import Rounds
     from nsdrill.data import json_text
@@ -93,6 +93,8 @@ def command(
     how = Reading(_pairs("--rename", rename), ignore, _pairs("--error", errors), skip_gaps,
                   **{name: value for name, value in given.items() if value is not None})  # fmt: skip
     measured = read_measured(data, loaded, how)
+    for doubt in far_from_the_sweep(loaded, measured):
+        click.echo(f"Warning: {doubt}", err=True)
     kept = Rounds()
     if output is not None:
         kept = Rounds.beside(output, loaded, measured, batch, overwrite=overwrite, resume=resume)
