@@ -371,9 +371,10 @@ def _over_time(
         ends = {full: half for full in wanted if full in names.results and not full.endswith(MEAN)}
         if ends and half.any():
             beyond |= ends
+            whole = 100.0 / max(float(np.abs(means).max()), 1e-300)
             notes.append(
-                f"noise of {name}: up to {noise.max():.3g} {names.signals[name]}; its extremes are taken up to "
-                f"{half.max():.2g} {names.signals[name]} inwards, which is added to their error"
+                f"noise of {name}: up to {whole * noise.max():.2g} % of its mean; its extremes are taken up to "
+                f"{whole * half.max():.2g} % inwards, which is added to their error"
             )
     if not found:
         raise FileError(
