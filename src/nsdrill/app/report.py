@@ -15,7 +15,7 @@ import numpy as np
 
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
-from nsdrill.analysis.probability import independent
+from nsdrill.analysis.probability import effective_number, independent
 from nsdrill.app.datasets import of_whole
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
@@ -135,6 +135,7 @@ def _uncertain(results: Results) -> dict[str, Any]:
     return {
         "samples": len(results.coords[SAMPLE]),
         "counted": counted,
+        "effective": effective_number(results, independent(results)),
         "unknowns": unknowns,
         "probabilities": rows(results),
     }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,6 +15,7 @@ from nsdrill.quantity import SYSTEMS
 from nsdrill.variables import AXES
 
 UNIT_SYSTEMS = SYSTEMS
+LONGEST = 28  # letters of a line beside a panel of 1.7 inches
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,11 @@ class Shown:
     @property
     def label(self) -> str:
         return f"{self.words} [{self.unit}]" if self.unit else self.words
+
+    @property
+    def upright(self) -> str:
+        """The label beside a low panel, in lines of at most :data:`LONGEST` letters."""
+        return textwrap.fill(self.label, LONGEST, break_long_words=False, break_on_hyphens=False)
 
     def value(self, si: float) -> str:
         """A number with its unit for titles: ``22.24 kN``."""

@@ -175,7 +175,13 @@ class Checker:
         plane, count = self.value(SLICE), self.value("initial.ensemble")
         if self.drawn and (plane or count > 1):
             found = "with uncertain numbers, whose samples are then several runs of every operating point too"
-            yield self.fault(SLICE if plane else "initial.ensemble", found, "several starts or samples, not both")
+            names = list(plane) if plane else [n for n in self.model.all_states if f"initial.{n}" in self.leaves]
+            allowed = (
+                f"several starts or samples, not both. A state of the start may itself be uncertain "
+                f"(uncertain.initial.{names[0]}: each sample then has a start of its own, and a probability is one "
+                f"over both) or swept (sweep.initial.{names[0]}: every sample from every start)"
+            )
+            yield self.fault(SLICE if plane else "initial.ensemble", found, allowed)
             return
         if any(bad.startswith((SLICE, "initial.ensemble")) for bad in self.faulty) or (not plane and count < 2):
             return
