@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
@@ -30,6 +30,7 @@ from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
 NOTEBOOK_DPI = 110
 SHORTEST_LINE = 20  # characters of a title
+BESIDE = 0.7  # inches beside a panel: the axis at its left, and what stands over its right end
 RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF and SVG
 MANY_MARKERS = 20_000  # above this a vector file is slow to open, so its markers become an image; the text stays text
 
@@ -259,6 +260,18 @@ def put_title(figure: Figure, text: str) -> None:
             title.set_text(textwrap.fill(line, count))
         lines.append(title.get_text())
     title.set_text("\n".join(lines))
+
+
+def say_over(axes: Axes, text: str, loc: Literal["left", "center"] = "center") -> None:
+    """A title of a panel that is as wide as its figure, or the part of one that it stands in; where it is wider, broken
+    after its semicolons."""
+    part: Any = axes.figure
+    title = axes.set_title(text, loc=loc)
+    width, room = title.get_window_extent().width, part.bbox.width - BESIDE * part.dpi
+    if width > room:
+        whole = "; ".join(one.replace(" ", "\u00a0") for one in text.split("; "))
+        lines = textwrap.fill(whole, max(SHORTEST_LINE, int(len(text) * room / width)), break_long_words=False)
+        title.set_text(lines.replace("\u00a0", " "))
 
 
 @contextmanager

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from nsdrill.data import Trace
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLUE, MANY_MARKERS, REFERENCE, new_figure, page_width, put_title, side_by_side
+from nsdrill.plot.style import BLUE, MANY_MARKERS, REFERENCE, new_figure, page_width, put_title, say_over, side_by_side
 from nsdrill.plot.traces import check_length, shown_part, title_of
 
 WIDTH = 2.2  # inches that a plane needs
+TICKS = 4  # intervals at most: numbers like -5.725 stand side by side
 
 
 def draw(trace: Trace, units: str = "si") -> Figure:
@@ -42,7 +44,8 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
         )
         axes.set(xlabel=x.label, ylabel=y.label)
         if words:
-            axes.set_title(words)
+            say_over(axes, words)
+        axes.xaxis.set_major_locator(MaxNLocator(TICKS, steps=(1, 2, 2.5, 5, 10)))
         gap = trace.attrs.get("gap")
         if across == "radius" and gap is not None:
             low, high = axes.get_xlim()
