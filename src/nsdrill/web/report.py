@@ -66,7 +66,7 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
     """The page. ``command`` is the command line that makes it again; of each file ``motions`` points are drawn
     moving."""
     page = _Page()
-    titles = [_title(part.session) for part in parts]
+    titles = [part.session.title for part in parts]
     page.add(f"<header><div><h1>{_text(titles[0] if len(titles) == 1 else 'Results of nsdrill')}</h1>")
     if len(titles) > 1:
         rows = [f'<li><a href="#file{i}">{_text(title)}</a></li>' for i, title in enumerate(titles)]
@@ -309,10 +309,6 @@ def _middle(there: Array, axis: int) -> tuple[int, ...]:
 
 
 # ---- HTML
-
-
-def _title(session: Session) -> str:
-    return " ".join(session.study.title.split()) or session.path
 
 
 def _text(text: str) -> str:
