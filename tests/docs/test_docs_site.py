@@ -93,7 +93,9 @@ def notebook(request: pytest.FixtureRequest) -> Any:
 
 
 def test_there_are_notebooks_and_the_site_has_them(root: Path) -> None:
-    assert {"paper_figures", "own_parameters", "coexistence", "drives", "how_sure"} <= {path.stem for path in NOTEBOOKS}
+    assert {"paper_figures", "own_parameters", "coexistence", "branches", "drives", "how_sure"} <= {
+        path.stem for path in NOTEBOOKS
+    }
     pages = (root / "mkdocs.yml").read_text(encoding="utf-8")
     for path in NOTEBOOKS:
         assert f"notebooks/{path.name}" in pages
