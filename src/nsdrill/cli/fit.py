@@ -105,16 +105,15 @@ def command(
 
 def _claim(study: str, data: str, output: str | None, picture: str | None, overwrite: bool) -> None:
     """What is to be written may be, before anything is run."""
-    from nsdrill.plot.saving import check_suffix
-    from nsdrill.store import claim_file
-
     if picture is not None:
-        check_suffix(picture)
-    for file in (output, picture):
-        if file is not None:
-            options.keep_apart(study, file)
-            options.keep_apart(data, file)
-            claim_file(file, overwrite)
+        options.claim_picture(study, picture, overwrite)
+        options.keep_apart(data, picture)
+    if output is not None:
+        from nsdrill.store import claim_file
+
+        options.keep_apart(study, output)
+        options.keep_apart(data, output)
+        claim_file(output, overwrite)
 
 
 def note_in(note: dict[str, Any], units: str) -> dict[str, Any]:
