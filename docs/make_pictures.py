@@ -166,11 +166,13 @@ def coexistence(folder: Path) -> None:
 
 def maps(folder: Path) -> None:
     """A refined map, one that is checked, and the safe window."""
-    grid = ("operation.depth=5000 m", "simulation.transient=100 s", "simulation.observe=50 s")
+    grid = ("simulation.transient=100 s", "simulation.observe=50 s")
     coarse = ("sweep.wob.points=16", "sweep.rotary_speed.points=16")
-    draw(results_of(folder, "map_wob_speed", "maps_refined", *grid, *coarse, *SAME, "sweep.refine=2"), "maps_refined")
+    titled = ("--title", "Map of weight on bit and top speed, 5000 m")
+    refined = results_of(folder, "map_wob_speed", "maps_refined", *grid, *coarse, *SAME, "sweep.refine=2")
+    draw(refined, "maps_refined", *titled)
     fine = ("sweep.wob.points=61", "sweep.rotary_speed.points=61", "simulation.verify=true")
-    draw(results_of(folder, "map_wob_speed", "maps_trust", *grid, *fine), "maps_trust")
+    draw(results_of(folder, "map_wob_speed", "maps_trust", *grid, *fine), "maps_trust", *titled)
     draw(results_of(folder, "window_depth_speed"), "findings_window_22kN", "--kind", "window")
 
 

@@ -147,3 +147,19 @@ def test_envelope() -> None:
     assert list(kept_t) == [0, 1, 6, 7]
     assert list(kept) == [0, 9, -5, 4]
     assert np.isnan(envelope(t, np.full(10, np.nan), 2)[1]).all()
+
+
+def test_what_stays_at_one_value_is_told_not_drawn() -> None:
+    trace = make_trace(duration=20.0)
+    steady = {**trace.variables, "wall_force": np.zeros(len(trace.time)), "z": np.full(len(trace.time), 2e-3)}
+    steady["vz"] = np.zeros(len(trace.time))
+    resting = Trace(trace.time, steady, trace.attrs)
+    figure = plot.draw(resting, "histories")
+    assert [axes.get_ylabel() for axes in figure.axes] == [
+        "Bit speed [rad/s]", "$r$ [mm]", "Bit force [kN]", "Bit torque [kN m]",
+    ]  # fmt: skip
+    assert figure.axes[0].get_title(loc="left") == "constant: $z$ 2 mm, wall force 0 kN"
+    assert [axes.get_xlabel() for axes in plot.draw(resting, "phase").axes] == ["Twist [rad]", "$r$ [mm]"]
+    still = Trace(trace.time, {name: np.ones(len(trace.time)) for name in steady}, trace.attrs)
+    assert len(plot.draw(still, "histories").axes) == 6  # of a string at rest all is to be seen
+    assert len(plot.draw(still, "phase").axes) == 3

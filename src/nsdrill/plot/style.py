@@ -7,6 +7,7 @@ that a picture survives a grey printer.
 from __future__ import annotations
 
 import io
+import re
 import textwrap
 import warnings
 from collections.abc import Iterator, Mapping
@@ -264,12 +265,12 @@ def put_title(figure: Figure, text: str) -> None:
 
 def say_over(axes: Axes, text: str, loc: Literal["left", "center"] = "center") -> None:
     """A title of a panel that is as wide as its figure, or the part of one that it stands in; where it is wider, broken
-    after its semicolons."""
+    after its semicolons and commas."""
     part: Any = axes.figure
     title = axes.set_title(text, loc=loc)
     width, room = title.get_window_extent().width, part.bbox.width - BESIDE * part.dpi
     if width > room:
-        whole = "; ".join(one.replace(" ", "\u00a0") for one in text.split("; "))
+        whole = re.sub(r"(?<![;,]) ", "\u00a0", text)
         lines = textwrap.fill(whole, max(SHORTEST_LINE, int(len(text) * room / width)), break_long_words=False)
         title.set_text(lines.replace("\u00a0", " "))
 

@@ -7,11 +7,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from nsdrill.data import Trace
-from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import TRACE, Kind
 from nsdrill.plot.style import BLUE, MANY_MARKERS, REFERENCE, new_figure, page_width, put_title, say_over, side_by_side
-from nsdrill.plot.traces import check_length, shown_part, title_of
+from nsdrill.plot.traces import check_length, planes_of, shown_part, title_of
 
 WIDTH = 2.2  # inches that a plane needs
 TICKS = 4  # intervals at most: numbers like -5.725 stand side by side
@@ -19,7 +18,7 @@ TICKS = 4  # intervals at most: numbers like -5.725 stand side by side
 
 def draw(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    planes = len(drawn_in(trace.attrs).planes)
+    planes = len(planes_of(trace))
     across = side_by_side(planes, WIDTH)
     down = -(-planes // across)
     figure = new_figure(page_width(), 0.7 + 2.2 * down)
@@ -32,7 +31,7 @@ def draw(trace: Trace, units: str = "si") -> Figure:
 def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
     """Velocity over position for each motion."""
     part, words = shown_part(trace)
-    for axes, (across, up) in zip(panels, drawn_in(trace.attrs).planes, strict=True):
+    for axes, (across, up) in zip(panels, planes_of(trace), strict=True):
         x, y = quantity(across, units), quantity(up, units)
         axes.plot(
             trace[across][part] / x.scale,
