@@ -193,3 +193,14 @@ def test_a_look_is_of_one_picture(speeds: Results) -> None:
     plot.draw(speeds, "summary", look=look_of(width="3.3in", title=False))
     assert plot.draw(speeds, "summary").get_figwidth() == 7.0
     assert plot.draw(make_trace(5.0), "orbit").get_suptitle()
+
+
+@pytest.mark.parametrize("size", [8, 12, 16])
+def test_labels_above_each_other_have_room_in_large_type(speeds: Results, size: int) -> None:
+    figure = plot.draw(speeds, look=look_of(width="3.3in", font_size=size))
+    figure.draw_without_rendering()
+    boxes = sorted(
+        (axes.yaxis.label.get_window_extent() for axes in figure.axes if axes.get_ylabel()), key=lambda b: b.y0
+    )
+    assert len(boxes) == 3
+    assert all(below.y1 < above.y0 for below, above in zip(boxes, boxes[1:], strict=False))

@@ -181,10 +181,10 @@ def _film(trace: Results | Trace, output: str, units: str, look: Look, speed: fl
     from nsdrill.store import claim_file
 
     written = film_name(output)
-    claim_file(written, overwrite)
-    frames, seconds = animate(trace, written, units=units, look=look, speed=speed or 1.0, overwrite=overwrite)  # type: ignore[arg-type]
     if written != output:
         click.echo(f"There is no ffmpeg here, which MP4 needs: a GIF is written in place of {output}.", err=True)
+    claim_file(written, overwrite)
+    frames, seconds = animate(trace, written, units=units, look=look, speed=speed or 1.0, overwrite=overwrite)  # type: ignore[arg-type]
     click.echo(f"{written}: {seconds:.3g} s of the trace in {frames} frames.", err=True)
     return 0
 

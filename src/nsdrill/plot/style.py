@@ -21,6 +21,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from nsdrill.errors import InputError
@@ -229,10 +230,13 @@ target: ContextVar[Figure | None] = ContextVar("target", default=None)
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """A figure in inches that no window system and no pyplot knows of."""
+    """A figure in inches that no window system and no pyplot knows of; higher where type is larger than ours, so that
+    the labels of panels above each other have room."""
     if (given := target.get()) is not None:
         return given
-    figure = Picture(figsize=(width, look.get().height or height), layout="constrained")
+    labels = FontProperties(size=mpl.rcParams["axes.labelsize"]).get_size_in_points()
+    room = height * max(1.0, labels / FONT_SIZE)
+    figure = Picture(figsize=(width, look.get().height or room), layout="constrained")
     figure.settings = settings(look.get())
     FigureCanvasAgg(figure)
     engine = figure.get_layout_engine()
