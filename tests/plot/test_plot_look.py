@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -203,4 +204,4 @@ def test_labels_above_each_other_have_room_in_large_type(speeds: Results, size: 
         (axes.yaxis.label.get_window_extent() for axes in figure.axes if axes.get_ylabel()), key=lambda b: b.y0
     )
     assert len(boxes) == 3
-    assert all(below.y1 < above.y0 for below, above in zip(boxes, boxes[1:], strict=False))
+    assert all(below.y1 < above.y0 for below, above in itertools.pairwise(boxes))
