@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -200,3 +201,14 @@ def test_an_axis_without_a_unit_is_limited_by_numbers() -> None:
     assert value_of("xlim", "0.35", "") == 0.35
     with pytest.raises(InputError, match=r"--xlim: found '3 m'; allowed: a number, as this axis has no unit"):
         value_of("xlim", "3 m", "")
+
+
+@pytest.mark.parametrize("size", [8, 12, 16])
+def test_labels_above_each_other_have_room_in_large_type(speeds: Results, size: int) -> None:
+    figure = plot.draw(speeds, look=look_of(width="3.3in", font_size=size))
+    figure.draw_without_rendering()
+    boxes = sorted(
+        (axes.yaxis.label.get_window_extent() for axes in figure.axes if axes.get_ylabel()), key=lambda b: b.y0
+    )
+    assert len(boxes) == 3
+    assert all(below.y1 < above.y0 for below, above in itertools.pairwise(boxes))
