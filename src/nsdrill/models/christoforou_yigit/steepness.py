@@ -15,10 +15,8 @@ from nsdrill.models.leaves import Values
 
 def explicit_only(parameters: Parameters) -> str | None:
     """Why the friction of this string cannot be integrated implicitly, None where it can."""
-    if parameters.stabilizer.clearance is not None:
-        return "stabilisers with friction of their own make three contacts of one mass"
-    if parameters.well.axial_friction:
-        return "friction along the axis shares its slip with that around the hole"
+    if parameters.stabilizer.clearance is not None and parameters.well.axial_friction:
+        return "stabilisers and wall whose friction acts along the hole too (well.axial_friction) share both slips"
     return None
 
 
