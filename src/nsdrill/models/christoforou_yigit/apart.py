@@ -27,10 +27,9 @@ from nsdrill.models.christoforou_yigit.apart_held import make_held
 from nsdrill.models.christoforou_yigit.laws import RATIONAL
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.unit_loads import bit_rates, unit_friction, unit_torque
+from nsdrill.models.christoforou_yigit.unit_loads import FEW, bit_rates, unit_friction, unit_torque
 from nsdrill.scalar import STEP
 
-FEW = 8  # lanes of which the compiler would unroll a small loop in place of packing it
 # Auxiliary rows: bit speed and slip at the wall as they are found, the slip without friction and the normal force; what
 # each load takes from each slip; accelerations of a unit of friction; slopes of both laws and coefficient at the wall.
 OWN = (

@@ -24,7 +24,7 @@ from nsdrill.elementary import fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.christoforou_yigit.laws import RATIONAL
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.unit_loads import bit_rates, unit_friction
+from nsdrill.models.christoforou_yigit.unit_loads import FEW, bit_rates, unit_friction
 
 # Auxiliary rows: slip along the hole without friction, and what friction takes from it.
 ALONG = ("free_along", "zz")
@@ -84,8 +84,9 @@ def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
         step_s = fma(a11, rest_s, -(a21 * rest)) * per_both
         most_b = CLOSE * (b[rise_b_ + i] + b[mu_b_ + i])
         most = CLOSE * (b[rise_w_ + i] + b[mu_w_ + i])
-        far = (abs(rest) > fma(c_bb, most_b, fma(c_bw, most, 1e-14 * abs(b[speed_ + i])))) | (
-            abs(rest_s) > fma(abs(c_wb), most_b, fma(c_ww, most, 1e-14 * whole))
+        far = max(
+            abs(rest) - fma(c_bb, most_b, fma(c_bw, most, 1e-14 * abs(b[speed_ + i]))),
+            abs(rest_s) - fma(abs(c_wb), most_b, fma(c_ww, most, 1e-14 * whole)),
         )
         found = fma(dshare, step_s, fma(-c_wb * slope * f * per, step, share))
         return (
@@ -141,9 +142,10 @@ def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             some = 0
             for i in range(W):
                 omega, size, step, step_s, far, _, _, _, _, _, _ = corrected(b, i)
-                b[omega_ + i] = kept(omega, omega + step) if far else omega
-                b[size_ + i] = max(size + step_s, LEAST) if far else size
-                some |= 1 if far else 0
+                more = 1.0 if far > 0.0 else 0.0  # a product, as a choice of stores would not be packed
+                b[omega_ + i] = kept(omega, fma(more, step, omega))
+                b[size_ + i] = max(fma(more, step_s, size), LEAST)
+                some |= 1 if far > 0.0 else 0
             if some == 0:
                 break
         for i in range(W):
@@ -154,7 +156,7 @@ def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             b[direction_ + i] = g
             b[decay_ + i] = decayed
             b[slope_ + i] = slope
-        for i in range(W):
+        for i in range(W if W > FEW else min(W, len(b))):
             relax, torque, friction = b[relax_ + i], b[torque_ + i], b[friction_ + i]
             push_x = fma(b[wx_ + i], friction, b[push_x_ + i] * torque)
             push_y = fma(b[wy_ + i], friction, b[push_y_ + i] * torque)

@@ -4,7 +4,8 @@ Stabilisers and wall brake the same mass, at slips v_s = omega R_s + theta' s0 a
 nearly the same where the collar whirls. Three slips, then, and three loads, of a stage that moves velocities by c times
 the push:
 
-    v_i = v_i* - c (K_ib T(omega) + K_is N_s f(v_s) + K_iw N_w f(v_w)),   i = b, s, w,   N_s = |k_0 - k_T T| max(r - s0, 0)
+    v_i = v_i* - c (K_ib T(omega) + K_is N_s f(v_s) + K_iw N_w f(v_w)),   i = b, s, w,
+    N_s = |k_0 - k_T T| max(r - s0, 0)
 
 as :mod:`.apart` has it for two. As the two contacts hardly differ, one of them mostly holds while the other slips, and
 Newton's method needs a good guess: the slip of each with the load that the other has where this one holds. Iterations
@@ -24,7 +25,7 @@ from nsdrill.elementary import fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
 from nsdrill.models.christoforou_yigit.laws import RATIONAL
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.unit_loads import bit_rates, unit_friction, unit_torque
+from nsdrill.models.christoforou_yigit.unit_loads import bit_rates, unit_friction
 
 # Auxiliary rows: slip at the stabilisers as it is found and without friction, the force there with no bit torque and
 # what a unit of torque takes from it; what loads take from slips; accelerations of a unit of friction there.
@@ -101,19 +102,20 @@ def make_held(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...]
             fma(a_ss, a_ww, -(a_sw * a_ws)), fma(a_sw, a_wb, -(a_sb * a_ww)), fma(a_sb, a_ws, -(a_ss * a_wb))
         )  # fmt: skip
         per = 1.0 / fma(a_bb, one, fma(a_bs, two, a_bw * three))
-        mixed_w, mixed_s, mixed = (
-            fma(rest_s, a_ww, -(a_sw * rest_w)), fma(rest_s, a_ws, -(a_ss * rest_w)), fma(a_sb, rest_w, -(rest_s * a_wb))
-        )  # fmt: skip
+        mixed_w, mixed_s = fma(rest_s, a_ww, -(a_sw * rest_w)), fma(rest_s, a_ws, -(a_ss * rest_w))
+        mixed = fma(a_sb, rest_w, -(rest_s * a_wb))
         step = fma(rest_b, one, fma(a_bw, mixed_s, -(a_bs * mixed_w))) * per
         step_s = fma(a_bb, mixed_w, fma(rest_b, two, a_bw * mixed)) * per
         step_w = fma(rest_b, three, -fma(a_bb, mixed_s, a_bs * mixed)) * per
         most_b = CLOSE * F * (b[rise_b_ + i] + b[mu_b_ + i])
         most_s = CLOSE * abs(pressed) * (b[rise_s_ + i] + b[mu_s_ + i])
         most_w = CLOSE * N * (b[rise_w_ + i] + b[mu_w_ + i])
-        far = (
-            (abs(rest_b) > fma(c_bb, most_b, fma(c_bs, most_s, fma(c_bw, most_w, 1e-14 * abs(b[speed_ + i])))))
-            | (abs(rest_s) > fma(abs(c_sb), most_b, fma(c_ss, most_s, fma(c_sw, most_w, 1e-14 * abs(b[free_s_ + i])))))
-            | (abs(rest_w) > fma(abs(c_wb), most_b, fma(c_ws, most_s, fma(c_ww, most_w, 1e-14 * abs(b[free_ + i])))))
+        far = max(
+            abs(rest_b) - fma(c_bb, most_b, fma(c_bs, most_s, fma(c_bw, most_w, 1e-14 * abs(b[speed_ + i])))),
+            max(
+                abs(rest_s) - fma(abs(c_sb), most_b, fma(c_ss, most_s, fma(c_sw, most_w, 1e-14 * abs(b[free_s_ + i])))),
+                abs(rest_w) - fma(abs(c_wb), most_b, fma(c_ws, most_s, fma(c_ww, most_w, 1e-14 * abs(b[free_ + i])))),
+            ),
         )
         return (
             omega, v_s, v_w, step, step_s, step_w, far, fma(dT, step, torque), fma(dL_s, step_s, fma(L_sb, step, L_s)),
@@ -187,17 +189,16 @@ def make_held(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...]
             if rational:
                 b[omega_ + i] = first_slip(free_b, relaxed, b[eps_b_ + i], 0.0, 0.0, b[mu_b_ + i])
             else:
-                b[omega_ + i] = first_slip(
-                    free_b, relaxed, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
-                )
+                b[omega_ + i] = first_slip(free_b, relaxed, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i])
         for _ in range(MOST):
             some = 0
             for i in range(W):
                 omega, v_s, v_w, step, step_s, step_w, far, _, _, _, _, _, _ = corrected(b, i)
-                b[omega_ + i] = kept(omega, omega + step) if far else omega
-                b[held_ + i] = kept(v_s, v_s + step_s) if far else v_s
-                b[rubbing_ + i] = kept(v_w, v_w + step_w) if far else v_w
-                some |= 1 if far else 0
+                more = 1.0 if far > 0.0 else 0.0  # a product, as a choice of stores would not be packed
+                b[omega_ + i] = kept(omega, fma(more, step, omega))
+                b[held_ + i] = kept(v_s, fma(more, step_s, v_s))
+                b[rubbing_ + i] = kept(v_w, fma(more, step_w, v_w))
+                some |= 1 if far > 0.0 else 0
             if some == 0:
                 break
         for i in range(W):

@@ -8,6 +8,8 @@ from nsdrill.elementary import TWO_OVER_PI, fma
 from nsdrill.models.christoforou_yigit.friction import bit_parts, bit_slope
 from nsdrill.models.christoforou_yigit.laws import HYPERBOLIC, LINEAR, RATIONAL
 
+FEW = 8  # lanes of which the compiler would unroll a small loop in place of packing it
+
 
 @inlined
 def unit_torque(x, y, c, s, q, soft, per_mass, per_inertia):  # type: ignore[no-untyped-def]
