@@ -87,7 +87,7 @@ BIT = """        lobes, omega = b[lobes_ + i], b[w_n + i]
 # The same with the steep part of the cutting torque apart: T(omega) = c F on(F) g(omega) sqrt(delta_0), with a force F
 # that the bit's speed changes too, as the rock is damped. The depth of cut delta_0 is that at the set speed, or at rest
 # where it follows the bit's speed: what sqrt(delta) is beyond it is zero at rest, so its product with g is not steep.
-# Newton's method as in the other models.
+# Newton's method as in the other models, with an iteration more, as the load follows the slip.
 BIT_APART = """        lobes, given = b[lobes_ + i], b[w_n + i]
         phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i], b[phase_ + i])
         sine, cosine = sincos(lobes * phi)
@@ -106,6 +106,10 @@ BIT_APART = """        lobes, given = b[lobes_ + i], b[w_n + i]
         b[force_ + i] = root  # until the force is known
         load, more = load_of(given, spring, follows, v, factor, from_, per_width)
         omega = first_slip(given, relaxed * arm * load, eps, 0.0, 0.0, 1.0)
+        load, more = load_of(omega, spring, follows, v, factor, from_, per_width)
+        f, df = hyperbolic(omega, eps, 0.0, 0.0, 1.0)
+        rest = fma(-relaxed * arm, load * f, given - omega)
+        omega = kept(omega, omega + rest / fma(relaxed * arm, fma(load, df, more * f), 1.0))
         load, more = load_of(omega, spring, follows, v, factor, from_, per_width)
         f, df = hyperbolic(omega, eps, 0.0, 0.0, 1.0)
         rest = fma(-relaxed * arm, load * f, given - omega)
