@@ -1,4 +1,4 @@
-"""Friction kept apart in the models of several masses: the same slopes to rounding, velocities that agree with loads."""
+"""Friction kept apart in models of several masses: the same slopes to rounding, velocities that agree with loads."""
 
 from __future__ import annotations
 

@@ -34,6 +34,7 @@ from nsdrill.models.beam import apart
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
 from nsdrill.models.christoforou_yigit.friction import slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
+from nsdrill.models.christoforou_yigit.unit_loads import FEW
 from nsdrill.scalar import STEP
 
 # Left for the observer: cosine and sine of the bit angle, force and torque of the rock, and over the stations on the
@@ -184,7 +185,10 @@ class Writer:
     total = staticmethod(total)
 
     def loop(self, body: list[str]) -> list[str]:
-        return [f"    for i in range({self.lanes}):", *(f"        {line}" for line in body)]
+        # A length that the compiler does not know keeps it from unrolling the short loops of few lanes.
+        few = self.options.apart and self.lanes <= FEW
+        length = f"min({self.lanes}, len(b))" if few else f"{self.lanes}"
+        return [f"    for i in range({length}):", *(f"        {line}" for line in body)]
 
     def load(self, *names: str) -> list[str]:
         return [f"{name} = {self.row[name]}" for name in names]
