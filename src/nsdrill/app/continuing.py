@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import os
 import time
@@ -16,11 +15,11 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
-from nsdrill.app.provenance import processor, provenance, unlike, versions
+from nsdrill.app import unfinished
+from nsdrill.app.provenance import provenance
 from nsdrill.app.run import processors
 from nsdrill.data import Array, json_text
 from nsdrill.errors import FileError, InputError
-from nsdrill.files import Temporary, reason
 from nsdrill.kernel.gang import Gang, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Model, Symmetry, Variant
@@ -35,7 +34,7 @@ from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.kept import from_arrays, to_arrays
 from nsdrill.orbit.labels import Graze
-from nsdrill.store import check_target, part_path, read_results, write_branches
+from nsdrill.store import read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
 from nsdrill.study.keys import keys_of
 from nsdrill.study.resolved import differences
@@ -48,7 +47,7 @@ from nsdrill.variables import OK, dimension_of
 RANGE_PARTS = 10  # the natural size of the number continued is this part of its range
 CIRCLE_PERIODS = 200  # over which features of a motion on a circle are measured
 UNSTABLE = 1e6  # a multiplier beyond which one period no longer follows the orbit
-KEPT_MAGIC = "nsdrill branches"
+WHAT = "continuation"
 Words = Callable[[str], object]
 
 
@@ -163,18 +162,9 @@ def continue_study(
     """
     setting = setting_of(study)
     asked = setting.asked
-    part = None
+    part, there = None, False
     if path is not None:
-        part = part_path(path)
-        check_target(path)
-        if overwrite and resume:
-            raise FileError("--overwrite and --resume exclude each other: start anew, or go on with what is there?")
-        if os.path.lexists(path) and not overwrite and not (resume and part.exists()):
-            raise FileError(f"{path}: the file exists. Choose another name, or replace it by --overwrite.")
-        if part.exists() and not (resume or overwrite):
-            raise FileError(
-                f"{part}: an unfinished continuation is there. Go on with it by --resume, or start anew by --overwrite."
-            )
+        part, there = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
     begun = time.perf_counter()
     keys = (asked.along,)
     scale = (asked.high - asked.low) / RANGE_PARTS
@@ -186,13 +176,13 @@ def continue_study(
     )  # fmt: skip
     started = _seeds(setting, flow, seeds, say)
     digest = _digest(study, started)
-    known = _kept(part, digest) if part is not None and resume and part.exists() else {}
+    known = _kept(part, digest) if part is not None and there else {}
     kept = dict(known)
 
     def keep(branches: dict[Any, Branch]) -> None:
         kept.update(branches)
         if part is not None:
-            _keep(part, digest, kept)
+            _keep(part, study.model, digest, kept)
         say(f"{len(kept)} branches, {sum(map(len, kept.values()))} points")
 
     explorer = Explorer(flow, orders, known, keep, interrupt.look)
@@ -213,8 +203,8 @@ def continue_study(
             raise KeyboardInterrupt(_interrupted(part, kept)) from None
     if path is not None:
         write_branches(path, data, overwrite=overwrite or bool(known))
-        if part is not None and part.exists():
-            part.unlink()
+        if part is not None:
+            unfinished.discard(part)
     words: dict[str, int] = {}
     for word in found.seeds:
         words[word] = words.get(word, 0) + 1
@@ -368,42 +358,18 @@ def _digest(study: Study, seeds: list[Seed]) -> str:
     return digest.hexdigest()
 
 
-def _keep(part: Path, digest: str, branches: Mapping[Any, Branch]) -> None:
+def _keep(part: Path, model: str, digest: str, branches: Mapping[Any, Branch]) -> None:
     arrays, told = to_arrays(branches)
-    head = json_text({"magic": KEPT_MAGIC, "digest": digest, "branches": told, **versions(), "processor": processor()})
-    buffer = io.BytesIO()
-    held: dict[str, Any] = {"head": np.frombuffer(head.encode(), np.uint8), **arrays}
-    np.savez(buffer, **held)
-    # Not the last file of this process: an interrupt is still heeded after it.
-    with Temporary(Path(os.path.realpath(part))) as temporary:
-        temporary.file.write(buffer.getvalue())
-        os.fsync(temporary.file.fileno())
-        temporary.replace()
+    unfinished.keep(part, WHAT, digest, told, arrays, model)
 
 
 def _kept(part: Path, digest: str) -> dict[Any, Branch]:
     """The branches in ``part``; FileError where they are of another continuation."""
+    told, arrays = unfinished.kept(part, WHAT, digest, "another study or from other seeds")
     try:
-        with np.load(part, allow_pickle=False) as arrays:
-            head = json.loads(arrays["head"].tobytes().decode())
-            if head["magic"] != KEPT_MAGIC:
-                raise ValueError("it is none of nsdrill")
-            branches = from_arrays(arrays, head["branches"])
-    except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError) as error:
-        raise FileError(
-            f"{part}: cannot be read as an unfinished continuation: {reason(error)}. Start anew by --overwrite."
-        ) from error
-    if head["digest"] != digest:
-        raise FileError(
-            f"{part}: made from another study or from other seeds. Resume it with those that it was made from, or "
-            "start anew by --overwrite."
-        )
-    if differing := unlike(head):
-        raise FileError(
-            f"{part}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it with "
-            "those, or start anew by --overwrite."
-        )
-    return branches
+        return from_arrays(arrays, told)
+    except (ValueError, KeyError, TypeError, IndexError) as error:
+        raise unfinished.damaged(part, WHAT, error) from error
 
 
 # The Dataset
