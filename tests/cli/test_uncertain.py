@@ -61,7 +61,10 @@ def test_one_sample_is_replayed(call: Call, results: Path, tmp_path: Path) -> No
     assert "sample 5" in done.err
     assert "bit for bit" in done.err
     study, trace = str(tmp_path / "study.yaml"), str(tmp_path / "u.h5")
-    assert "Point: 2000 m" in call("simulate", study, "--at", "sample=5", "-o", trace).err
+    said = call("simulate", study, "--at", "sample=5", "-o", trace).err
+    assert "Point: 2000 m" in said
+    assert "bit rock stiffness" in said
+    assert "sample 5" in said
 
 
 @pytest.mark.parametrize(
