@@ -107,7 +107,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
     )
     bits = np.bitwise_or.reduce(planes(np.where(known(results["status"]), results["response"], 0).astype(int)), axis=-1)
     safe_in = {
-        text(name): int(np.count_nonzero(one.all(axis=tuple(range(3, one.ndim)))))
+        text(name): int(np.count_nonzero(one.all(axis=tuple(range(len(results.axes), one.ndim)))))
         for name, one in zip(results.coords["procedure"], each, strict=True)
     }
     yields = {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables}

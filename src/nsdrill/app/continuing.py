@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, meanings_of
+from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
 from nsdrill.app import unfinished
 from nsdrill.app.provenance import provenance
 from nsdrill.app.run import processors
@@ -78,12 +78,14 @@ class Setting:
         given |= {key: numbers[:, place] for place, key in enumerate(keys)}
         return values_at(study.parameters, study.initial, given)
 
-    def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int) -> Flow:
-        """The flow in which the numbers at ``keys`` are free."""
+    def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = "") -> Flow:
+        """The flow in which the numbers at ``keys`` are free, ``without`` a contact if the model can do so."""
 
         def pack(numbers: Array) -> Array:
             with np.errstate(invalid="ignore"):  # Newton's method may ask for what no string has
-                return self.model.pack(self.values(numbers, keys), self.study.thresholds)
+                table = self.model.pack(self.values(numbers, keys), self.study.thresholds)
+            released = self.model.released(table, without) if without else None
+            return table if released is None else released
 
         return Flow(equations_of(self.model, self.fixed, self.symmetry, pack, scales), workers=workers)
 
@@ -167,7 +169,7 @@ def continue_study(
     keys = (asked.along,)
     scale = (asked.high - asked.low) / RANGE_PARTS
     flow = setting.flow(keys, (scale,), workers or processors())
-    grazes = _grazes(study, setting.model)
+    grazes = _grazes(study, flow)
     orders = Orders(
         asked.lobes, (asked.low, asked.high), asked.points, asked.switch, "periodic" in asked.motions,
         bool({"rolling", "stick_slip"} & {*asked.motions}), "rolling" in asked.motions, grazes,
@@ -181,7 +183,7 @@ def continue_study(
         kept.update(branches)
         say(f"{len(kept)} branches, {sum(map(len, kept.values()))} points")
         if part is not None:
-            _keep(part, digest, kept)
+            _keep(part, study.model, digest, kept)
 
     explorer = Explorer(flow, orders, known, keep, interrupt.look)
     try:
@@ -209,12 +211,13 @@ def continue_study(
     return Continued(data, words, time.perf_counter() - begun)
 
 
-def _grazes(study: Study, model: Model) -> dict[int, Graze]:
-    """Of the model's contacts, by place, the labels of those that are reached or lost."""
+def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
+    """Of the contacts and levels, by place, the labels of those that are reached or lost."""
     codes = {(one.contact, one.when): one.code for one in described(study.model).grazing}
+    equations = flow.equations
     return {
-        place: Graze(codes.get((name, "reached")), codes.get((name, "lost")))
-        for place, name in enumerate(model.contacts)
+        place: Graze(codes.get((name, "reached")), codes.get((name, "lost")), place < len(equations.contacts))
+        for place, name in enumerate((*equations.contacts, *equations.levels))
     }
 
 
@@ -355,9 +358,9 @@ def _digest(study: Study, seeds: list[Seed]) -> str:
     return digest.hexdigest()
 
 
-def _keep(part: Path, digest: str, branches: Mapping[Any, Branch]) -> None:
+def _keep(part: Path, model: str, digest: str, branches: Mapping[Any, Branch]) -> None:
     arrays, told = to_arrays(branches)
-    unfinished.keep(part, WHAT, digest, told, arrays)
+    unfinished.keep(part, WHAT, digest, told, arrays, model)
 
 
 def _kept(part: Path, digest: str) -> dict[Any, Branch]:
@@ -401,7 +404,7 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
         "flag_values": np.array([*meanings], np.int16),
         "flag_meanings": " ".join(one.name for one in meanings.values()),
     }
-    contacts = model.contacts
+    contacts = (*flow.equations.contacts, *flow.equations.levels)
     touches = np.stack([point.found.touches[:, 2] for point in points]) if contacts else None
     data: dict[str, Any] = {
         "motion": ("branch", np.array([one.motion for one in branches], dtype=object), {"long_name": "kind of motion"}),
@@ -430,7 +433,7 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
                        _words("iterations of Newton's method")),
         "residual": ("point", np.array([point.residual for point in points]), _words("residual in natural sizes")),
         "state": (("point", "state_name"), states, {"long_name": "state at the drive angle 0, in SI"}),
-        **({"touches": (("point", "contact"), touches, _words("how often a contact begins in a period"))}
+        **({"touches": (("point", "contact"), touches, _words("how often in a period a contact begins"))}
            if touches is not None else {}),
     }  # fmt: skip
     circles = np.repeat([one.motion == CIRCLE for one in branches], rows)
@@ -510,6 +513,10 @@ def conditions_of(setting: Setting) -> dict[int, Condition]:
         found[FOLD] = Condition(multiplier=1.0)
     if "doubling" in curves.of:
         found[DOUBLING] = Condition(multiplier=-1.0)
+    if "torus" in curves.of:
+        found[TORUS] = Condition(pair=True)
+    if "hopf" in curves.of:
+        found[HOPF] = Condition(pair=True)
     for one in described(setting.study.model).grazing:
         if one.border in curves.of:
             place = model.contacts.index(one.contact)
@@ -523,16 +530,25 @@ def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
     curves = asked.curves
     assert curves is not None
     scales = ((asked.high - asked.low) / RANGE_PARTS, (curves.high - curves.low) / RANGE_PARTS)
-    flow = setting.flow((asked.along, curves.over), scales, workers)
+    contacts, known = setting.model.contacts, dict[str, Flow]()
+
+    def flows(condition: Condition) -> Flow:
+        # A motion that a contact is just reached by is one without it, and that is smooth.
+        name = "" if condition.of_monodromy or not condition.which else contacts[condition.contact]
+        if name not in known:
+            known[name] = setting.flow((asked.along, curves.over), scales, workers, name)
+        return known[name]
+
     start = _number_of(study, dimension_of(curves.over))
     ranges = ((asked.low, asked.high), (curves.low, curves.high))
-    made = borders(flow, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look)
+    made = borders(flows, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look)
     points = [point for one in made for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
     along, over = dimension_of(asked.along), dimension_of(curves.over)
     ends = [" ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in made]
     return data.assign(
         curve_label=("curve", np.array([one.label for one in made], np.int16), dict(data["label"].attrs)),
+        curve_motion=("curve", np.array([one.motion for one in made], dtype=object), {"long_name": "kind of motion"}),
         curve_lobes=("curve", np.array([one.lobes for one in made], np.int64), _words("period in lobes")),
         curve_branch=("curve", np.array([one.branch for one in made], np.int64), _words("a branch that it passes")),
         curve_end_reason=("curve", np.array(ends, dtype=object), {"long_name": "why the curve ends"}),

@@ -21,6 +21,7 @@ from nsdrill.analysis.fitting import Array, Measured, Simulate
 from nsdrill.app import unfinished
 from nsdrill.errors import FileError
 from nsdrill.study.study import Study
+from nsdrill.variables import MODEL
 
 WHAT = "fit"
 
@@ -32,6 +33,7 @@ class Rounds:
 
     part: Path | None = None
     digest: str = ""
+    model: str = MODEL
     points: int = 1
     calls: list[tuple[Array, Array]] = field(default_factory=list)
     known: int = 0
@@ -45,7 +47,7 @@ class Rounds:
         """Those of the fit that writes ``path``; with ``resume`` with the calls that were kept. FileError where
         ``path`` may not be written, or where what is kept is of another fit."""
         part, there = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
-        found = cls(part, _digest(study, measured, batch), measured.points)
+        found = cls(part, _digest(study, measured, batch), study.model, measured.points)
         if there:
             inputs = "another study, from other data or with another --batch"
             count, arrays = unfinished.kept(part, WHAT, found.digest, inputs)
@@ -105,7 +107,7 @@ class Rounds:
             return
         arrays = {f"samples_{i}": samples for i, (samples, _) in enumerate(self.calls)}
         arrays |= {f"answers_{i}": answers for i, (_, answers) in enumerate(self.calls)}
-        unfinished.keep(self.part, WHAT, self.digest, len(self.calls), arrays)
+        unfinished.keep(self.part, WHAT, self.digest, len(self.calls), arrays, self.model)
 
 
 def _digest(study: Study, measured: Measured, batch: int) -> str:

@@ -40,11 +40,13 @@ def claim_part(path: str | os.PathLike[str], what: str, *, overwrite: bool, resu
     return part, resume and unfinished
 
 
-def keep(part: Path, what: str, digest: str, told: Any, arrays: Mapping[str, Array]) -> None:
-    """Replace ``part``, in one step, by one with ``arrays`` and plain data ``told``. ``digest`` says of what input.
+def keep(part: Path, what: str, digest: str, told: Any, arrays: Mapping[str, Array], model: str) -> None:
+    """Replace ``part``, in one step, by one with ``arrays`` and plain data ``told``. ``digest`` says of what input, and
+    ``model`` of which model.
 
     The file is not the last one of its process: an interrupt is still heeded after it."""
-    head = json_text({"magic": _magic(what), "digest": digest, "told": told, **versions(), "processor": processor()})
+    made = {"model": model, **versions(model), "processor": processor()}
+    head = json_text({"magic": _magic(what), "digest": digest, "told": told, **made})
     buffer = io.BytesIO()
     held: dict[str, Any] = {"head": np.frombuffer(head.encode(), np.uint8), **arrays}
     np.savez(buffer, **held)

@@ -123,16 +123,12 @@ def command(
 
 def _claim(study: str, data: str, output: str | None, picture: str | None, overwrite: bool) -> None:
     """The picture may be written, and no output is an input, before anything is run."""
-    from nsdrill.plot.saving import check_suffix
-    from nsdrill.store import claim_file
-
     if picture is not None:
-        check_suffix(picture)
-        claim_file(picture, overwrite)
-    for file in (output, picture):
-        if file is not None:
-            options.keep_apart(study, file)
-            options.keep_apart(data, file)
+        options.claim_picture(study, picture, overwrite)
+        options.keep_apart(data, picture)
+    if output is not None:
+        options.keep_apart(study, output)
+        options.keep_apart(data, output)
 
 
 def note_in(note: dict[str, Any], units: str) -> dict[str, Any]:

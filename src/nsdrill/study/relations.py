@@ -58,6 +58,7 @@ class Checker:
         yield from self.order()
         yield from self._depths()
         yield from self._starts()
+        yield from self._returns()
         if self.model.relations is not None:
             yield from self.model.relations(self)
         yield from self._sweep()
@@ -205,6 +206,12 @@ class Checker:
             if self.given(leaf.key) and self.sound(leaf.key) and self.value(leaf.key) != leaf.default:
                 what = "which initial.slice varies" if plane else "with an ensemble, which draws all states"
                 yield self.fault(leaf.key, f"{self.text(leaf.key)}, {what}", "left out")
+
+    def _returns(self) -> Iterator[Fault]:
+        """Returns to a section only of a model that has one."""
+        if not self.model.section and self.sound("record") and self.value("record.poincare") > 0:
+            found = f"{self.text('record.poincare')}, with the model {self.model.name}, which has no Poincare section"
+            yield self.fault("record.poincare", found, "0")
 
     def _sweep(self) -> Iterator[Fault]:
         """At least one axis, not too many points, and an axis along which to carry."""
