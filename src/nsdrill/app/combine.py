@@ -101,8 +101,8 @@ def _check_variables(found: Sequence[Named]) -> None:
         for unknown, values in first.drawn.items():
             if not np.array_equal(results.drawn.get(unknown, np.empty(0)), values):
                 raise InputError(
-                    f"{other}: found other samples of {unknown.key} than in {name}, as another version of SciPy may draw; "
-                    "allowed: the same in all."
+                    f"{other}: found other samples of {unknown.key} than in {name}, as another version of SciPy may "
+                    "draw; allowed: the same in all."
                 )
 
 

@@ -320,10 +320,10 @@ def _in_range(path: str | os.PathLike[str], settings: dict[str, Array], at: list
         leaf = names.keys.axes[key]
         bad = np.flatnonzero(~((values >= leaf.low) & (values <= leaf.high)))
         if bad.size:
-            value = float(values[bad[0]])
+            value = leaf.text(float(f"{values[bad[0]]:.6g}"))
             raise FileError(
-                f"{path}, line {at[bad[0]]}: {key}: found {leaf.text(float(f'{value:.6g}'))}; allowed: {leaf.range()}. Is the unit in "
-                "the head right?"
+                f"{path}, line {at[bad[0]]}: {key}: found {value}; allowed: {leaf.range()}. Is the unit in the head "
+                "right?"
             )
 
 
