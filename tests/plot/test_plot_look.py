@@ -15,6 +15,7 @@ from nsdrill import plot
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.plot import look_of
+from nsdrill.plot.look import value_of
 from nsdrill.plot.style import panels_of
 
 COLUMN = 3.3  # inches: one column of a journal
@@ -194,6 +195,12 @@ def test_a_look_is_of_one_picture(speeds: Results) -> None:
     plot.draw(speeds, "summary", look=look_of(width="3.3in", title=False))
     assert plot.draw(speeds, "summary").get_figwidth() == 7.0
     assert plot.draw(make_trace(5.0), "orbit").get_suptitle()
+
+
+def test_an_axis_without_a_unit_is_limited_by_numbers() -> None:
+    assert value_of("xlim", "0.35", "") == 0.35
+    with pytest.raises(InputError, match=r"--xlim: found '3 m'; allowed: a number, as this axis has no unit"):
+        value_of("xlim", "3 m", "")
 
 
 @pytest.mark.parametrize("size", [8, 12, 16])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +16,7 @@ from nsdrill.quantity import SYSTEMS
 from nsdrill.variables import AXES
 
 UNIT_SYSTEMS = SYSTEMS
+LONGEST = 28  # letters of a line beside a panel of 1.7 inches
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,11 @@ class Shown:
     @property
     def label(self) -> str:
         return f"{self.words} [{self.unit}]" if self.unit else self.words
+
+    @property
+    def upright(self) -> str:
+        """The label beside a low panel, in lines of at most :data:`LONGEST` letters."""
+        return textwrap.fill(self.label, LONGEST, break_long_words=False, break_on_hyphens=False)
 
     def value(self, si: float) -> str:
         """A number with its unit for titles: ``22.24 kN``."""
