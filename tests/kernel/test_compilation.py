@@ -15,9 +15,12 @@ import pytest
 from sweep.runs import run_from, work_for
 
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, scaled_error, start_of
+from nsdrill.kernel.explicit import ExplicitPair
 from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.steppers import STEPPERS
 
 TESTS = str(Path(__file__).parents[1])
+EXPLICIT = [name for name, stepper in STEPPERS.items() if isinstance(stepper, ExplicitPair)]
 
 ASSEMBLY = """
 import sys
@@ -73,8 +76,7 @@ def has_wide_registers() -> bool:
         "drive",
         "options",
         "stabilizer",
-        "tsitouras",
-        "dormand_prince",
+        *EXPLICIT,
         "events",
         "events 3",
         "slips 8",
