@@ -19,7 +19,7 @@ from nsdrill.analysis.probability import independent
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import values_at
+from nsdrill.models.leaves import in_parts, values_at
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
@@ -254,9 +254,14 @@ def _sizes(study: Study, results: Results) -> np.ndarray:
     axes = np.meshgrid(*(results.coords[name] for name in results.axes), *several, indexing="ij")
     values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
     values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
-    at = values_at(study.parameters, study.initial, values)
-    model = model_named(study.model)
-    size = model.sizes(model.pack(at, study.thresholds), model.variant(study.parameters)).reshape(1, *axes[0].shape, -1)
+    model, names = model_named(study.model), results.coords["state"].tolist()[:-1]
+    found = np.full((axes[0].size, len(names)), np.nan)  # a string without a state has no size of it
+    for apart, there in in_parts(study.model, values):
+        at = values_at(study.parameters, study.initial, {key: value[there] for key, value in values.items()} | apart)
+        variant = model.variant(at.parameters)
+        places = [names.index(name) for name in model.states(variant)]
+        found[np.ix_(np.arange(len(found))[there], places)] = model.sizes(model.pack(at, study.thresholds), variant)
+    size = found.reshape(1, *axes[0].shape, -1)
     if "start" in results.coords:
         size = size[..., np.newaxis, :]
     return np.broadcast_to(size, (*results.shape, size.shape[-1]))

@@ -318,7 +318,7 @@ def _show_trace(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         elif name in s:
             yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
     for key, value in s.get("at", {}).items():
-        yield f"  {label_of(key):14s} {value_text(key, value, units)}"
+        yield f"  {label_of(key):14s} {value if isinstance(value, str) else value_text(key, value, units)}"
     yield from _show_string(s)
     yield from _show_method(s.get("method", "explicit"))
     if "procedure" in s:

@@ -23,13 +23,16 @@ class Shown:
     words: str
     unit: str
     scale: float
+    choices: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
         return f"{self.words} [{self.unit}]" if self.unit else self.words
 
     def value(self, si: float) -> str:
-        """A number with its unit for titles: ``22.24 kN``."""
+        """A number with its unit for titles: ``22.24 kN``; or a word."""
+        if self.choices:
+            return self.choices[int(si)].replace("_", " ")
         number = si / self.scale
         return f"{number:.0f} {self.unit}" if abs(number) >= 1e4 else f"{number:.4g} {self.unit}".strip()
 
@@ -47,7 +50,7 @@ def quantity(name: str, units: str = "si") -> Shown:
         return Shown(found.label, "%", 0.01)
     unit = found.unit(units)
     scale = 1.0 if unit in ("", "percent") else quantities.shown_scale(unit, found.units)
-    return Shown(found.label, quantities.sign(unit), scale)
+    return Shown(found.label, quantities.sign(unit), scale, found.choices)
 
 
 def operating_point(values: Mapping[str, Any], units: str) -> str:

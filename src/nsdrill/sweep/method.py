@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.leaves import values_at
+from nsdrill.models.leaves import in_parts, values_at
 from nsdrill.models.starts import Starts
 from nsdrill.models.steepness import implicit
 from nsdrill.sweep.plan import Plan
@@ -65,5 +65,8 @@ class Chosen:
         return tuple(word for word, value in (("explicit", False), ("implicit", True)) if value in found)
 
     def _alone(self, points: Array) -> Array:
-        at = values_at(self.parameters, self.initial, self.plan.values(points))
-        return np.broadcast_to(implicit(self.method, self.model, at), np.shape(points))
+        values, found = self.plan.values(points), np.zeros(np.shape(points), dtype=bool)
+        for apart, there in in_parts(self.model, values):
+            here = {key: value[there] for key, value in values.items()} | apart
+            found[there] = implicit(self.method, self.model, values_at(self.parameters, self.initial, here))
+        return found

@@ -42,7 +42,7 @@ def options_of(parameters: Parameters) -> Options:
         lobes=int(parameters.bit.lobes),
         driven=int(not parameters.drive.ideal),
         friction=LAWS.index(parameters.bit.friction.law),
-        limited=int(parameters.drive.torque_limit is not None),
+        limited=int(parameters.drive.limited),
         motor=int(parameters.drive.kind == "dc_motor"),
         swirl=is_used(parameters.mud.swirl),
         stabilizer=int(parameters.stabilizer.clearance is not None),

@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
+from nsdrill.models.christoforou_yigit.reads import READ_BY, unread
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter
@@ -321,6 +322,11 @@ class Drive(Checked):
         return self.kind == "ideal"
 
     @property
+    def limited(self) -> bool:
+        """Whether the torque of the motor has a limit."""
+        return self.torque_limit is not None and "torque_limit" in READ_BY[self.kind]
+
+    @property
     def motor_damping(self) -> float:
         """Of a DC motor: the fall of its torque with its speed [N m s/rad], (n K)^2/R, at the string."""
         return (self.gear * self.torque_constant) * (self.gear * self.torque_constant) / self.resistance
@@ -339,11 +345,10 @@ class Drive(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        own = self.kind not in ("ideal", "z_torque", "dc_motor") and not (
-            self.kind == "soft_torque" and self.compensated_inertia
-        )
-        if self.torque_limit is not None and not own:
-            raise ValueError(f"torque_limit: found {self.torque_limit:g} N m with a drive {self.kind}, allowed: none")
+        if self.torque_limit is not None and self.kind == "soft_torque" and self.compensated_inertia:
+            raise ValueError(
+                f"torque_limit: found {self.torque_limit:g} N m with a compensated_inertia, allowed: one of the two"
+            )
         if self.kind == "soft_torque" and not self.compensated_inertia < self.inertia:
             raise ValueError(
                 f"compensated_inertia: found {self.compensated_inertia:g} kg m^2, allowed: less than the inertia, "
@@ -362,6 +367,11 @@ class Parameters:
     modes: Modes = field(default_factory=Modes)
     drive: Drive = field(default_factory=Drive)
     stabilizer: Stabilizer = field(default_factory=Stabilizer)
+
+    @property
+    def unread(self) -> frozenset[str]:
+        """The keys of a study that a string with these choices does not read."""
+        return unread(self)
 
     def __post_init__(self) -> None:
         collar = self.drillstring.collar.outer_diameter
