@@ -13,6 +13,7 @@ import numpy as np
 from nsdrill.analysis.hysteresis import words
 from nsdrill.analysis.outcome import known, text
 from nsdrill.data import Array, Results, Trace
+from nsdrill.models.leaves import as_told
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 
 ROUNDING = 1e-12  # axes whose values differ by less, relatively, differ by rounding only
@@ -107,7 +108,7 @@ def _alone(a: Results | Trace, b: Results | Trace) -> dict[str, list[str]]:
 def point_of(coords: dict[str, Array], place: Sequence[int]) -> dict[str, Any]:
     """The coordinates of a point, as plain data."""
     return {
-        name: text(values[i]) if name == "procedure" else values[i].item()
+        name: text(values[i]) if name == "procedure" else as_told(name, values[i].item())
         for (name, values), i in zip(coords.items(), place, strict=True)
     }
 

@@ -14,7 +14,7 @@ from nsdrill.analysis.branches import Places, number
 from nsdrill.data import IN_MEMORY, Array, Results
 from nsdrill.errors import FileError
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import in_parts, values_at
+from nsdrill.models.leaves import as_told, in_parts, values_at
 from nsdrill.models.registry import described, model_in, model_named
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Attractors
@@ -117,7 +117,10 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
     places = np.ndindex(*results.shape[1:-1])
     return [
         {
-            **{name: float(results.coords[name][i]) for name, i in zip(results.grid[1:-1], place, strict=True)},
+            **{
+                name: as_told(name, float(results.coords[name][i]))
+                for name, i in zip(results.grid[1:-1], place, strict=True)
+            },
             **counts,
             "attractors": [plain(one, sampled) for one in found],
         }

@@ -119,7 +119,9 @@ class Motions:
             inside = resolved
             for section in sections:
                 inside = inside[section]
-            inside[name] = word_at(key, value) if words_of(key) else int(value) if leaves[key].kind == "whole" else value
+            inside[name] = (
+                word_at(key, value) if words_of(key) else int(value) if leaves[key].kind == "whole" else value
+            )
         return resolved
 
     def start(self, study: Study) -> Array:
@@ -167,9 +169,7 @@ class Motions:
         number = np.array([np.ravel_multi_index(place, self.plan.grid)])
         simulation = _by(study.simulation, bool(chosen_of(self.study).points(number)[0]))
         motion = _motion(study, Operation(*here.operation), simulation, initial, seconds, sample)
-        same = motion.status == int(point["status"]) and np.array_equal(
-            motion.final, final, equal_nan=True
-        )
+        same = motion.status == int(point["status"]) and np.array_equal(motion.final, final, equal_nan=True)
         return replace(motion, same_bits=bool(same))
 
     def glance(self, study: Study, state: Array) -> Motion:

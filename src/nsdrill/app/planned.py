@@ -36,7 +36,10 @@ def kept_of(study: Study) -> Kept:
         study.more,
         states_of_all([model.states(parameters) for parameters, _ in parts]),
         study.model,
-        (*dict.fromkeys(word for parameters, _ in parts for word in _options(study, parameters)), *_derived(study.model)),
+        (
+            *dict.fromkeys(word for parameters, _ in parts for word in _options(study, parameters)),
+            *_derived(study.model),
+        ),
         study.samples,
         study.unknowns,
         len(chosen_of(study).words()) > 1,
@@ -46,7 +49,9 @@ def kept_of(study: Study) -> Kept:
 def _options(study: Study, parameters: Any) -> tuple[str, ...]:
     """What brings features of its own to the points of a part with these ``parameters``."""
     unread = getattr(parameters, "unread", ())
-    varied = {key: values for key, values in study.varied.items() if not is_apart(study.model, key) and key not in unread}
+    varied = {
+        key: values for key, values in study.varied.items() if not is_apart(study.model, key) and key not in unread
+    }
     return described(study.model).options(values_at(parameters, study.initial, varied).parameters)
 
 

@@ -19,7 +19,7 @@ from nsdrill.analysis.probability import independent
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import in_parts, values_at
+from nsdrill.models.leaves import in_parts, in_words, values_at, words_along
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
@@ -37,7 +37,8 @@ def needed() -> tuple[str, ...]:
 def summarize(data: Results | Trace) -> dict[str, Any]:
     """Plain data for ``show``: what the file is, its axes, counts of responses, ranges, failed points. Of a sweep it
     uses the variables :func:`needed`."""
-    return _summarize_trace(data) if isinstance(data, Trace) else _summarize_results(data)
+    found: dict[str, Any] = in_words(_summarize_trace(data) if isinstance(data, Trace) else _summarize_results(data))
+    return found
 
 
 def _summarize_results(results: Results) -> dict[str, Any]:
@@ -181,6 +182,8 @@ def trust_of(results: Results) -> dict[str, Any]:
 
 def _axis(results: Results, name: str) -> dict[str, Any]:
     values = results.coords[name]
+    if words_along(name):
+        return {"values": values.tolist(), "points": len(values)}
     return {"from": float(values[0]), "to": float(values[-1]), "points": len(values)}
 
 
@@ -200,7 +203,12 @@ def intervals(results: Results) -> list[dict[str, Any]]:
         status = np.where(status == INFERRED, OK, status)
         start = 0
         for end in range(1, len(values) + 1):
-            if end < len(values) and response[end] == response[start] and status[end] == status[start]:
+            if (
+                end < len(values)
+                and not words_along(axis)
+                and response[end] == response[start]
+                and status[end] == status[start]
+            ):
                 continue
             state = "response" if status[start] == OK else "status"
             word = flag_words(BY_NAME[state], int((response if state == "response" else status)[start]))

@@ -19,7 +19,7 @@ from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, printable
 from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.kernel.settings import LONGEST, Simulation
-from nsdrill.models.leaves import OPERATION, Values, as_told, chosen_at, values_at, words_of
+from nsdrill.models.leaves import OPERATION, Values, as_told, chosen_at, values_at, word_in, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.schedule import Schedule
@@ -71,8 +71,8 @@ def simulate(
         at_sample = _sample("the study", at_sample, study.samples)
         study = _of_sample(study, at_sample)
     if any(map(words_of, study.swept)):  # what other words read
-        parameters, initial, _ = chosen_at(study.parameters, study.initial, {})
-        study = replace(study, parameters=parameters, initial=initial)
+        parameters, start_of_all, _ = chosen_at(study.parameters, study.initial, {})
+        study = replace(study, parameters=parameters, initial=start_of_all)
     given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     try:
         schedule = scheduled(study, {name: None if value is None else float(value) for name, value in given.items()})
@@ -100,8 +100,10 @@ def simulate(
     initial = model_named(study.model).starts(_points(study, operation), number)[0]
     if state is not None:
         initial = state
-    extra = {"start": number} if study.initial.starts else {}
+    extra: dict[str, Any] = {"start": number} if study.initial.starts else {}
     extra |= {} if at_sample is None else {SAMPLE: int(at_sample)}
+    if words := [key for key in study.swept if words_of(key)]:
+        extra["at"] = json_text({key: word_in(study.parameters, study.initial, key) for key in words})
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
 
 
@@ -228,7 +230,9 @@ def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -
     ran = np.argwhere(status[here[0]] != INFERRED)
     nearest = ran[np.argmin(np.sum((ran - here[1:]) ** 2, axis=1))]
     where = " ".join(
-        option_of(name, str(as_told(name, values[i])) if words_of(name) else readable(values[i], units[name]).replace(" ", ""))
+        option_of(
+            name, str(as_told(name, values[i])) if words_of(name) else readable(values[i], units[name]).replace(" ", "")
+        )
         for (name, values), i in zip(plan.axes.items(), nearest, strict=True)
         if len(values) > 1
     )
@@ -265,7 +269,9 @@ def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.n
     if words_of(name):
         if value not in values:
             there = ", ".join(str(as_told(name, one)) for one in values)
-            raise InputError(f"{path}: {option_of(name)}: found {as_told(name, value)}; allowed: {there}, as the sweep.")
+            raise InputError(
+                f"{path}: {option_of(name)}: found {as_told(name, value)}; allowed: {there}, as the sweep."
+            )
         return float(value)
     steps = np.diff(values)
     below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(values[0]),)

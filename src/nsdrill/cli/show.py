@@ -91,6 +91,9 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     yield from _show_overrides(s["overrides"])
     for name, axis in s["axes"].items():
         label = label_of(name)
+        if "values" in axis:  # words
+            yield f"  {label:14s} {', '.join(axis['values'])}"
+            continue
         text = value_text(name, axis["from"], units, both=axis["points"] == 1)
         if axis["points"] > 1:
             text += f" to {value_text(name, axis['to'], units)}, {axis['points']} values"

@@ -38,7 +38,9 @@ class Writer:
         shown = from_si(value, unit) if unit else value
         return f"{shown:.0f}" if abs(shown) >= 1e4 else f"{shown:.4g}"
 
-    def value(self, axis: str, value: float) -> str:
+    def value(self, axis: str, value: float | str) -> str:
+        if isinstance(value, str):  # a word
+            return value
         return f"{self.number(axis, value)} {self.unit(axis)}".rstrip() + self._rpm(axis, value)
 
     def span(self, axis: str, ends: list[float]) -> str:

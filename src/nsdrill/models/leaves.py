@@ -110,7 +110,29 @@ def as_told(key: str, value: float) -> float | str:
 
 def as_value(key: str, told: Any) -> float:
     """The inverse of :func:`as_told`. ValueError for what is no number, or no word of the choice."""
-    return place_of(key, told) if words_of(key) else float(told)
+    words = words_of(key) or words_along(key)
+    return float(words.index(told) if isinstance(told, str) and words else told)
+
+
+def in_words(data: Any, about: str = "") -> Any:
+    """Plain data with words in place of their values along axes: of keys that are such an axis, and of the ends of a
+    range that is told of one (``about``, by the key around it or the entry ``axis``)."""
+    if isinstance(data, list | tuple):
+        return [in_words(one, about) for one in data]
+    if isinstance(data, dict):
+        here = str(data.get("axis", about))
+        return {
+            key: in_words(one, str(key) if _choice(str(key)) else here if key in _ENDS else "")
+            for key, one in data.items()
+        }
+    return _choice(about)[int(data)] if isinstance(data, float) and _choice(about) else data
+
+
+_ENDS = ("from", "to", "values")
+
+
+def _choice(name: str) -> tuple[str, ...]:
+    return words_along(dimension_of(name)) if name else ()
 
 
 def is_apart(model: str, key: str) -> bool:
@@ -189,6 +211,13 @@ def chosen_at(parameters: Any, initial: Starts, chosen: Mapping[str, Any]) -> tu
         else:
             parameters = with_values(parameters, {key: _value_at(default, key)})
     return parameters, initial, unread
+
+
+def word_in(parameters: Any, initial: Starts, key: str) -> str:
+    """The word of the choice at this key, of the parameters or of the start."""
+    start = key.startswith("initial.")
+    word = _value_at(initial if start else parameters, key.removeprefix("initial.") if start else key)
+    return str(word).lower() if isinstance(word, bool) else str(word)
 
 
 def _value_at(tree: Any, key: str) -> Any:

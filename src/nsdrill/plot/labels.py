@@ -10,6 +10,7 @@ from typing import Any
 from nsdrill import quantity as quantities
 from nsdrill.data import Results, drive_kind, frozen_modes, overrides
 from nsdrill.errors import InputError
+from nsdrill.models.leaves import as_value
 from nsdrill.quantity import SYSTEMS
 from nsdrill.variables import AXES
 
@@ -61,7 +62,7 @@ def operating_point(values: Mapping[str, Any], units: str) -> str:
     for name in values:
         if name not in AXES:
             one = quantity(name, units)
-            found.append(f"{one.words.lower()} {one.value(float(values[name]))}")
+            found.append(f"{one.words.lower()} {one.value(as_value(name, values[name]))}")
     return ", ".join(found)
 
 

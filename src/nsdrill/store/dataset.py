@@ -24,8 +24,8 @@ from nsdrill.store.layout import (
     coordinate_names,
     layout_of,
     root_attributes,
-    told_coordinate,
     stored_attributes,
+    told_coordinate,
     variable_attributes,
 )  # fmt: skip
 from nsdrill.store.read import LATER, check_coordinates, check_file, checked, kept_of, read_results
@@ -188,7 +188,10 @@ def _states(model: Description, data: Any) -> tuple[str, ...]:
 
 def _axis(data: Any, name: str) -> Axis:
     told = dict(data.coords[name].attrs) if name in data.coords else {}
-    words = [told.get(item) or ("1" if item == "units" and words_along(name) else None) for item in ("key", "units", "long_name")]
+    words = [
+        told.get(item) or ("1" if item == "units" and words_along(name) else None)
+        for item in ("key", "units", "long_name")
+    ]
     if not all(isinstance(word, str) and word for word in words):
         raise FileError(f"{_NAME}: the axis {name} is missing or does not say what it is. {_GIVE}")
     key, units, long_name = map(str, words)

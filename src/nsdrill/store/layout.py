@@ -88,11 +88,7 @@ def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]
     units, long_name = (CF[axis.units], axis.long_name) if axis else COORDINATES[name]
     text = name in ("procedure", "state") or bool(words_along(name))
     key = axis.key if axis else f"operation.{name}" if name in AXES else None
-    return {
-        "long_name": long_name,
-        **({"key": key} if key else {}),
-        **({} if text else {"units": units}),
-    }
+    return {"long_name": long_name, **({"key": key} if key else {}), **({} if text else {"units": units})}
 
 
 def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> dict[str, Any]:

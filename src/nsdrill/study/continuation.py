@@ -121,10 +121,9 @@ class _Reader:
             self.fault(path, shown(raw), f"depth, wob, rotary_speed or another number by its key, as {example}", hint)
             return None
         if is_apart(self.keys.model.name, name):
-            self.fault(
-                path, f"{name}, {'a choice' if words_of(name) else 'a whole number that is compiled in'}", "a number that varies continuously",
-                f"Make a file for each of its values, with --set {name}=...",
-            )  # fmt: skip
+            what = "a choice" if words_of(name) else "a whole number that is compiled in"
+            hint = f"Make a file for each of its values, with --set {name}=..."
+            self.fault(path, f"{name}, {what}", "a number that varies continuously", hint)
             return None
         return axes[name]
 

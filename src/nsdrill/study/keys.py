@@ -306,7 +306,9 @@ SAMPLE_LEAF = Leaf(SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a s
 def axes_of_all() -> dict[str, Leaf]:
     """The axes of the studies of all models; a key means the same in every model that has it."""
     found = {name: leaf for model in reversed(NAMES) for name, leaf in keys_of(model).axes.items()}
-    return {name: replace(leaf, choices=words_of(name)) if leaf.kind == "choice" else leaf for name, leaf in found.items()}
+    return {
+        name: replace(leaf, choices=words_of(name)) if leaf.kind == "choice" else leaf for name, leaf in found.items()
+    }
 
 
 def shown(raw: Any, remark: str = "") -> str:

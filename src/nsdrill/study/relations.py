@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 import copy
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise, product
@@ -264,7 +264,9 @@ class Checker:
         for axis in (axis for axis in swept if is_apart(self.model.name, axis)):
             if words_of(axis):
                 if sweep["procedure"] != "same" and self.sound("sweep.procedure"):
-                    found = f"an axis over the words of {axis}, with sweep.procedure: {sweep['procedure']}, which carries"
+                    found = (
+                        f"an axis over the words of {axis}, with sweep.procedure: {sweep['procedure']}, which carries"
+                    )
                     yield self.fault(f"sweep.{axis}", f"{found} the state on", "with sweep.procedure: same",
                                      ("sweep", axis))  # fmt: skip
                 continue

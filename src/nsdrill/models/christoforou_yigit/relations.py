@@ -24,6 +24,7 @@ ORDERS = (
     Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
 )
 
+
 def relations(check: Any) -> Iterator[Fault]:
     """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
     yield from _initial(check)

@@ -53,8 +53,8 @@ def _gains(check: Any) -> Iterator[Fault]:
         yield check.fault("drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null")
     if gains is None and (check.axis(key) or check.value(key) != check.leaves[key].default):
         path = ("sweep", key) if check.axis(key) else None
-        yield check.idle(check.fault(f"sweep.{key}" if path else key, "a time without drive.gains, which would begin then",
-                                     "drive.gains, or no time", path))  # fmt: skip
+        found = "a time without drive.gains, which would begin then"
+        yield check.idle(check.fault(f"sweep.{key}" if path else key, found, "drive.gains, or no time", path))
 
 
 def _drive(check: Any) -> Iterator[Fault]:
