@@ -211,10 +211,11 @@ def _no_window(note: dict[str, Any], w: Writer) -> Iterator[str]:
 
 def _table(note: dict[str, Any], w: Writer) -> Iterator[str]:
     third = note["third"]
-    yield f"{name_of(third):>12s}{_heads(note)}   recommended, and how far from there"
     maps = note["maps"]
+    wide = max(12, *(len(w.value(third, one["at"][third])) for one in maps))
+    yield f"{name_of(third):>{wide}s}{_heads(note)}   recommended, and how far from there"
     for one in _some(maps):
-        yield f"{w.value(third, one['at'][third]):>12s}{_row(note, one)}   {_brief(note, one, w)}"
+        yield f"{w.value(third, one['at'][third]):>{wide}s}{_row(note, one)}   {_brief(note, one, w)}"
     if len(maps) > MOST_ROWS:
         yield f"  ({MOST_ROWS} of {len(maps)}; all with --json)"
 

@@ -37,6 +37,16 @@ def scratch_size(rows: Rows, contacts: int) -> int:
     return rows.total + ROOTS * contacts
 
 
+def _nothing(lanes: int, rows: Rows, first: int, *variant: int) -> Any:
+    """The observer of a model without contacts."""
+
+    @compiled(types.void(BUFFER, BUFFER), lanes, *astuple(rows), first, *variant)
+    def no_landing(b, store):  # type: ignore[no-untyped-def]
+        pass
+
+    return no_landing
+
+
 @lru_cache
 def make_landing(
     lanes: int,
@@ -56,6 +66,8 @@ def make_landing(
     ``variant`` tells models and steppers apart. ValueError where there are states of first order, which have no
     contacts yet.
     """
+    if not contacts:
+        return _nothing(lanes, rows, first, *variant)
     if rows.singles:
         raise ValueError(f"singles: found {rows.singles}, allowed: 0")
     W, N, M, own, P = lanes, rows.states, rows.slopes, rows.own, rows.parameters

@@ -235,6 +235,8 @@ def _as_before(parts: dict[str, Any]) -> dict[str, Any]:
         parts = _without(parts, ["drive"], "torque_limit")
     if parts.get("drive", {"on_at": 0.0}).get("on_at") is None:
         parts = _without(parts, ["drive"], "on_at")
+    if parts.get("drive", {"gains": 0.0}).get("gains") is None:
+        parts = _without(parts, ["drive"], "gains")
     if parts.get("drive", {}).get("kind") != "dc_motor":
         for name in ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia"):
             parts = _without(parts, ["drive"], name)

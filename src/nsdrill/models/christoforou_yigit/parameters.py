@@ -310,6 +310,10 @@ class Drive(Checked):
         930.0, "kg m^2", "CY as reported", "low", low=1e-3, high=1e7, usual="200 to 2000 kg m^2"
     )
     motor_inertia: float = parameter(23.0, "kg m^2", "CY as reported", "low", high=1e6, usual="5 to 50 kg m^2")
+    gains: tuple[float, ...] | None = parameter(
+        None, "", low=-1e9, high=1e9, most=5,
+        meaning="K_I, K_1, K_2, K_3, K_4 of the motor's voltage, kind dc_motor; null: constant voltage",
+    )  # fmt: skip
     on_at: float | None = parameter(None, "s", high=1e7, usual="10 to 100 s into a simulation")
     torque_limit: float | None = parameter(
         None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
@@ -325,6 +329,11 @@ class Drive(Checked):
     def limited(self) -> bool:
         """Whether the torque of the motor has a limit."""
         return self.torque_limit is not None and "torque_limit" in READ_BY[self.kind]
+
+    @property
+    def regulated(self) -> bool:
+        """Whether the voltage of a DC motor follows the motion."""
+        return self.gains is not None and self.kind == "dc_motor"
 
     @property
     def motor_damping(self) -> float:

@@ -23,6 +23,7 @@ READ_BY: dict[str, tuple[str, ...]] = {
         "gear",
         "table_inertia",
         "motor_inertia",
+        "gains",
     ),
     "pi": (*_OWN, "stiffness", "damping", "twist_gain", "speed_gain"),
 }

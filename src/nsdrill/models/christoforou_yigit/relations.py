@@ -32,7 +32,6 @@ def relations(check: Any) -> Iterator[Fault]:
     yield from _law(check)
     yield from _drive(check)
     yield from _stabilizer(check)
-    yield from _exponent(check)
 
 
 def _initial(check: Any) -> Iterator[Fault]:
@@ -126,17 +125,6 @@ def _stabilizer(check: Any) -> Iterator[Fault]:
         yield check.fault(key, check.text(clearance, 1), allowed, place)
 
 
-def _exponent(check: Any) -> Iterator[Fault]:
-    """No Lyapunov exponent of equations that are not linearised here."""
-    if not check.sound("record", "stabilizer", "well") or not check.value("record.exponent"):
-        return
-    room = check.value("stabilizer.clearance") is not None or check.axis("stabilizer.clearance")
-    for key, there in (("stabilizer.clearance", room), ("well.axial_friction", check.value("well.axial_friction"))):
-        if there:
-            found = f"true with {key}, whose equations are not linearised"
-            yield check.fault("record.exponent", found, f"false; or without {key}")
-
-
 def _law(check: Any) -> Iterator[Fault]:
     """No value and no axis that the friction law of the bit does not read."""
     section = "bit.friction."
@@ -163,7 +151,12 @@ def _drive(check: Any) -> Iterator[Fault]:
         of_start = key in ("initial.lag", "initial.drive_speed") and kind == "ideal"
         if of_start or name not in (key, "kind", *READ_BY[kind]):
             yield from check.unread(key, f"which the drive {kind} does not read", allowed)
-    if kind == "dc_motor" and check.sound("record") and check.value("record.poincare") > 0:
+    gains = check.value("drive.gains")
+    if kind == "dc_motor" and gains is not None and len(gains) != 5:
+        yield check.fault("drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null")
+        return
+    held = gains is not None and gains[1] + gains[3] != 0.0  # on lag and twist
+    if kind == "dc_motor" and not held and check.sound("record") and check.value("record.poincare") > 0:
         found = f"{check.text('record.poincare')} with a DC motor, which falls behind its set point: no return repeats"
         yield check.fault("record.poincare", found, "0")
     if check.value("drive.on_at") is not None:

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.base import Array, Variant
+from nsdrill.models.base import Array, Ramps, Variant
+from nsdrill.models.differences import rows_to_keep
 from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
+from nsdrill.models.registry import NAMES
 from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.segments import names
 from nsdrill.models.segments.observed import DECLARATION
@@ -30,7 +32,12 @@ class Segments(ScalarModel):
     name = "segments"
     singles = 1
     fixed = 2
-    ramps = None  # type: ignore[assignment]
+
+    @property
+    def ramps(self) -> Ramps:  # type: ignore[override]
+        from nsdrill.models.segments.ramp import SegmentsRamps
+
+        return SegmentsRamps(self)
 
     def variant(self, parameters: Parameters) -> Variant:
         return parameters.segments.pipe, parameters.segments.collar
@@ -48,6 +55,19 @@ class Segments(ScalarModel):
         from nsdrill.models.segments.rhs import make_right_hand_side
 
         return make_right_hand_side(lanes, self.rows(variant), *variant[:2])
+
+    def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
+        """By the difference of two right-hand sides."""
+        from nsdrill.models.differences import make_differences
+        from nsdrill.models.segments.rhs import make_right_hand_side
+
+        rows = self.rows(variant, tangent=True)
+        motion = make_right_hand_side(lanes, rows, *variant[:2])
+        first = rows.aux_now + len(self.names(variant).aux)
+        return make_differences(motion, lanes, rows, first, NAMES.index(self.name), *variant)
+
+    def kept_meanwhile(self, states: int, apart: int) -> int:
+        return rows_to_keep(states, apart)
 
     def pushed(self, variant: Variant) -> int:
         return 1 << (2 * sum(variant[:2]) + 1)  # that of the bit speed

@@ -26,8 +26,6 @@ def relations(check: Any) -> Iterator[Fault]:
     yield from _load(check)
     yield from _drive(check)
     yield from _gains(check)
-    if check.sound("record.exponent") and check.value("record.exponent"):
-        yield check.fault("record.exponent", "true, and this model has no Lyapunov exponent", "false")
 
 
 def _load(check: Any) -> Iterator[Fault]:

@@ -242,6 +242,6 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> An
     known = {"np": np, "fma": fma, "sincos": sincos, "exp2": exp2, "direction": direction}
     if rows.apart:
         known |= {"first_slip": first_slip, "hyperbolic": hyperbolic, "kept": kept, "load_of": load_of}
-    return compiled(types.void(BUFFER), W, pipes, collars, int(rows.apart > 0))(
+    return compiled(types.void(BUFFER), W, pipes, collars, int(rows.apart > 0), int(rows.companions > 0))(
         define("right_hand_side", text, **known, **helpers)
     )
