@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from segments.plain import Plain, plain_of
 
 import nsdrill
+from segments.plain import Plain, plain_of
 
 STUDY = """
 model: segments
