@@ -47,10 +47,10 @@ def end_of(work: Work, shift: float, rtol: float) -> np.ndarray:
     return finish(one, gang)[-1].final[0]
 
 
-# The errors are those of contacts within steps, which the difference sees and no step lands on.
+# With rock and wall steps land on contacts, as where the equations are linearised. With segments none does.
 @pytest.mark.parametrize(
     ("text", "seconds", "within"),
-    [(STABILIZERS, 2.0, 5e-3), (ALONG, 2.0, 5e-3), (SEGMENTS, 0.5, 5e-3), (STIFF, 0.5, 5e-3)],
+    [(STABILIZERS, 2.0, 1e-3), (ALONG, 2.0, 1e-3), (SEGMENTS, 0.5, 5e-3), (STIFF, 0.5, 5e-3)],
     ids=["stabilizers", "along", "segments", "stiff"],
 )
 def test_the_deviation_is_the_derivative_of_the_motion(text: str, seconds: float, within: float) -> None:

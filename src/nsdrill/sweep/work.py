@@ -138,7 +138,10 @@ class Work:
         table = model.pack(at, self.thresholds)
         runs = model.runs(table, fixed, model.starts(at, self.plan.starts_of(points)))
         if self.record.exponent:  # the deviation stands between the states and the phase, and has no drift
-            initial = np.concatenate([runs.initial[:, :-1], seed_deviation(runs.sizes), runs.initial[:, -1:]], axis=1)
+            seeds = seed_deviation(runs.sizes)
+            names = model.states(fixed)
+            seeds[:, [names.index(name) for name in model.undeviated(self.parameters)]] = 0.0
+            initial = np.concatenate([runs.initial[:, :-1], seeds, runs.initial[:, -1:]], axis=1)
             still = np.zeros_like(runs.drifts)
             runs = replace(
                 runs, initial=initial, sizes=np.tile(runs.sizes, 2), drifts=np.concatenate([runs.drifts, still], axis=1)

@@ -64,6 +64,7 @@ MOTOR_PARAMETERS = ("motor_damping", "per_circuit_time")
 # The law of its voltage, where it has gains.
 REGULATOR_PARAMETERS = tuple(f"regulator_{name}" for name in Regulator._fields)
 PUSHED = 0b1011  # friction acts on the slopes of vx, vy and the bit speed
+CONTACTS = 2  # rock and wall
 UNSEEN = 1e30  # the size of a state that has no say in the steps
 
 
@@ -100,7 +101,9 @@ def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, colum
     companions = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
     apart = PUSHED if options.apart else 0
-    aux = len(aux_of(options)) + (rows_to_keep(states, apart) if tangent and options.differenced else 0)
+    aux = len(aux_of(options))
+    if tangent and options.differenced:
+        aux += rows_to_keep(states, states // 2, apart, CONTACTS)
     return Rows(states + companions, aux, width, observed, companions, apart=apart)
 
 

@@ -67,7 +67,7 @@ class Segments(ScalarModel):
         return make_differences(motion, lanes, rows, first, NAMES.index(self.name), *variant)
 
     def kept_meanwhile(self, states: int, apart: int) -> int:
-        return rows_to_keep(states, apart)
+        return rows_to_keep(states, (states + self.singles) // 2, apart)
 
     def pushed(self, variant: Variant) -> int:
         return 1 << (2 * sum(variant[:2]) + 1)  # that of the bit speed
@@ -159,6 +159,10 @@ class Segments(ScalarModel):
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
         return ("drive_speed", "current") if parameters.drive.kind == "stiff" else ()
+
+    def undeviated(self, parameters: Parameters) -> tuple[str, ...]:
+        """What a stiff drive keeps: a deviation of these would stay as well, and hide one that decays."""
+        return ("lag", *self.held(parameters)) if parameters.drive.kind == "stiff" else ()
 
     # What is observed
 
