@@ -30,6 +30,7 @@ class Segments(ScalarModel):
     """Pairs of position and velocity from the surface to the bit, then angles and speeds, then the motor's current."""
 
     name = "segments"
+    contacts = ("rock",)
     singles = 1
     fixed = 2
 
@@ -63,11 +64,21 @@ class Segments(ScalarModel):
 
         rows = self.rows(variant, tangent=True)
         motion = make_right_hand_side(lanes, rows, *variant[:2])
-        first = rows.aux_now + len(self.names(variant).aux)
-        return make_differences(motion, lanes, rows, first, NAMES.index(self.name), *variant)
+        aux = self.names(variant).aux
+        touch = rows.aux_now + aux.index("interference_"), -1
+        number = NAMES.index(self.name)
+        return make_differences(
+            motion, lanes, rows, rows.aux_now + len(aux), number, *variant, place, touches=(touch,), place=place
+        )
+
+    def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
+        """The interference of bit and rock, its rate and second derivative."""
+        from nsdrill.models.segments.rhs import make_contact
+
+        return make_contact(lanes, self.rows(variant, tangent=True), place, *variant)
 
     def kept_meanwhile(self, states: int, apart: int) -> int:
-        return rows_to_keep(states, (states + self.singles) // 2, apart)
+        return rows_to_keep(states, (states + self.singles) // 2, apart, len(self.contacts))
 
     def pushed(self, variant: Variant) -> int:
         return 1 << (2 * sum(variant[:2]) + 1)  # that of the bit speed
