@@ -1,9 +1,10 @@
 """Run the studies in configs/ with the command line, draw them, and write their figures into studies.md.
 
-    python docs/make_pictures.py [FOLDER]
+    python docs/make_pictures.py [FOLDER [GROUP ...]]
 
-Takes some five minutes. The results files are kept in FOLDER (default: a temporary one). The text of the page is by
-hand: read it again after the numbers have changed.
+Takes some twenty minutes. The results files are kept in FOLDER (default: a temporary one); those that are there already
+are drawn as they are. The groups of pictures are the functions below. The text of the page is by hand: read it again
+after the numbers have changed.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -37,8 +39,9 @@ CHARTS = {
 COEXISTENCE = {"ensemble_speed_22kN": ("shares", "attractors"), "basin_slice": ("basin",)}
 UNCERTAIN = {"probability": (), "along": ("--wob", "60 kN"), "tornado": ("--kind", "tornado")}
 # Of the elastic collar a sweep, and what stands in its traces.
-COLLAR = {"beam_speed": "beam_modes_speed"}
+COLLAR = "beam_modes_speed"
 COLLAR_TRACES = {"beam_150kN": ("150 kN", "1 MN"), "beam_350kN": ("350 kN", "0.6 MN")}
+SAME = ("sweep.procedure=same", "sweep.along=null")
 WIDTH = 1400  # pixels, for the screen
 BLOCK = re.compile(r"(<!-- result: (\w+) -->\n).*?(<!-- end of result -->)", re.DOTALL)
 RANGES = {
@@ -94,91 +97,135 @@ def result(summary: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def results_of(folder: Path, config: str, name: str = "", *changes: str) -> Path:
+    """The results of a study in configs/, with these changes of keys; those that are in the folder already serve."""
+    results = folder / f"{name or config}.h5"
+    if not results.exists():
+        sets = [word for change in changes for word in ("--set", change)]
+        nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), *sets)
+    return results
+
+
+def trace_of(folder: Path, config: str, name: str, *options: str) -> Path:
+    """A run of a study in configs/, in time."""
+    trace = folder / f"{name}.h5"
+    nsdrill("simulate", str(CONFIGS / f"{config}.yaml"), *options, "-o", str(trace), "--overwrite")
+    return trace
+
+
+def draw(source: Path, name: str, *options: str) -> None:
+    """Draw a file as docs/pictures/NAME.png."""
+    with tempfile.TemporaryDirectory() as temporary:
+        drawn = Path(temporary) / "drawn.png"
+        nsdrill("plot", str(source), *options, "-o", str(drawn))
+        shrink(drawn, HERE / "pictures" / f"{name}.png")
+
+
 def charts(folder: Path) -> None:
     """The charts, for which nothing is run."""
     for kind, config in CHARTS.items():
-        drawn = folder / f"{kind}.png"
-        nsdrill("plot", str(CONFIGS / f"{config}.yaml"), "--kind", kind, "-o", str(drawn), "--overwrite")
-        shrink(drawn, HERE / "pictures" / f"chart_{kind.replace('-', '_')}.png")
+        draw(CONFIGS / f"{config}.yaml", f"chart_{kind.replace('-', '_')}", "--kind", kind)
 
 
-def main(folder: Path) -> None:
-    charts(folder)
+def studies(folder: Path) -> None:
+    """The studies of the paper, and the page that tells what they find."""
     summaries = {}
     for name, config in STUDIES.items():
-        results = folder / f"{name}.h5"
-        nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), "--overwrite")
+        results = results_of(folder, config)
         summaries[name] = json.loads(nsdrill("show", str(results), "--json"))
-        drawn = folder / f"{name}.png"
-        nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
-        shrink(drawn, HERE / "pictures" / f"{name}.png")
-    for name, config in {**DRIVES, **SEGMENTS, **COLLAR}.items():
-        results, drawn = folder / f"{name}.h5", folder / f"{name}.png"
-        nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), "--overwrite")
-        nsdrill("plot", str(results), "-o", str(drawn), "--overwrite")
-        shrink(drawn, HERE / "pictures" / f"{name}.png")
-    for name in LATERAL:
-        results, drawn = folder / f"{name}.h5", folder / f"{name}.png"
-        nsdrill("run", str(CONFIGS / f"{name}.yaml"), "-o", str(results), "--overwrite")
-        nsdrill("plot", str(results), "--kind", "whirl_kind", "-o", str(drawn), "--overwrite")
-        shrink(drawn, HERE / "pictures" / f"{name}.png")
-    for config, kinds in COEXISTENCE.items():
-        results = folder / f"{config}.h5"
-        nsdrill("run", str(CONFIGS / f"{config}.yaml"), "-o", str(results), "--overwrite")
-        for kind in kinds:
-            drawn = folder / f"{kind}.png"
-            nsdrill("plot", str(results), "--kind", kind, "-o", str(drawn), "--overwrite")
-            shrink(drawn, HERE / "pictures" / f"coexistence_{kind}.png")
-    results, drawn = folder / "uncertain.h5", folder / "uncertain.png"
-    nsdrill("run", str(CONFIGS / "uncertain_window.yaml"), "-o", str(results), "--overwrite")
-    for name, options in UNCERTAIN.items():
-        nsdrill("plot", str(results), *options, "-o", str(drawn), "--overwrite")
-        shrink(drawn, HERE / "pictures" / f"uncertain_{name}.png")
-    for name, (wob, force) in COLLAR_TRACES.items():
-        trace, drawn = folder / f"{name}.h5", folder / f"{name}.png"
-        study, start = str(CONFIGS / "beam_wob_contact.yaml"), f"initial.wall_force={force}"
-        nsdrill("simulate", study, "--wob", wob, "--set", start, "--duration", "40 s", "--sample", "1 ms",
-                "-o", str(trace), "--overwrite")  # fmt: skip
-        nsdrill("plot", str(trace), "-o", str(drawn), "--overwrite")
-        shrink(drawn, HERE / "pictures" / f"{name}.png")
-    # One run with its trajectory: stick-slip at low speed.
-    trace, drawn = folder / "trace.h5", folder / "trace.png"
-    nsdrill(
-        "simulate",
-        str(CONFIGS / "fig4_speed_22kN.yaml"),
-        "--rotary-speed",
-        "1.2 rad/s",
-        "--duration",
-        "60 s",
-        "-o",
-        str(trace),
-        "--overwrite",
-    )
-    nsdrill("plot", str(trace), "-o", str(drawn), "--overwrite")
-    shrink(drawn, HERE / "pictures" / "trace.png")
-    # The collar rolls along the wall: a film.
-    whirl = ("--rotary-speed", "6.5 rad/s", "--set", "initial.x=70 mm", "--duration", "30 s")
-    nsdrill("simulate", str(CONFIGS / "fig4_speed_22kN.yaml"), *whirl, "-o", str(trace), "--overwrite")
-    nsdrill("plot", str(trace), "--animate", "--from", "27s", "--to", "29s", "--width", "2.4in", "--no-title",
-            "-o", str(HERE / "pictures" / "whirl.gif"), "--overwrite")  # fmt: skip
-    regulated = ("--rotary-speed", "13 rad/s", "--duration", "140 s", "-o", str(trace), "--overwrite")
-    nsdrill("simulate", str(CONFIGS / "segments_lqr.yaml"), *regulated)
-    nsdrill("plot", str(trace), "-o", str(drawn), "--overwrite")
-    shrink(drawn, HERE / "pictures" / "segments_lqr.png")
-    results, branches, drawn = folder / "fig4.h5", folder / "branches.h5", folder / "branches.png"
-    study = str(CONFIGS / "branches_speed_22kN.yaml")
-    nsdrill("continue", study, "--seeds", str(results), "-o", str(branches), "--overwrite")
-    nsdrill("plot", str(branches), "--over", str(results), "-o", str(drawn), "--overwrite")
-    shrink(drawn, HERE / "pictures" / "branches.png")
+        draw(results, name)
     page = HERE / "studies.md"
     text = page.read_text(encoding="utf-8")
     page.write_text(BLOCK.sub(lambda m: f"{m[1]}{result(summaries[m[2]])}{m[3]}", text), encoding="utf-8")
 
 
+def strings(folder: Path) -> None:
+    """Drives, friction laws, segments, whirl."""
+    for name, config in {**DRIVES, **SEGMENTS}.items():
+        draw(results_of(folder, config), name)
+    for config in LATERAL:
+        draw(results_of(folder, config), config, "--kind", "whirl_kind")
+    regulated = trace_of(folder, "segments_lqr", "regulated", "--rotary-speed", "13 rad/s", "--duration", "140 s")
+    draw(regulated, "segments_lqr")
+
+
+def beam(folder: Path) -> None:
+    """The elastic collar: a sweep, and its span in time."""
+    draw(results_of(folder, COLLAR), "beam_speed")
+    for name, (wob, force) in COLLAR_TRACES.items():
+        options = ("--wob", wob, "--set", f"initial.wall_force={force}", "--duration", "40 s", "--sample", "1 ms")
+        draw(trace_of(folder, "beam_wob_contact", name, *options), name)
+
+
+def coexistence(folder: Path) -> None:
+    """Many starts of every operating point."""
+    for config, kinds in COEXISTENCE.items():
+        for kind in kinds:
+            draw(results_of(folder, config), f"coexistence_{kind}", "--kind", kind)
+
+
+def maps(folder: Path) -> None:
+    """A refined map, one that is checked, and the safe window."""
+    grid = ("simulation.transient=100 s", "simulation.observe=50 s")
+    coarse = ("sweep.wob.points=16", "sweep.rotary_speed.points=16")
+    titled = ("--title", "Map of weight on bit and top speed, 5000 m")
+    refined = results_of(folder, "map_wob_speed", "maps_refined", *grid, *coarse, *SAME, "sweep.refine=2")
+    draw(refined, "maps_refined", *titled)
+    fine = ("sweep.wob.points=61", "sweep.rotary_speed.points=61", "simulation.verify=true")
+    draw(results_of(folder, "map_wob_speed", "maps_trust", *grid, *fine), "maps_trust", *titled)
+    draw(results_of(folder, "window_depth_speed"), "findings_window_22kN", "--kind", "window")
+
+
+def motion(folder: Path) -> None:
+    """What kind of motion each response is."""
+    results = results_of(folder, "motion_speed_22kN")
+    draw(results, "motion_poincare", "--kind", "poincare")
+    draw(results, "motion_kinds", "--kind", "motion")
+
+
+def uncertain(folder: Path) -> None:
+    """Numbers that are not known."""
+    results = results_of(folder, "uncertain_window")
+    for name, options in UNCERTAIN.items():
+        draw(results, f"uncertain_{name}", *options)
+
+
+def traces(folder: Path) -> None:
+    """One run in time: stick-slip at low speed, and a film of a collar that rolls along the wall."""
+    draw(trace_of(folder, "fig4_speed_22kN", "trace", "--rotary-speed", "1.2 rad/s", "--duration", "60 s"), "trace")
+    whirl = ("--rotary-speed", "6.5 rad/s", "--set", "initial.x=70 mm", "--duration", "30 s")
+    rolling = trace_of(folder, "fig4_speed_22kN", "whirl", *whirl)
+    nsdrill("plot", str(rolling), "--animate", "--from", "27s", "--to", "29s", "--width", "2.4in", "--no-title",
+            "-o", str(HERE / "pictures" / "whirl.gif"), "--overwrite")  # fmt: skip
+
+
+def branches(folder: Path) -> None:
+    """The motions behind figure 4."""
+    sweep, found = results_of(folder, "fig4_speed_22kN"), folder / "branches_speed_22kN.h5"
+    if not found.exists():
+        study = str(CONFIGS / "branches_speed_22kN.yaml")
+        nsdrill("continue", study, "--seeds", str(sweep), "-o", str(found))
+    draw(found, "branches", "--over", str(sweep))
+
+
+GROUPS: dict[str, Callable[[Path], None]] = {
+    one.__name__: one
+    for one in (charts, studies, strings, beam, coexistence, maps, motion, uncertain, traces, branches)
+}
+
+
+def main(folder: Path, names: list[str]) -> None:
+    if unknown := set(names) - GROUPS.keys():
+        raise SystemExit(f"found {', '.join(sorted(unknown))}; allowed: {', '.join(GROUPS)}")
+    for name in names or GROUPS:
+        GROUPS[name](folder)
+        print(f"{name}: drawn", flush=True)
+
+
 if __name__ == "__main__":
     if len(sys.argv) > 1:
         Path(sys.argv[1]).mkdir(parents=True, exist_ok=True)
-        main(Path(sys.argv[1]))
+        main(Path(sys.argv[1]), sys.argv[2:])
     else:
         with tempfile.TemporaryDirectory() as temporary:
-            main(Path(temporary))
+            main(Path(temporary), [])

@@ -14,13 +14,13 @@ import pytest
 from kernel.test_compilation import has_wide_registers
 from scipy.integrate import solve_ivp
 
-from nsdrill.abi import Rows, compiled
+from nsdrill.abi import Rows
 from nsdrill.elementary import direction as smoothed_direction
 from nsdrill.elementary import sincos
 from nsdrill.kernel.gang import Compiled, Finished, Gang, Runs
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
-from nsdrill.scalar import in_lanes
+from nsdrill.scalar import in_lanes, unobserved
 
 ROWS = Rows(2, 0, 4, 0)
 INERTIA, STIFFNESS, DAMPING = 565.0, 197.0, 50.0
@@ -41,18 +41,6 @@ TORQUES = (500.0, 2000.0, 4000.0)
 
 def run(lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: float = 1e-10) -> Finished:
     """From rest behind a drive at 3 rad/s, 20 s for each friction torque."""
-    from numba import types
-
-    from nsdrill.abi import BUFFER
-
-    @compiled(types.void(BUFFER, BUFFER), lanes)
-    def watch_nothing(b, store):  # type: ignore[no-untyped-def]
-        pass
-
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes)
-    def mark_nothing(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
-        pass
-
     n = len(torques)
     gang = Gang(lanes, n, ROWS, np.zeros(1), 0, Simulation(5.0, 15.0, rtol, pair=stepper))  # type: ignore[arg-type]
     table = np.column_stack([np.full(n, INERTIA), np.full(n, STIFFNESS), np.full(n, DAMPING), torques])
@@ -67,7 +55,7 @@ def run(lanes: int, stepper: str = "tsitouras", torques: Any = TORQUES, rtol: fl
             initial=np.zeros((n, 3)),
         ),
     )
-    done = gang.advance(Compiled(in_lanes(torsion, lanes, ROWS), watch_nothing, mark_nothing), 60.0, True)
+    done = gang.advance(Compiled(in_lanes(torsion, lanes, ROWS), *unobserved(lanes)), 60.0, True)
     assert gang.idle
     order = np.argsort(done.job)
     done.final, done.accepted = done.final[order], done.accepted[order]
@@ -129,7 +117,7 @@ ASSEMBLY = """
 import sys
 sys.path.insert(0, {tests!r})
 from test_scalar import ROWS, torsion
-from nsdrill.scalar import in_lanes
+from nsdrill.scalar import in_lanes, unobserved
 print("".join(in_lanes(torsion, 8, ROWS).inspect_asm().values()))
 """
 

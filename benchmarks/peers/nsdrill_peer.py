@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -40,9 +38,10 @@ class Nsdrill:
 
     def _run_blind(self, work: Started) -> Result:
         try:
+            from nsdrill.scalar import unobserved
             from nsdrill.sweep.work import compiled_parts
 
-            observer, marker = blind(self.lanes)
+            observer, marker = unobserved(self.lanes)
             parts = replace(compiled_parts(self.lanes, work.variant), observer=observer, marker=marker)
             points = np.arange(work.plan.points)
             gang = work.new_gang(self.lanes, len(points))
@@ -57,21 +56,3 @@ class Nsdrill:
         except (ImportError, AttributeError, TypeError) as error:
             raise MissingPeer(f"a kernel that takes any observer: {error}") from error
         return Result(watch.wall, watch.cpu, 6 * tries, tries, end)
-
-
-@lru_cache
-def blind(lanes: int) -> tuple[Any, Any]:
-    """An observer and a marker that do nothing."""
-    from numba import types
-
-    from nsdrill.abi import BUFFER, compiled
-
-    @compiled(types.void(BUFFER, BUFFER), lanes)
-    def blind_observer(b, store):  # type: ignore[no-untyped-def]
-        pass
-
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes)
-    def blind_marker(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
-        pass
-
-    return blind_observer, blind_marker

@@ -632,6 +632,7 @@ def sensitivity(results: ResultsLike, severity: int | None = None) -> dict[str, 
 def fit(
     study: StudyLike,
     data: PathLike,
+    path: PathLike | None = None,
     *,
     set: Settings = None,
     rename: Mapping[str, str] | None = None,
@@ -644,6 +645,8 @@ def fit(
     rounds: int = 8,
     samples: int = 128,
     workers: int | None = None,
+    resume: bool = False,
+    overwrite: bool = False,
     progress: bool | Callable[[Progress], object] = True,
 ) -> Fit:
     """Adjust the unknowns of a study, the numbers of its section ``uncertain``, to measurements.
@@ -655,23 +658,47 @@ def fit(
     which the first part, ``settle`` [s], is not used.
 
     Rounds of ``batch`` samples are run, at most so many ``rounds``; ``samples`` are left in the study that comes out.
-    ``set``, ``workers`` and ``progress`` are as in :func:`run`. Gives a :class:`nsdrill.app.fit.Fit`: its ``note`` is
-    what ``nsdrill fit --json`` prints, its ``study`` the text of the adjusted study, ``picture()`` a figure. InputError
-    where the study has no unknown, or something in the file cannot be used.
+    With ``path`` the study is written there, and until then every round is kept beside it: after a KeyboardInterrupt,
+    or a power cut, the same call with ``resume=True`` makes the runs that are missing, and the result has the bits of
+    an undisturbed fit.
+
+    ``set``, ``workers``, ``overwrite`` and ``progress`` are as in :func:`run`. Gives a :class:`nsdrill.app.fit.Fit`:
+    its ``note`` is what ``nsdrill fit --json`` prints, its ``study`` the text of the adjusted study, ``picture()`` a
+    figure. InputError where the study has no unknown, or something in the file cannot be used.
     """
     from nsdrill.app import fit as app
     from nsdrill.app.measured import Reading, read_measured
+    from nsdrill.app.rounds import Rounds
+    from nsdrill.store import write_text
 
     for name, number, least in (("batch", batch, 16), ("rounds", rounds, 2), ("samples", samples, 2)):
         if not is_whole(number) or number < least:
             raise InputError(f"{name}: found {number!r}; allowed: a whole number, {least} or more.")
+    if path is None:
+        for name, on in (("resume", resume), ("overwrite", overwrite)):
+            if on:
+                raise InputError(f"{name}: found without a path; allowed: with the path of a file.")
     loaded = study_in(study, set)
     times = seconds_in("shortest", shortest), seconds_in("settle", settle)
     measured = read_measured(
         name_in(data, "data"), loaded, Reading(rename or {}, tuple(ignore), errors or {}, skip_gaps, *times)
     )
-    with reporting(progress) as watch:
-        return app.fit(loaded, measured, batch=batch, rounds=rounds, samples=samples, workers=workers, watch=watch)
+    for doubt in app.far_from_the_sweep(loaded, measured):
+        warnings.warn(doubt, RunWarning, stacklevel=3)
+    kept = Rounds()
+    if path is not None:
+        path = name_in(path, "path")
+        keep_apart(study, path)
+        keep_apart(data, path)
+        kept = Rounds.beside(path, loaded, measured, batch, overwrite=overwrite, resume=resume)
+    with kept.guarding(), reporting(progress) as watch:
+        found = app.fit(
+            loaded, measured, batch=batch, rounds=rounds, samples=samples, workers=workers, watch=watch, kept=kept
+        )
+        if path is not None:
+            write_text(path, found.study, overwrite=overwrite or resume)
+            kept.discard()
+    return found
 
 
 @_in_words_of_python

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.errors import InputError
 from nsdrill.variables import Axis, Unknown
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -35,6 +36,16 @@ def _plain(data: Any) -> Any:
     return None if isinstance(data, float) and not math.isfinite(data) else data
 
 
+class LackingVariable(InputError, KeyError):
+    """Results have no variable of this name: they are a part, or were made by a version that did not know it."""
+
+    def __str__(self) -> str:
+        return (
+            f"found results without {self.args[0]}; allowed: results that have it. Those of an earlier version do not "
+            "have what this one measures besides: run the study again."
+        )
+
+
 @dataclass
 class Results:
     """The results of a sweep.
@@ -54,7 +65,11 @@ class Results:
     """The samples of the uncertain numbers, each [samples]."""
 
     def __getitem__(self, name: str) -> Array:
-        return self.variables[name] if name in self.variables else self.coords[name]
+        if name in self.variables:
+            return self.variables[name]
+        if name in self.coords:
+            return self.coords[name]
+        raise LackingVariable(name)
 
     @property
     def axes(self) -> tuple[str, ...]:

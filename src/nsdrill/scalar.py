@@ -12,6 +12,7 @@ import hashlib
 import inspect
 from collections.abc import Callable, Sequence
 from dataclasses import astuple
+from functools import lru_cache
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
@@ -24,6 +25,21 @@ from nsdrill.generate import constants, define
 
 STEP = 2.0**-20  # of a deviation: a power of two, so that scaling costs no bit
 Slopes = Callable[..., Sequence[float]]
+
+
+@lru_cache
+def unobserved(lanes: int) -> tuple[Any, Any]:
+    """A compiled observer and a marker that do nothing, for runs of which only the end is wanted."""
+
+    @compiled(types.void(BUFFER, BUFFER), lanes)
+    def watch_nothing(b, store):  # type: ignore[no-untyped-def]
+        pass
+
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes)
+    def mark_nothing(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+        pass
+
+    return watch_nothing, mark_nothing
 
 
 def in_lanes(slopes: Slopes, lanes: int, rows: Rows, deviation: Slopes | None = None) -> Any:

@@ -9,6 +9,7 @@ from model_tables import TRACE_VARIABLES
 from nsdrill.analysis.comparison import ROUNDING, common, compare_results, compare_traces
 from nsdrill.data import Results, Trace
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
+from nsdrill.variables import Unknown
 
 from .grids import grid
 
@@ -156,3 +157,42 @@ def test_traces_part_at_a_time() -> None:
     assert z["largest"] == pytest.approx(1.01)
     assert row(found, "x")["same"]
     assert compare_traces(a, trace(5, 0.037))["points"] == 1, "time zero"
+
+
+def test_samples_are_compared_where_their_values_are_the_same() -> None:
+    """A number of a sample says nothing where another seed, or another distribution, drew it."""
+    friction = Unknown("bit.friction.static", "1", "friction")
+
+    def with_samples(values: list[float]) -> Results:
+        data = made()
+        count = len(values)
+        coords = {**{name: data.coords[name] for name in data.grid}, "sample": np.arange(count)}
+        variables = {"radius_max": np.arange(16.0 * count).reshape(2, 1, 2, 4, count)}
+        return Results(coords, variables, {}, (), {friction: np.array(values)})
+
+    a, b = with_samples([0.3, 0.4]), with_samples([0.3, 0.4, 0.5])
+    b["radius_max"][..., :2] = a["radius_max"]
+    found = compare_results(a, b)
+    assert found["points"] == 32
+    assert row(found, "radius_max")["same"]
+    assert not all(one["same"] for one in found["axes"])
+    b.drawn[friction][0] = 0.31
+    found = compare_results(a, b)
+    assert next(one for one in found["axes"] if one["name"] == "sample")["common"] == 1
+    assert found["points"] == 16
+    assert compare_results(a, with_samples([0.1, 0.2]))["points"] == 0
+    other = with_samples([0.3, 0.4])
+    other.drawn = {Unknown("well.friction.static", "1", "friction"): np.array([0.3, 0.4])}
+    assert compare_results(a, other)["points"] == 0
+
+
+def test_points_of_two_constant_values_are_compared_all_the_same() -> None:
+    a, b = made(), made()
+    b.coords["depth"] = b.coords["depth"] + 100.0
+    found = compare_results(a, b)
+    assert found["points"] == 16
+    (axis,) = (one for one in found["axes"] if one["name"] == "depth")
+    assert axis["values"] == [a.coords["depth"][0], b.coords["depth"][0]]
+    assert not axis["same"]
+    b.coords["wob"] = b.coords["wob"] + 1e6
+    assert compare_results(a, b)["points"] == 0, "an axis with several values, none of them common"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from nsdrill.analysis.probability import EVERY, chances, interval, window_state
 from nsdrill.analysis.window import find_window
@@ -66,6 +67,30 @@ def test_intervals_hold_as_often_as_they_say(probability: float, samples: int) -
     held = np.mean((low <= probability) & (probability <= high))
     # Of few counts no interval holds exactly: that of Wilson between 92 and 98 % (Brown, Cai and DasGupta 2001).
     assert 0.92 < held < 0.985
+
+
+@pytest.mark.parametrize(("count", "samples"), [(0, 32), (1, 32), (17, 32), (256, 256), (250, 256)])
+def test_intervals_are_those_of_scipy(count: int, samples: int) -> None:
+    theirs = stats.binomtest(count, samples).proportion_ci(0.95, method="wilson")
+    assert [float(end) for end in interval(np.array(count), samples)] == pytest.approx([theirs.low, theirs.high])
+
+
+def test_rows_of_a_table_that_are_the_same_count_as_fewer() -> None:
+    """Samples that a fit has drawn again by weight: of 5, 2 and 1 of three rows, 64/30 are worth as much."""
+    response = np.zeros((1, 1, 2, 8), int)
+    response[..., :5] = WHIRL
+    attrs = {"study_resolved": '{"uncertain": {"table": {"bit.rock_stiffness": [1]}}}'}
+    plain, results = made_up(response), made_up(response, attrs=attrs)
+    for data in (plain, results):
+        data.drawn[ROCK] = np.repeat([1e7, 2e7, 3e7], [5, 2, 1])
+    assert chances(plain).effective == 8.0  # a list of values: draws that happen to be the same are independent
+    found = chances(results)
+    assert found.effective == pytest.approx(64 / 30)
+    share, low, high = (float(part.ravel()[0]) for part in found.of("safe"))
+    assert share == 3 / 8
+    assert (low, high) == pytest.approx(tuple(map(float, interval(np.array(3 / 8 * 64 / 30), 64 / 30))))
+    assert high - low > 1.3 * (chances(plain).of("safe")[2] - chances(plain).of("safe")[1]).ravel()[0]
+    assert find_window(results, confidence=0.3)["effective"] == pytest.approx(64 / 30)
 
 
 def test_intervals_of_sobol_samples_hold_more_often() -> None:

@@ -11,8 +11,9 @@ import pytest
 import nsdrill
 from nsdrill.analysis.plane import in_parts, largest_margin, regions
 from nsdrill.analysis.window import find_window
+from nsdrill.data import Results
 from nsdrill.errors import FileError, InputError
-from nsdrill.variables import CHECKS, DIVERGED, OK
+from nsdrill.variables import CHECKS, DIVERGED, OK, POINT, Axis
 
 from .grids import grid
 
@@ -38,6 +39,18 @@ def test_safe_rim_and_critical_are_counted(both: dict) -> None:
     assert both["axes"] == ["rotary_speed", "wob"]
     # By row: 5, 1, 1, 1; 7 of the last: bit-bounce. Whirl: 2 + 2 + 3 + 3, in either.
     assert both["obstacles"] == {"bit_bounce": 7, "stick_slip": 8, "whirl": 10}
+
+
+def test_each_procedure_is_counted_over_all_axes() -> None:
+    """A number of the study as an axis beside the speed: each of its values counts by itself."""
+    made = grid({"up": [["s..w", "ssww"]], "down": [["s.ww", ".sww"]]}, SPEEDS[:4], WEIGHTS[:2])
+    coords = {**made.coords, "wob": WEIGHTS[:1], "bit_rock_stiffness": WEIGHTS[:2]}
+    coords = {name: coords[name] for name in (*POINT, "bit_rock_stiffness")}
+    variables = {name: np.swapaxes(values, 2, 3)[:, :, None] for name, values in made.variables.items()}
+    axis = Axis("bit.rock_stiffness", "N/m", "rock stiffness")
+    found = find_window(Results(coords, variables, made.attrs, (axis,)))
+    assert found["safe_in"] == {"up": 2, "down": 2}
+    assert (found["safe"], found["rim"], found["points"]) == (1, 2, 8)
 
 
 def test_region_and_recommended_point(both: dict) -> None:

@@ -82,6 +82,34 @@ def test_attractors_are_numbered_alike_along_the_new_axis() -> None:
     same(nsdrill.combine(parts).transpose(*swept["status"].dims, ...), swept)
 
 
+@pytest.mark.parametrize("carried", [False, True])
+def test_refined_sweeps_are_the_refined_sweep_of_all(tmp_path: Path, carried: bool) -> None:
+    """Each value of the new axis is refined by itself, also in one study."""
+    sweep: dict[str, Any] = {"rotary_speed": {"from": "1 rad/s", "to": "9 rad/s", "points": 3}, "refine": 3}
+    if carried:
+        sweep |= {"wob": ["20 kN", "60 kN"], "procedure": "up", "along": "wob"}
+    torsion = {"model": "torsion", "sweep": sweep}
+    dampings = ["20 N*m*s/rad", "400 N*m*s/rad"]
+    parts = [run(**torsion, drillstring={"damping": one}) for one in dampings]
+    swept = run(**torsion | {"sweep": {**sweep, "drillstring.damping": dampings}})
+    made = nsdrill.combine(parts, tmp_path / "all.h5")
+    same(made.transpose(*swept["status"].dims, ...), swept)
+    for name in ("refine", "points_run", "points_inferred", "border_spacing"):
+        assert made.attrs[name] == swept.attrs[name], name
+    assert made.attrs["points_inferred"] > 0
+    assert (parts[0]["status"].values != parts[1]["status"].values).any(), "each has borders of its own"
+    assert nsdrill.classify(made, {}).sizes == made.sizes
+
+
+def test_a_refined_axis_is_not_put_together() -> None:
+    parts = [
+        run(model="torsion", sweep={"rotary_speed": {"from": low, "to": high, "points": 2}, "refine": 1})
+        for low, high in (("1 rad/s", "3 rad/s"), ("5 rad/s", "9 rad/s"))
+    ]
+    with pytest.raises(InputError, match=r"rotary_speed.*which is refined: where it is divided depends on all"):
+        nsdrill.combine(parts)
+
+
 @pytest.fixture(scope="module")
 def plain() -> xarray.Dataset:
     return run()
@@ -99,6 +127,15 @@ def plain() -> xarray.Dataset:
         ({"simulation": {"transient": "5 s", "pair": "dormand_prince"}}, "a number that a sweep may vary"),
         ({"sweep": {"rotary_speed": ["6 rad/s", "9 rad/s"]}}, "a value of rotary_speed in two files"),
         ({"record": {"peaks": 3}}, "record.peaks"),
+        (
+            {"sweep": {**STUDY["sweep"], "procedure": "up"}},
+            r"sweep.procedure: same in .*, up in .*begins where its way up ends",
+        ),
+        (
+            {"uncertain": {"bit.friction.static": {"uniform": [0.3, 0.6]}, "samples": 2}},
+            r"uncertain.bit.friction.static: nothing in .*; allowed: the same samples in all",
+        ),
+        ({"initial": {"ensemble": 2}}, "allowed: the same starts in all"),
         ({"simulation": {"transient": "5 s", "observe": "8 s"}}, "simulation.transient"),
     ],
 )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import nsdrill
-from nsdrill.app.measured import Reading, read_measured
+from nsdrill.app.measured import Reading, noise_of, read_measured
 from nsdrill.errors import FileError, InputError
 
 STUDY = nsdrill.load_study({"title": "a"})
@@ -179,3 +179,41 @@ def test_wrong_options(table):
 def test_no_such_file(tmp_path):
     with pytest.raises(FileError, match="No such file"):
         read_measured(Path(tmp_path / "none.csv"), STUDY)
+
+
+@pytest.mark.parametrize("period", [0.0, 6.0])
+def test_noise_does_not_make_the_extremes_greater(table, period):
+    """The greatest of 480 noisy values lies about three deviations above that of a steady signal; of a motion less."""
+    rng = np.random.default_rng(2)
+    time = 0.5 * np.arange(481)
+    swing = 800.0 * np.sin(2 * np.pi * time / period) if period else np.zeros(481)
+
+    def found(noise):
+        torque = 4000.0 + swing + noise * rng.standard_normal(481)
+        rows = "".join(f"{t:.1f},30,{one:.3f}\n" for t, one in zip(time, torque, strict=True))
+        how = Reading({}, [], {}, False, 100.0, 0.0)
+        return table(f"time [s],wob [kN],surface_torque [N m]\n{rows}", how), torque
+
+    clean, _ = found(0.0)
+    assert not any(note.startswith("noise of") for note in clean.notes)
+    noisy, torque = found(100.0)
+    assert any(note.startswith("noise of surface_torque") for note in noisy.notes)
+    for name, raw in (("surface_torque_max", torque.max()), ("surface_torque_min", torque.min())):
+        true, value = clean.values[name][0], noisy.values[name][0]
+        assert abs(value - true) < 0.75 * abs(raw - true)
+        widened = np.sqrt(noisy.errors[name][0] ** 2 - (0.05 * value) ** 2 - (0.02 * value) ** 2)
+        assert abs(value - true) < widened
+        assert widened == pytest.approx(100.0 * np.sqrt(2 * np.log(481)) / 2, rel=0.15)
+    assert noisy.errors["surface_torque_mean"] == pytest.approx(
+        np.hypot(0.05, 0.02) * noisy.values["surface_torque_mean"]
+    )
+
+
+@pytest.mark.parametrize("noise", [5.0, 50.0])
+def test_the_noise_of_a_smooth_signal_is_told(noise):
+    rng = np.random.default_rng(4)
+    time = 0.5 * np.arange(2000)
+    smooth = 900.0 * np.sin(time) + 100.0 * np.sin(time) ** 2
+    assert noise_of(smooth + noise * rng.standard_normal(2000)) == pytest.approx(noise, rel=0.1)
+    assert noise_of(smooth) == 0.0
+    assert noise_of(np.full(100, 3.0)) == 0.0

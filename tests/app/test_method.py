@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from nsdrill.app.planned import chosen_of
-from nsdrill.app.run import run_in_memory
+from nsdrill.app.run import Interrupted, run_in_memory, run_study
 from nsdrill.app.trajectory import replay, simulate
 from nsdrill.errors import InputError
+from nsdrill.store import read_results
 from nsdrill.study import parse_study
 
 STEEP = """
@@ -39,16 +41,63 @@ def test_auto_is_implicit_where_friction_is_steep_and_the_file_says_so() -> None
         assert one.tobytes() == other.tobytes()
 
 
-def test_a_carried_chain_has_one_method_and_is_replayed_by_it() -> None:
-    found = run_in_memory(study_of(procedure=", procedure: up"))
-    assert found.attrs["method"] == "implicit"
-    again = replay(found, at={"bit.friction.smoothing": 100.0})
-    assert again.same_bits
-    assert again.trace.attrs["method"] == "implicit"
+CHAIN = STEEP.replace("[100 s/rad, 20000 s/rad]PROCEDURE", "[A, B, C, D, E], procedure: up-down").replace(
+    "METHOD", "auto"
+)
+
+
+def chain_of(*smoothings: float):  # type: ignore[no-untyped-def]
+    text = CHAIN
+    for letter, smoothing in zip("ABCDE", smoothings, strict=True):
+        text = text.replace(f"{letter},", f"{smoothing} s/rad,").replace(f"{letter}]", f"{smoothing} s/rad]")
+    return parse_study(text)
+
+
+def test_a_chain_changes_the_method_between_points_and_hands_its_state_over() -> None:
+    """Each point by its own method, from the state in which the one before has ended, on the way up and back."""
+    found = run_in_memory(chain_of(100, 300, 5000, 20000, 80000))
+    up, down = (found["method"].reshape(2, -1)).tolist()
+    assert up == down == [0, 0, 1, 1, 1]
+    first, last = (found[f"{name}_state"].reshape(2, 5, -1) for name in ("initial", "final"))
+    assert first[0, 1:].tobytes() == last[0, :-1].tobytes()
+    assert first[1, :-1].tobytes() == last[1, 1:].tobytes()
+    for smoothing, method in ((100.0, "explicit"), (5000.0, "implicit")):
+        again = replay(found, at={"bit.friction.smoothing": smoothing}, procedure="down")
+        assert again.same_bits
+        assert again.trace.attrs["method"] == method
+
+
+def test_bits_of_a_chain_that_changes_its_method(tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+    """The same on one lane and on eight, on one worker and on two, and of a run that was stopped and goes on."""
+    study = chain_of(100, 300, 5000, 20000, 80000)
+    files = {}
+    for name, lanes, workers in (("one", 1, 1), ("eight", 8, 2)):
+        files[name] = tmp_path / f"{name}.h5"
+        run_study(study, files[name], lanes=lanes, workers=workers)
+    count = 0
+
+    def stop(progress) -> None:  # type: ignore[no-untyped-def]
+        nonlocal count
+        count += 1
+        if progress.done >= 3:
+            raise KeyboardInterrupt
+
+    files["resumed"] = tmp_path / "resumed.h5"
+    with pytest.raises(Interrupted):
+        run_study(study, files["resumed"], lanes=1, workers=1, watch=stop)
+    run_study(study, files["resumed"], resume=True)
+    results = {name: read_results(path) for name, path in files.items()}
+    for name, values in results["one"].variables.items():
+        for other in ("eight", "resumed"):
+            assert np.asarray(values).tobytes() == np.asarray(results[other][name]).tobytes(), (name, other)
 
 
 def test_a_model_that_cannot_says_why() -> None:
-    study = parse_study("simulation: {method: implicit}\nstabilizer: {clearance: 12 mm}")
+    several = ", ".join(f"{{at: {place}}}" for place in (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9))
+    study = parse_study(f"model: beam\nsimulation: {{method: implicit}}\nbeam: {{stations: [{several}]}}")
+    with pytest.raises(InputError, match=r"as 9 stations rub on the same modes"):
+        chosen_of(study)
+    study = parse_study("simulation: {method: implicit}\nstabilizer: {clearance: 12 mm}\nwell: {axial_friction: true}")
     for command in (chosen_of, run_in_memory, simulate):
         with pytest.raises(InputError, match=r"simulation\.method: found implicit; allowed: auto or explicit, as stab"):
             command(study)

@@ -25,6 +25,8 @@ from nsdrill.app.run import Interrupted, run_study
 from nsdrill.app.trajectory import replay
 from nsdrill.errors import FileError, NsdrillError
 from nsdrill.kernel import controller
+from nsdrill.kernel.explicit import ExplicitPair
+from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.kernel.tableau import TSITOURAS
 from nsdrill.store import RunLog, part_path, read_attributes, read_results
 
@@ -240,9 +242,8 @@ def test_the_digest_holds_the_constants(monkeypatch: pytest.MonkeyPatch) -> None
     before = model_digest()
     last_bit = np.nextafter(TSITOURAS.matrix[4][0], 9.0)
     row = (float(last_bit), *TSITOURAS.matrix[4][1:])
-    monkeypatch.setattr(
-        "nsdrill.app.provenance.TSITOURAS", replace(TSITOURAS, matrix=(*TSITOURAS.matrix[:4], row, TSITOURAS.matrix[5]))
-    )
+    changed = replace(TSITOURAS, matrix=(*TSITOURAS.matrix[:4], row, TSITOURAS.matrix[5]))
+    monkeypatch.setitem(STEPPERS, "tsitouras", ExplicitPair(changed))
     assert model_digest() != before
 
 

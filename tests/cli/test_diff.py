@@ -59,6 +59,23 @@ def test_two_axes_and_no_common_point(call: Call, shared: Path) -> None:
     assert "no points in common" in answer.out
 
 
+def test_two_weights_are_compared_and_samples_by_their_values(call: Call) -> None:
+    study = {
+        "model": "torsion", "simulation": {"transient": "5 s", "observe": "5 s"},
+        "sweep": {"rotary_speed": ["3 rad/s", "6 rad/s"]},
+        "uncertain": {"bit.friction.static": {"uniform": [0.2, 0.6]}, "samples": 2},
+    }  # fmt: skip
+    for name, change in (("a", {}), ("b", {"operation.wob": "60 kN"}), ("c", {"uncertain.seed": 2})):
+        nsdrill.run(study, f"{name}.h5", set=change, progress=False).close()
+    answer = call("diff", "a.h5", "b.h5", "--units", "field")
+    assert "wob: 4.99975 klbf in a, 13.4885 klbf in b; their points are compared all the same." in answer.out
+    assert "Compared: all 4 points." in answer.out
+    assert "28.6479 rpm, sample 0" in answer.out
+    answer = call("diff", "a.h5", "c.h5")
+    assert "sample: 2 and 2 samples, 0 with the same values of the unknowns." in answer.out
+    assert "no points in common" in answer.out
+
+
 def test_labels_of_another_threshold(call: Call, shared: Path) -> None:
     shutil.copy(shared / "small.h5", "labels.h5")
     reclassify("labels.h5", ["classify.whirl.wall_contact_fraction=0.9"])

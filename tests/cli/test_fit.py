@@ -129,6 +129,16 @@ def test_a_point_at_which_the_study_does_not_hold_is_told_with_its_line(call: Ca
     assert "200 m" in answer.err
 
 
+def test_settings_far_from_the_sweep_are_doubted_before_anything_is_run(call: Call):
+    Path("study.yaml").write_text(PRIOR, encoding="utf-8")
+    Path("field.csv").write_text("rotary_speed [rpm],stick_slip_index [%]\n40,1\n3,2\n", encoding="utf-8")
+    words = ("fit", "study.yaml", "--data", "field.csv", "--batch", "16", "--rounds", "2", "--quiet")
+    said = "Warning: field.csv, line 3: rotary_speed is 3 rpm, and the study sweeps 3 rad/s to 6 rad/s."
+    assert said in call(*words).err
+    Path("field.csv").write_text("rotary_speed [rpm],stick_slip_index [%]\n40,1\n80,2\n", encoding="utf-8")
+    assert "Warning" not in call(*words).err
+
+
 def test_the_numbers_for_programs_may_be_in_field_units(call: Call, truth: np.ndarray):
     write_data(truth)
     damping = "uncertain={drillstring.damping: {uniform: [10 N*m*s/rad, 90 N*m*s/rad]}}"

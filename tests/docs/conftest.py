@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
+import os
+import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType
 
@@ -27,11 +30,28 @@ def script(name: str) -> ModuleType:
     return sys.modules[label]
 
 
+def run_python(text: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    """Run a program in ``folder``, in a process of its own, without a screen; a warning of a run is an error."""
+    return subprocess.run(
+        [sys.executable, "-W", "error::nsdrill.errors.RunWarning", "-c", text],
+        cwd=folder,
+        env={**os.environ, "MPLBACKEND": "Agg"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "page" in metafunc.fixturenames:
         metafunc.parametrize("page", PAGES, ids=lambda page: page.name)
     if "case" in metafunc.fixturenames:
         metafunc.parametrize("case", script("verify").CASES)
+
+
+@pytest.fixture(name="run_python")
+def _run_python() -> Callable[[str, Path], subprocess.CompletedProcess[str]]:
+    return run_python
 
 
 @pytest.fixture

@@ -125,6 +125,53 @@ def test_a_model_of_another_package_runs_through_the_commands(blocks: list[Path]
     assert "spring.stiffness" in nsdrill("diff", "out.h5", "map.h5")
 
 
+def test_other_slopes_of_a_model_are_another_version(blocks: list[Path], tmp_path: Path) -> None:
+    """The points of one file come from one model: what another package's file says is part of what made them."""
+    path = installed(tmp_path / "installed", blocks[3].read_text())
+    (tmp_path / "study.yaml").write_text(STUDY.replace("points: 5", "points: 2"))
+    limits = ("--set", "simulation.max_steps=1000", "--set", "simulation.rtol=1e-12")
+    words = ("run", "study.yaml", *limits, "-o", "out.h5")
+    made = command(tmp_path, path, *words)
+    assert made.returncode == 3, made.stderr
+    model = tmp_path / "installed" / "mypackage" / "spring.py"
+    model.write_text(model.read_text().replace("0.4 + 0.6 /", "0.5 + 0.5 /"))
+    again = command(tmp_path, path, *words, "--retry-failed")
+    assert again.returncode == 2, again.stderr
+    assert re.search(
+        r"made with other versions, whose numbers may differ \(model digest \w+ there, \w+ here", again.stderr
+    )
+
+
+def test_what_is_wrong_with_a_model_of_another_package_is_said(blocks: list[Path], tmp_path: Path) -> None:
+    text = blocks[3].read_text()
+    (tmp_path / "study.yaml").write_text(STUDY)
+
+    def said(name: str, model: str, *more: str) -> str:
+        made = command(tmp_path, installed(tmp_path / name, model), *more)
+        assert made.returncode == 2, made.stderr
+        assert "bug of nsdrill" not in made.stderr
+        return made.stderr
+
+    other = 'features=(*(BY_NAME[name] for name in FEATURES), feature("radius_max", "m", "how far it went")),'
+    clash = text.replace("features=tuple(BY_NAME[name] for name in FEATURES),", other)
+    clash = "from nsdrill.variables import feature\n" + clash.replace("from dataclasses", "from dataclasses", 1)
+    assert clash.count("radius_max") == 1
+    found = said("clash", clash, "check", "study.yaml")
+    assert "radius_max, how far it went [m]" in found
+    assert "allowed: another name" in found
+
+    found = said("empty", "DESCRIPTOR = None\n", "check", "study.yaml")
+    assert "the model in mypackage.spring: AttributeError" in found
+    assert "a DESCRIPTION and a MODEL" in found
+    found = said("faulty", text.replace("NAMES = Names(", "NAMES = Namen("), "check", "study.yaml")
+    assert re.search(r"name 'Namen' is not defined.*spring\.py, line \d+", found, re.S)
+
+    found = said("section", text, "check", "study.yaml", "--set", "record.poincare=8")
+    assert "record.poincare: found the number 8, with the model spring, which has no Poincare section" in found
+    starts = ("--set", "initial.ensemble=4", "--set", "sweep.procedure=same", "-o", "out.h5")
+    assert "initial.ensemble: found with the model spring" in said("starts", text, "run", "study.yaml", *starts)
+
+
 def extended(blocks: list[Path]) -> str:
     """The model of the page with what the page adds to it."""
     text, added = blocks[3].read_text(), blocks[4].read_text()

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import inspect
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
+from typing import Any
 
 import nsdrill
 from nsdrill import api
@@ -16,18 +14,11 @@ FUNCTIONS = [name for name in nsdrill.__all__ if name.islower()]
 CLASSES = [name for name in nsdrill.__all__ if not name.islower()]
 
 
-def test_the_examples_run_one_after_the_other(docs: Path, tmp_path: Path) -> None:
+def test_the_examples_run_one_after_the_other(docs: Path, run_python: Any, tmp_path: Path) -> None:
     page = (docs / "python.md").read_text(encoding="utf-8").partition("<!-- table")[0]
     blocks = re.findall(r"^```python\n(.*?)^```", page, re.M | re.S)
     assert len(blocks) >= 8
-    done = subprocess.run(
-        [sys.executable, "-W", "error::nsdrill.errors.RunWarning", "-c", "\n".join(blocks)],
-        cwd=tmp_path,
-        env={**os.environ, "MPLBACKEND": "Agg"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = run_python("\n".join(blocks), tmp_path)
     assert done.returncode == 0, done.stderr
     assert "operation.wob: found the number 30 without a unit" in done.stdout
     assert "Dataset: results of a sweep" in done.stdout

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import importlib.util
 import json
-import os
 import re
 import subprocess
 import sys
@@ -93,7 +92,9 @@ def notebook(request: pytest.FixtureRequest) -> Any:
 
 
 def test_there_are_notebooks_and_the_site_has_them(root: Path) -> None:
-    assert {"paper_figures", "own_parameters", "coexistence", "drives", "how_sure"} <= {path.stem for path in NOTEBOOKS}
+    assert {"paper_figures", "own_parameters", "coexistence", "branches", "drives", "how_sure"} <= {
+        path.stem for path in NOTEBOOKS
+    }
     pages = (root / "mkdocs.yml").read_text(encoding="utf-8")
     for path in NOTEBOOKS:
         assert f"notebooks/{path.name}" in pages
@@ -116,17 +117,10 @@ def test_what_a_notebook_shows_is_stored(notebook: Any) -> None:
     assert "image/png" in kinds
 
 
-def test_the_cells_of_a_notebook_run(notebook: Any, tmp_path: Path) -> None:
+def test_the_cells_of_a_notebook_run(notebook: Any, run_python: Any, tmp_path: Path) -> None:
     cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
     assert len(cells) >= 4
-    done = subprocess.run(
-        [sys.executable, "-W", "error::nsdrill.errors.RunWarning", "-c", "\n".join(cells)],
-        cwd=tmp_path,
-        env={**os.environ, "MPLBACKEND": "Agg"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = run_python("\n".join(cells), tmp_path)
     assert done.returncode == 0, done.stderr
 
 

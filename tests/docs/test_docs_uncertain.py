@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
+from typing import Any
 
 from nsdrill.study import parse_study
 
@@ -16,11 +15,8 @@ def test_studies_of_the_page_are_valid(docs: Path) -> None:
     assert [parse_study(block).samples for block in blocks] == [256, 3]
 
 
-def test_python_of_the_page_runs(docs: Path, tmp_path: Path) -> None:
+def test_python_of_the_page_runs(docs: Path, run_python: Any, tmp_path: Path) -> None:
     text = (docs / "uncertain.md").read_text(encoding="utf-8")
     (block,) = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
-    done = subprocess.run(
-        [sys.executable, "-W", "error::nsdrill.errors.RunWarning", "-c", block],
-        cwd=tmp_path, capture_output=True, text=True, check=False,
-    )  # fmt: skip
+    done = run_python(block, tmp_path)
     assert done.returncode == 0, done.stderr

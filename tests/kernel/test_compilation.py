@@ -15,14 +15,19 @@ import pytest
 from sweep.runs import run_from, work_for
 
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, scaled_error, start_of
+from nsdrill.kernel.explicit import ExplicitPair
 from nsdrill.kernel.settings import Simulation
+from nsdrill.kernel.steppers import STEPPERS
 
 TESTS = str(Path(__file__).parents[1])
+EXPLICIT = [name for name, stepper in STEPPERS.items() if isinstance(stepper, ExplicitPair)]
 
 ASSEMBLY = """
 import sys
 from nsdrill.kernel.steppers import IMPLICIT, STEPPERS
 from nsdrill.models.christoforou_yigit.apart import make_solve
+from nsdrill.models.christoforou_yigit.apart_along import make_along
+from nsdrill.models.christoforou_yigit.apart_held import make_held
 from nsdrill.models.christoforou_yigit.rhs import aux_of, columns_of, rows_of
 from nsdrill.models.christoforou_yigit.rhs import make_right_hand_side
 from nsdrill.models.christoforou_yigit.options import Options
@@ -41,6 +46,9 @@ function = {
     "stabilizer": lambda: make_right_hand_side(8, Options(hertz=1, stabilizer=1)),
     **{f"slips {W}": lambda W=W: make_solve(W, APART, rows_of(APART), columns_of(APART), aux_of(APART))
        for W in (8, 16)},
+    **{f"{name} {W}": lambda W=W, make=make, o=o: make(W, o, rows_of(o), columns_of(o), aux_of(o))
+       for name, make, o in (("held", make_held, APART._replace(stabilizer=1)),
+                             ("along", make_along, APART._replace(axial_friction=1))) for W in (8, 16)},
     **{f"implicit {W}": lambda W=W: STEPPERS[IMPLICIT].make(W, STEPPERS[IMPLICIT].rows(rows_of(APART)))
        for W in (8, 16)},
     **{name: lambda stepper=stepper: stepper.make(8, stepper.rows(rows)) for name, stepper in STEPPERS.items()},
@@ -68,12 +76,15 @@ def has_wide_registers() -> bool:
         "drive",
         "options",
         "stabilizer",
-        "tsitouras",
-        "dormand_prince",
+        *EXPLICIT,
         "events",
         "events 3",
         "slips 8",
         "slips 16",
+        "held 8",
+        "held 16",
+        "along 8",
+        "along 16",
         "implicit 8",
         "implicit 16",
     ],

@@ -9,8 +9,9 @@ from reference import Case, solve
 from sweep.runs import run_from, work_for
 
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, scaled_error, start_of
+from nsdrill.kernel.explicit import ExplicitPair
 from nsdrill.kernel.settings import Simulation
-from nsdrill.kernel.tableau import TSITOURAS
+from nsdrill.kernel.steppers import STEPPERS
 
 TOLERANCES = (1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 
@@ -28,27 +29,56 @@ def errors(case: Case, start: np.ndarray, duration: float) -> tuple[np.ndarray, 
     return np.array(found), np.array(steps)
 
 
-def test_tableau_has_order_five_with_an_embedded_four() -> None:
-    """The 17 order conditions to order five for b, the 8 to order four for b*: Hairer, Norsett & Wanner I, II.2."""
-    n = 7
-    c = np.array(TSITOURAS.nodes)
-    a = np.zeros((n, n))
-    for i, row in enumerate(TSITOURAS.matrix, start=1):
-        a[i, : len(row)] = row
-    b = a[6]
-    embedded = b - np.array(TSITOURAS.error)
-    assert a.sum(axis=1) == pytest.approx(c, abs=1e-15)
+# What the weights must make of vectors of a and c, by order (Hairer, Norsett & Wanner I, II.2).
+def conditions(a: np.ndarray, c: np.ndarray) -> dict[int, list[tuple[np.ndarray, float]]]:
     ac, ac2, ac3 = a @ c, a @ c**2, a @ c**3
-    upto4 = [(np.ones(n), 1), (c, 1 / 2), (c**2, 1 / 3), (ac, 1 / 6), (c**3, 1 / 4), (c * ac, 1 / 8), (ac2, 1 / 12),
-             (a @ ac, 1 / 24)]  # fmt: skip
-    order5 = [(c**4, 1 / 5), (c**2 * ac, 1 / 10), (ac * ac, 1 / 20), (c * ac2, 1 / 15), (ac3, 1 / 20),
-              (c * (a @ ac), 1 / 30), (a @ (c * ac), 1 / 40), (a @ ac2, 1 / 60), (a @ a @ ac, 1 / 120)]  # fmt: skip
-    for vector, value in upto4:
-        assert b @ vector == pytest.approx(value, abs=1e-15)
-        assert embedded @ vector == pytest.approx(value, abs=3e-15)  # its weights have seventeen digits, not all exact
-    for vector, value in order5:
-        assert b @ vector == pytest.approx(value, abs=1e-15)
-    assert any(abs(embedded @ vector - value) > 1e-4 for vector, value in order5), "else there is no error estimate"
+    return {
+        1: [(np.ones(len(c)), 1)],
+        2: [(c, 1 / 2)],
+        3: [(c**2, 1 / 3), (ac, 1 / 6)],
+        4: [(c**3, 1 / 4), (c * ac, 1 / 8), (ac2, 1 / 12), (a @ ac, 1 / 24)],
+        5: [(c**4, 1 / 5), (c**2 * ac, 1 / 10), (ac * ac, 1 / 20), (c * ac2, 1 / 15), (ac3, 1 / 20),
+            (c * (a @ ac), 1 / 30), (a @ (c * ac), 1 / 40), (a @ ac2, 1 / 60), (a @ a @ ac, 1 / 120)],
+    }  # fmt: skip
+
+
+PAIRS = {name: stepper.tableau for name, stepper in STEPPERS.items() if isinstance(stepper, ExplicitPair)}
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_a_pair_has_its_order_and_embeds_one_less(name: str) -> None:
+    pair = PAIRS[name]
+    n = len(pair.nodes)
+    c = np.array(pair.nodes)
+    a = np.zeros((n, n))
+    for i, row in enumerate(pair.matrix, start=1):
+        a[i, : len(row)] = row
+    b = a[-1]
+    embedded = b - np.array(pair.error)
+    assert a.sum(axis=1) == pytest.approx(c, abs=1e-15)
+    known = conditions(a, c)
+    assert pair.order in known, "conditions of a higher order are to be added"
+    for order in range(1, pair.order + 1):
+        for vector, value in known[order]:
+            assert b @ vector == pytest.approx(value, abs=1e-15)
+            if order < pair.order:  # the weights have seventeen digits, not all exact
+                assert embedded @ vector == pytest.approx(value, abs=3e-15)
+    assert any(abs(embedded @ vector - value) > 1e-4 for vector, value in known[pair.order]), "no error estimate"
+
+
+@pytest.mark.parametrize("name", PAIRS)
+def test_the_error_of_a_pair_falls_with_its_order(name: str) -> None:
+    """In packed steps: a smooth motion against SciPy, over two decades of the tolerance."""
+    start = start_of(SMOOTH)
+    exact = solve(SMOOTH, start[:8], 10.0, rtol=1e-13, phase=start[8]).y[:, -1]
+    found, steps = [], []
+    for rtol in (1e-6, 1e-7, 1e-8):
+        simulation = Simulation(transient=0.0, observe=10.0, rtol=rtol, pair=name)
+        out = run_from(work_for(SMOOTH, simulation), start[None], lanes=1)
+        found.append(scaled_error(SMOOTH, out["final_state"][0, :8], exact))
+        steps.append(out["steps"][0])
+    order = np.polyfit(np.log(steps), np.log(found), 1)[0]
+    assert -1.15 * PAIRS[name].order < order < -0.9 * PAIRS[name].order
 
 
 def test_error_falls_as_the_fifth_power_of_the_step_where_the_motion_is_smooth() -> None:

@@ -22,7 +22,13 @@ def string(**changes: Any) -> Parameters:
     return replace(
         base,
         bit=replace(base.bit, friction=friction),
-        well=replace(base.well, law=changes.get("wall", "linear"), inclination=changes.get("inclination", 0.0)),
+        well=replace(
+            base.well,
+            law=changes.get("wall", "linear"),
+            inclination=changes.get("inclination", 0.0),
+            axial_friction=changes.get("along", False),
+        ),
+        stabilizer=replace(base.stabilizer, clearance=changes.get("clearance")),
         mud=replace(base.mud, swirl=changes.get("swirl", 0.0)),
         drive=replace(base.drive, **changes.get("drive", {})),
     )
@@ -49,6 +55,8 @@ CASES = [
     {}, {"wall": "hertz"}, {"law": "linear"}, {"law": "exponential"}, {"law": "rational"},
     {"swirl": 0.5, "inclination": 0.5}, {"drive": {"kind": "soft_torque"}}, {"drive": {"kind": "dc_motor"}},
     {"drive": {"kind": "stiff", "torque_limit": 60e3}},
+    {"clearance": 0.03}, {"clearance": 0.03, "wall": "hertz", "law": "rational"}, {"along": True},
+    {"along": True, "wall": "hertz", "law": "linear"},
 ]  # fmt: skip
 
 
@@ -64,7 +72,7 @@ def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: dict[str
     assert found[1] == pytest.approx(found[0], rel=1e-12, abs=1e-12 * np.abs(found[0]).max())
 
 
-@pytest.mark.parametrize("case", CASES[:6], ids=lambda case: "-".join(map(str, case)) or "main")
+@pytest.mark.parametrize("case", CASES[:6] + CASES[9:], ids=lambda case: "-".join(map(str, case)) or "main")
 def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) -> None:
     """They have moved by ``relax`` times the push; and at these velocities the ordinary slopes are those found, but for
     what Newton's method leaves: 1e-5 of the greatest push."""
@@ -73,8 +81,9 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) ->
     b, rows = buffer_of(parameters, options._replace(apart=1), 5, relax=2e-3)
     free = b.copy()
     make_right_hand_side(W, options._replace(apart=1))(b.ravel())
-    own, pushes = rows.own, b[rows.push : rows.push + 3]
-    for push, state in zip(pushes, (1, 3, 7), strict=True):
+    own, moved = rows.own, (1, 3, 5, 7) if options.axial_friction else (1, 3, 7)
+    pushes = b[rows.push : rows.push + len(moved)]
+    for push, state in zip(pushes, moved, strict=True):
         assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + 2e-3 * push, rel=1e-13, abs=1e-13)
     plain, ordinary = buffer_of(parameters, options, 5)
     plain[ordinary.stage : ordinary.stage + own] = b[rows.stage : rows.stage + own]

@@ -10,9 +10,9 @@ from nsdrill.kernel.gang import Compiled, Runs
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Symmetry
 from nsdrill.orbit.arclength import settled
-from nsdrill.orbit.flow import Equations, Flow, _blind
+from nsdrill.orbit.flow import Equations, Flow
 from nsdrill.orbit.rounds import advance
-from nsdrill.scalar import in_lanes
+from nsdrill.scalar import in_lanes, unobserved
 
 
 def roessler(t, y, p):
@@ -63,7 +63,7 @@ def flow_of(slopes, states: int, *, forced: bool = False, singles: int = 0, rtol
         )
 
     def parts(lanes):
-        return Compiled(in_lanes(slopes, lanes, rows), *_blind(lanes, rows))
+        return Compiled(in_lanes(slopes, lanes, rows), *unobserved(lanes))
 
     symmetry = Symmetry(1 if forced else 0, tuple(range(states)))
     return Flow(Equations(rows, symmetry, (1.0,), runs, parts), rtol=rtol)

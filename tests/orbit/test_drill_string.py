@@ -274,5 +274,5 @@ def test_branches_against_the_sweep(bounce):
         for name in ("axial_max", "bit_speed_max", "radius_max", "bit_force_max"):
             assert float(run[name].squeeze()) == pytest.approx(float(one[name]), rel=1e-3)
     torus = numbers_at(data, 8)
-    assert torus == pytest.approx([4.30586, 4.42646], abs=1e-4)
+    assert torus[-2:] == pytest.approx([4.30586, 4.42646], abs=1e-4)
     assert not np.any(data["label"].values == DOUBLING)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from nsdrill import plot
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
 from nsdrill.plot import look_of
+from nsdrill.plot.look import value_of
 from nsdrill.plot.style import panels_of
 
 COLUMN = 3.3  # inches: one column of a journal
@@ -193,3 +195,20 @@ def test_a_look_is_of_one_picture(speeds: Results) -> None:
     plot.draw(speeds, "summary", look=look_of(width="3.3in", title=False))
     assert plot.draw(speeds, "summary").get_figwidth() == 7.0
     assert plot.draw(make_trace(5.0), "orbit").get_suptitle()
+
+
+def test_an_axis_without_a_unit_is_limited_by_numbers() -> None:
+    assert value_of("xlim", "0.35", "") == 0.35
+    with pytest.raises(InputError, match=r"--xlim: found '3 m'; allowed: a number, as this axis has no unit"):
+        value_of("xlim", "3 m", "")
+
+
+@pytest.mark.parametrize("size", [8, 12, 16])
+def test_labels_above_each_other_have_room_in_large_type(speeds: Results, size: int) -> None:
+    figure = plot.draw(speeds, look=look_of(width="3.3in", font_size=size))
+    figure.draw_without_rendering()
+    boxes = sorted(
+        (axes.yaxis.label.get_window_extent() for axes in figure.axes if axes.get_ylabel()), key=lambda b: b.y0
+    )
+    assert len(boxes) == 3
+    assert all(below.y1 < above.y0 for below, above in itertools.pairwise(boxes))

@@ -12,7 +12,7 @@ from matplotlib.patches import Circle
 from nsdrill import plot
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
-from nsdrill.plot.decimation import envelope
+from nsdrill.plot.decimation import STRETCHES, envelope, swings
 
 
 def line(figure, gid: str):
@@ -42,14 +42,48 @@ def test_title_tells_the_operating_point(trace: Trace) -> None:
     assert "16404 ft, 15 klbf, 28.65 rpm" in plot.draw(trace, "phase", units="field").get_suptitle()
 
 
-@pytest.mark.parametrize("name", ["z", "bit_speed", "radius", "wall_force"])
+SCALES = {"z": 1e-3, "bit_speed": 1.0, "radius": 1e-3, "wall_force": 1e3}
+
+
+@pytest.mark.parametrize("name", SCALES)
 def test_histories_keep_every_extreme(name: str) -> None:
-    trace = make_trace(duration=500.0, sample=0.01)
+    trace = make_trace(duration=60.0, sample=0.001)
     drawn = line(plot.draw(trace, "histories"), f"history:{name}")
-    scale = {"z": 1e-3, "bit_speed": 1.0, "radius": 1e-3, "wall_force": 1e3}[name]
     assert len(drawn.get_xdata()) < len(trace.time) / 10
-    assert np.max(drawn.get_ydata()) * scale == pytest.approx(trace[name].max(), rel=1e-12)
-    assert np.min(drawn.get_ydata()) * scale == pytest.approx(trace[name].min(), rel=1e-12)
+    assert np.max(drawn.get_ydata()) * SCALES[name] == pytest.approx(trace[name].max(), rel=1e-12)
+    assert np.min(drawn.get_ydata()) * SCALES[name] == pytest.approx(trace[name].min(), rel=1e-12)
+
+
+@pytest.mark.parametrize("name", SCALES)
+@pytest.mark.parametrize("width", [7.0, 3.3])
+def test_a_long_trace_is_a_band_that_holds_every_sample(name: str, width: float) -> None:
+    trace = make_trace(duration=600.0, sample=0.01)
+    figure = plot.draw(trace, "histories", look=plot.look_of(width=f"{width}in"))
+    axes = next(one for one in figure.axes if any(c.get_gid() == f"history:{name}:band" for c in one.collections))
+    values = trace[name] / SCALES[name]
+    corners = axes.collections[0].get_paths()[0].vertices
+    assert corners[:, 1].max() == pytest.approx(values.max(), rel=1e-12)
+    assert corners[:, 1].min() == pytest.approx(values.min(), rel=1e-12)
+    assert corners[:, 0].min() == trace.time[0]
+    assert corners[:, 0].max() == trace.time[-1]
+    mean = line(figure, f"history:{name}")
+    stretches = len(mean.get_xdata())
+    assert stretches < 100 * width
+    inner = slice(len(values) // stretches * 2, -len(values) // stretches * 2)
+    assert np.mean(mean.get_ydata()[2:-2]) == pytest.approx(values[inner].mean(), rel=0.02)
+    said = figure.axes[0].get_title(loc="left")
+    assert said.replace("\n", " ") == f"bands: least to greatest in each {600 / stretches:.2g} s; lines: the mean"
+    figure.draw_without_rendering()
+    for axes in figure.axes:  # the words stay on the page
+        assert axes.get_tightbbox().x1 <= figure.bbox.width + 1
+
+
+def test_slow_motion_stays_a_line_however_long_it_takes() -> None:
+    time = np.linspace(0.0, 600.0, 60_001)
+    rippled = np.sin(2 * np.pi * time / 20.0) + 0.01 * np.sin(2 * np.pi * 5 * time)
+    assert swings(rippled) < 60  # of 3000 ripples
+    assert swings(np.sin(2 * np.pi * 2 * time) + 0.03 * time) == pytest.approx(1200, abs=STRETCHES)  # nor is the level
+    assert swings(np.full(1000, np.nan)) == swings(np.zeros(5000)) == 0
 
 
 def test_reference_lines(trace: Trace) -> None:
@@ -113,3 +147,19 @@ def test_envelope() -> None:
     assert list(kept_t) == [0, 1, 6, 7]
     assert list(kept) == [0, 9, -5, 4]
     assert np.isnan(envelope(t, np.full(10, np.nan), 2)[1]).all()
+
+
+def test_what_stays_at_one_value_is_told_not_drawn() -> None:
+    trace = make_trace(duration=20.0)
+    steady = {**trace.variables, "wall_force": np.zeros(len(trace.time)), "z": np.full(len(trace.time), 2e-3)}
+    steady["vz"] = np.zeros(len(trace.time))
+    resting = Trace(trace.time, steady, trace.attrs)
+    figure = plot.draw(resting, "histories")
+    assert [axes.get_ylabel() for axes in figure.axes] == [
+        "Bit speed [rad/s]", "$r$ [mm]", "Bit force [kN]", "Bit torque [kN m]",
+    ]  # fmt: skip
+    assert figure.axes[0].get_title(loc="left") == "constant: $z$ 2 mm, wall force 0 kN"
+    assert [axes.get_xlabel() for axes in plot.draw(resting, "phase").axes] == ["Twist [rad]", "$r$ [mm]"]
+    still = Trace(trace.time, {name: np.ones(len(trace.time)) for name in steady}, trace.attrs)
+    assert len(plot.draw(still, "histories").axes) == 6  # of a string at rest all is to be seen
+    assert len(plot.draw(still, "phase").axes) == 3

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import nsdrill.store.hdf5 as hdf5
-from nsdrill.errors import FileError
+from nsdrill.errors import FileError, InputError
 from nsdrill.models.kept import Kept
 from nsdrill.store import (
     RunLog,
@@ -24,6 +24,7 @@ from nsdrill.store import (
     read_trace,
     rewrite_labels,
     to_netcdf,
+    variables_in,
 )
 
 from .samples import POINTS, header, make_results
@@ -348,3 +349,20 @@ def replace(file, name, values):
         file.create_group(name)
     else:
         file[name] = values
+
+
+def test_a_file_from_before_lacks_what_is_measured_now(path):
+    """Sealed, so nobody has edited it: the version that made it did not know the variable."""
+    make_results(path)
+    whole = read_results(path)
+    hdf5.unseal(path)
+    with h5py.File(path, "r+") as file:
+        del file["axial_max"]
+    hdf5.seal(path)
+    found = read_results(path)
+    assert set(whole.variables) - set(found.variables) == {"axial_max"}
+    np.testing.assert_array_equal(found["axial_min"], whole["axial_min"])
+    assert "axial_max" not in {variable.name for variable in variables_in(path)}
+    assert "axial_max" not in read_point(path, 0, 0, 0, 0)
+    with pytest.raises(InputError, match=r"results without axial_max; .*earlier version.*run the study again"):
+        found["axial_max"]

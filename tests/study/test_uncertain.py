@@ -179,8 +179,13 @@ def test_what_is_wrong_is_told_with_line_key_and_what_is_allowed(section: str, m
 
 
 def test_samples_beside_several_starts_are_refused() -> None:
-    with pytest.raises(StudyError, match=r"initial\.ensemble: found with uncertain numbers"):
-        study("{bit.friction.static: {uniform: [0.3, 0.6]}}\ninitial: {ensemble: 8}")
+    friction = "bit.friction.static: {uniform: [0.3, 0.6]}"
+    with pytest.raises(
+        StudyError, match=r"initial\.ensemble: found with .*uncertain\.initial\.x: each .*sweep\.initial\.x:"
+    ):
+        study(f"{{{friction}}}\ninitial: {{ensemble: 8}}")
+    both = study(f"{{{friction}, initial.x: {{uniform: [-9 mm, 9 mm]}}, samples: 4}}")  # what the sentence advises
+    assert len(set(both.drawn["initial.x"].tolist())) == 4
 
 
 def test_too_many_points_with_samples() -> None:

@@ -141,6 +141,39 @@ def test_any_number_can_be_moved_and_the_point_started_over(page: Any, explorer:
     assert head_of(answer.value)["state"] == before["state"]
 
 
+def test_whole_numbers_and_words_can_be_changed(page: Any, explorer: Explorer) -> None:
+    opened(page, explorer.url)
+    clicked(page, 0.6)
+    assert page.locator("#more option", has_text="Well law").count() == 0  # its stiffness has other units then
+    page.locator("#more").select_option("bit.lobes")
+    page.locator("#s-bit-lobes").focus()
+    with page.expect_response("**/api/live", timeout=WAIT) as answer:
+        page.keyboard.press("ArrowLeft")
+    assert head_of(answer.value)["values"]["bit.lobes"] == 2
+    page.locator("#more").select_option("modes.axial")
+    with page.expect_response("**/api/live", timeout=WAIT) as answer:
+        page.locator("#s-modes-axial").select_option("frozen")
+    assert head_of(answer.value)["values"]["modes.axial"] == "frozen"
+    assert {"bit.lobes", "modes.axial"}.isdisjoint(
+        page.locator("#around option").evaluate_all("a => a.map(o => o.value)")
+    )
+
+
+def test_a_change_that_is_refused_is_taken_back(page: Any, explorer: Explorer) -> None:
+    opened(page, explorer.url)
+    clicked(page, 0.6)
+    text = page.locator(".slider", has=page.locator("#s-wob")).locator("input[type=text]")
+    text.fill("-7 klbf")
+    text.press("Enter")
+    page.locator("#banner", has_text="found '-7 klbf'").wait_for()
+    page.locator("#s-rotary_speed").focus()
+    with page.expect_response("**/api/live", timeout=WAIT) as answer:
+        page.keyboard.press("ArrowRight")
+    assert answer.value.status == 200
+    assert list(json.loads(answer.value.request.post_data)["changes"]) == ["rotary_speed"]
+    page.expected = ["error: Failed to load resource: the server responded with a status of 400 (Bad Request)"]
+
+
 def test_a_diagram_around_the_point(page: Any, explorer: Explorer) -> None:
     opened(page, explorer.url)
     clicked(page, 0.6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,35 @@ def test_field_units(shared: Path) -> None:
     assert head["x"]["values"][0] == pytest.approx(60 / (2 * np.pi))
     told, _ = session.replay({"place": [0, 0, 0, 0], "seconds": 1.0})
     assert ["Rotary speed", "9.549 rpm"] in told["from"]
+
+
+def test_the_title_has_the_units_of_the_page(shared: Path) -> None:
+    session = Session(shared / "small.h5", "field")
+    depth = session.study.axes["depth"][0]
+    session.study = replace(session.study, title=f"Up and down, {depth:g} m, 22.24 kN, 3 m, {depth + 9:g} m")
+    assert session.title == f"Up and down, {depth / 0.3048:.4g} ft, 5 klbf, 3 m, {depth + 9:g} m"  # no other length
+    assert Session(shared / "small.h5").title == "Small"
+
+
+def test_another_drive_goes_on_from_the_state_that_there_is(session: Session) -> None:
+    """The states that both strings have keep their bits; those of the new drive begin as in a study."""
+    told, _ = session.replay({"place": [0, 0, 0, 3], "seconds": 1.0})
+    asked = {"place": [0, 0, 0, 3], "state": told["state"].tolist(), "states": told["states"], "seconds": 1.0}
+    study = session.motions.at(session.motions.values([0, 0, 0, 3]), {"drive.kind": "stiff"})
+    state = session._from(asked, study)
+    names = session.motions.states(study)
+    assert set(told["states"]) < set(names)
+    fitted = dict(zip(names, state, strict=True))
+    assert all(fitted[name] == value for name, value in zip(told["states"], told["state"], strict=True))
+    own = dict(zip(names, session.motions.start(study), strict=True))
+    assert all(fitted[name] == own[name] for name in set(names) - set(told["states"]))
+    head, _ = session.live({**asked, "changes": {"drive.kind": "stiff"}})
+    assert head["values"]["drive.kind"] == "stiff"
+    assert head["states"] == names
+    with pytest.raises(InputError, match="states: found something else"):
+        session.live({**asked, "states": ["x"]})
+    with pytest.raises(InputError, match="found none of"):
+        session.live({**asked, "states": ["a"] * len(told["state"])})
 
 
 def test_a_map_is_turned_as_asked(of_map: Session) -> None:

@@ -15,6 +15,7 @@ from nsdrill.analysis.outcome import known, text
 from nsdrill.data import Array, Results, Trace
 from nsdrill.models.leaves import as_told
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
+from nsdrill.variables import SAMPLE
 
 ROUNDING = 1e-12  # axes whose values differ by less, relatively, differ by rounding only
 MOST_NAMED = 10  # points whose response changed, one by one
@@ -22,7 +23,8 @@ _STATUS = 100  # outcomes from here on are a status: no response is known
 
 
 def compare_results(a: Results, b: Results) -> dict[str, Any]:
-    """``axes``: for each its values in ``a`` and ``b`` and how many are common; ``points`` that both have;
+    """``axes``: for each its values in ``a`` and ``b`` and how many are common, and where each has one, another one,
+    these in ``values``, as their points are compared all the same; ``points`` that both have;
     ``responses``: at how many of these they differ, ``changes`` from what to what, and some of the points; and
     ``variables``, one row each: see :func:`_row`."""
     grid = list(dict.fromkeys((*a.grid, *b.grid)))
@@ -92,9 +94,24 @@ def _axes(a: Results, b: Results, grid: Sequence[str]) -> tuple[list[dict[str, A
     for name in grid:
         left, right = a.coords.get(name, nothing), b.coords.get(name, nothing)
         i, j, same = common(left, right)
-        axes.append({"name": name, "a": len(left), "b": len(right), "common": len(i), "same": bool(same)})
+        if name == SAMPLE and len(i):
+            i, j = (numbers[_drawn_alike(a, b, i, j)] for numbers in (i, j))
+            same = same and len(i) == len(left)
+        row = {"name": name, "a": len(left), "b": len(right), "common": len(i), "same": bool(same)}
+        if not len(i) and len(left) == len(right) == 1 and name != SAMPLE:
+            i = j = np.zeros(1, dtype=int)
+            row["values"] = [text(one[0]) if name == "procedure" else one[0].item() for one in (left, right)]
+        axes.append(row)
         places[name] = (i, j)
     return axes, places
+
+
+def _drawn_alike(a: Results, b: Results, i: Array, j: Array) -> Array:
+    """Of samples of the same number, ``i`` in ``a`` and ``j`` in ``b``, those with the same values of all unknowns."""
+    one, two = ({unknown.key: values for unknown, values in data.drawn.items()} for data in (a, b))
+    if one.keys() != two.keys():
+        return np.zeros(len(i), dtype=bool)
+    return np.all([one[key][i] == two[key][j] for key in one], axis=0) if one else np.ones(len(i), dtype=bool)
 
 
 def _alone(a: Results | Trace, b: Results | Trace) -> dict[str, list[str]]:

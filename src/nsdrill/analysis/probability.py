@@ -64,7 +64,7 @@ def judged(results: Results, severity: int | None = None) -> Judged:
     )
 
 
-def interval(count: Array, total: Array | int) -> tuple[Array, Array]:
+def interval(count: Array, total: Array | float) -> tuple[Array, Array]:
     """The 95 % intervals of shares of which ``count`` in ``total`` independent draws were seen (Wilson 1927). Samples
     of a Sobol sequence spread more evenly than independent ones: of them the intervals hold more often. Written out:
     scipy's ``binomtest`` takes one share at a time, and a thousand times as long."""
@@ -92,6 +92,17 @@ def independent(results: Results) -> slice:
     return slice(None)
 
 
+def effective_number(results: Results, some: slice = slice(None)) -> float:
+    """How many independent samples tell as much as those of ``results``: fewer where rows of a table are the same, as
+    those that a fit has drawn again by weight: (sum n)^2 / sum n^2 of the times n that each is there (Kish 1965)."""
+    total = len(results.coords[SAMPLE][some])
+    if not resolved_study(results.attrs).get("uncertain", {}).get("table") or not results.drawn:
+        return float(total)
+    rows = np.column_stack([values[some] for values in results.drawn.values()])
+    times = np.unique(rows, axis=0, return_counts=True)[1].astype(float)
+    return float(total**2 / np.sum(times**2))
+
+
 def check_samples(results: Results, what: str) -> None:
     """InputError where the results have no samples."""
     if SAMPLE not in results.coords:
@@ -112,6 +123,8 @@ class Chances:
     count: Array
     open: Array
     total: int
+    effective: float
+    """How many independent samples tell as much: fewer than ``total`` where samples of a table are the same."""
 
     @property
     def share(self) -> Array:
@@ -119,7 +132,7 @@ class Chances:
 
     @property
     def interval(self) -> tuple[Array, Array]:
-        return interval(self.count, self.total)
+        return interval(self.count * (self.effective / self.total), self.effective)
 
     def of(self, outcome: str, history: str | None = None) -> tuple[Array, Array, Array]:
         """The probability of an outcome at every operating point, and the ends of its interval; of the last history
@@ -146,7 +159,7 @@ def chances(results: Results, severity: int | None = None, responses: Iterable[s
         made.append(counted(*map(np.asarray, (safe.all(axis=0), bad.any(axis=0), seen.any(axis=0)))))
     histories = tuple(text(name) for name in results.coords["procedure"]) + ((EVERY,) if len(safe) > 1 else ())
     count, unsure = (np.array(part) for part in zip(*made, strict=True))
-    return Chances(histories, (SAFE, *names), count, unsure, safe.shape[-1])
+    return Chances(histories, (SAFE, *names), count, unsure, safe.shape[-1], effective_number(results, some))
 
 
 def window_state(chance: Chances, confidence: float, history: str | None = None) -> tuple[Array, Array]:

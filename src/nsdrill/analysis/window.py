@@ -16,7 +16,15 @@ import numpy as np
 from nsdrill.analysis.hysteresis import words
 from nsdrill.analysis.outcome import known, text
 from nsdrill.analysis.plane import largest_margin, regions
-from nsdrill.analysis.probability import chances, check_samples, judged, one_procedure, window_state
+from nsdrill.analysis.probability import (
+    chances,
+    check_samples,
+    effective_number,
+    independent,
+    judged,
+    one_procedure,
+    window_state,
+)
 from nsdrill.data import Array, Results, overrides
 from nsdrill.errors import InputError
 from nsdrill.models.leaves import in_words, words_along
@@ -114,7 +122,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
     )
     bits = np.bitwise_or.reduce(planes(np.where(known(results["status"]), results["response"], 0).astype(int)), axis=-1)
     safe_in = {
-        text(name): int(np.count_nonzero(one.all(axis=tuple(range(3, one.ndim)))))
+        text(name): int(np.count_nonzero(one.all(axis=tuple(range(len(results.axes), one.ndim)))))
         for name, one in zip(results.coords["procedure"], each, strict=True)
     }
     yields = {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables}
@@ -211,6 +219,8 @@ def find_window(results: Results, severity: int | None = None, confidence: float
         "obstacles": {name: int(np.count_nonzero(found.bits >> number & 1)) for number, name in enumerate(names)},
         "confidence": confidence,
         "samples": len(results.coords.get(SAMPLE, ())) or None,
+        "counted": len(results.coords[SAMPLE][independent(results)]) if SAMPLE in results.coords else None,
+        "effective": effective_number(results, independent(results)) if SAMPLE in results.coords else None,
         "most_probable": _most_probable(found),
         "price": _price(found),
         "alone": _alone(results, severity, confidence) if found.histories > 1 else [],

@@ -120,6 +120,7 @@ def _curves(data: Any, meanings: Any) -> list[dict[str, Any]]:
             {
                 "curve": number, "label": meaning.name, "points": int(size),
                 "lobes": int(data["curve_lobes"].values[number]),
+                "words": motion_text(str(data["curve_motion"].values[number]), int(data["curve_lobes"].values[number])),
                 "end_reason": str(data["curve_end_reason"].values[number]),
                 **{name: [float(values.min()), float(values.max())] for name, values in ends.items()},
             }

@@ -13,6 +13,7 @@ from typing import Any
 from nsdrill.app.provenance import unlike, versions
 from nsdrill.app.run import processors
 from nsdrill.errors import InputError, NsdrillError
+from nsdrill.models.registry import other_packages, sources_of
 
 CONNECT_SECONDS = 10
 _OF_TERMINALS = {signal.SIGINT, signal.SIGHUP}
@@ -75,7 +76,7 @@ class _Cluster(Executor):
         self._client, self._executor = client, client.get_executor(pure=False)
 
     def submit(self, function: Callable[..., Any], /, *args: Any, **more: Any) -> Future[Any]:
-        future: Future[Any] = self._executor.submit(_compared, versions(), function, *args, **more)
+        future: Future[Any] = self._executor.submit(_compared, versions(), _sources(), function, *args, **more)
         return future
 
     def check(self) -> None:
@@ -93,10 +94,19 @@ def _differing(found: Any) -> str:
     return "; ".join(unlike(found, "numpy_version")) if isinstance(found, dict) else f"it does not tell them: {found}"
 
 
-def _compared(expected: dict[str, str], function: Callable[..., Any], /, *args: Any, **more: Any) -> Any:
+def _sources() -> dict[str, str]:
+    """Digests of the models of other packages that this process knows of."""
+    return {name: sources_of(name) for name in other_packages()}
+
+
+def _compared(
+    expected: dict[str, str], models: dict[str, str], function: Callable[..., Any], /, *args: Any, **more: Any
+) -> Any:
     """The call, in a worker, which may have joined after the others were compared."""
     if differing := _differing(expected):
         raise NsdrillError(f"the worker has other versions ({differing})")
+    if other := [name for name, digest in models.items() if sources_of(name) != digest]:
+        raise NsdrillError(f"the worker has another version of the model {other[0]}, or none")
     return function(*args, **more)
 
 

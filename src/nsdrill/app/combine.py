@@ -22,11 +22,21 @@ from nsdrill.models.leaves import is_apart, place_of, states_of_all, word_at, wo
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import kind_of, read_results
 from nsdrill.study.keys import Keys, keys_of
-from nsdrill.study.resolved import axis_values, study_from_resolved
+from nsdrill.study.resolved import axis_values, refined_axes, study_from_resolved
 from nsdrill.study.study import Study
 from nsdrill.study.written import changes, study_text, value_text
 from nsdrill.variables import MODEL, POINT, dimension_of
 
+# What all have alike, as points of one depend on others of the same file, and why.
+_WHOLE = {
+    "sweep.procedure": "the same procedure in all. The way down of an up-down sweep begins where its way up ends, so "
+    "two files are no parts of one; run it with --set sweep.procedure=up-down",
+    "sweep.along": "the same axis in all, along which the state is carried",
+    "sweep.refine": "the same in all, as a file has one grid",
+    "uncertain": "the same samples in all, of the same unknowns. For more samples run the study with a larger "
+    "uncertain.samples: the first ones are then the same",
+    "initial": "the same starts in all",
+}
 Named = tuple[str, Results]  # what messages call it, and the results
 _MADE = ("h5py_version", "python_version", "processor")
 
@@ -37,10 +47,11 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
     if len(sources) < 2:
         raise InputError(f"combine: found {len(sources)} file; allowed: two or more.")
     found = [_read(source, number) for number, source in enumerate(sources)]
+    _check_made_alike(found)
     key, keys = _differing(found)
     if words_of(key):
         found = _with_all(found)
-    _check_alike(found)
+    _check_variables(found)
     study, places = _study(found, key, keys)
     whole = _joined([results for _, results in found], study, places, dimension_of(key))
     names = ", ".join(name for name, _ in found)
@@ -51,6 +62,8 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
     histories = dict.fromkeys(line for _, results in found for line in str(results.attrs["history"]).splitlines())
     attrs = {**made, **kept, "history": "\n".join([*histories, made["history"]])}
     whole = replace(whole, attrs=attrs)
+    if "points_run" in first:
+        whole = replace(whole, attrs={**attrs, **_refinement([results.attrs for _, results in found])})
     if "start" in whole.coords:  # attractors are numbered alike along the new axis, too
         from nsdrill.app.report import relabelled
 
@@ -66,19 +79,23 @@ def _read(source: str | os.PathLike[str] | Results, number: int) -> Named:
     results = source if isinstance(source, Results) else read_results(source)
     if not resolved_study(results.attrs):
         raise InputError(f"{name}: found no study in the file; allowed: results of nsdrill run.")
-    if "points_run" in results.attrs:
-        raise InputError(f"{name}: found a refined sweep, of which not every point was run; allowed: sweeps without.")
     return name, results
 
 
-def _check_alike(found: Sequence[Named]) -> None:
-    """InputError unless all were made by the same versions and hold the same variables under the same thresholds."""
+def _check_made_alike(found: Sequence[Named]) -> None:
+    """InputError unless all were made by the same versions and labelled with the same thresholds."""
     name, first = found[0]
     for other, results in found[1:]:
         for attribute, what in (("model_digest", "other versions of nsdrill or of its libraries"),
                                 ("classification_resolved", "labels with other thresholds")):  # fmt: skip
             if first.attrs.get(attribute) != results.attrs.get(attribute):
                 raise InputError(f"{other}: found {what} than in {name}; allowed: files that were made alike.")
+
+
+def _check_variables(found: Sequence[Named]) -> None:
+    """InputError unless all hold the same variables and states."""
+    name, first = found[0]
+    for other, results in found[1:]:
         if alone := sorted(set(first.variables) ^ set(results.variables)):
             few = ", ".join(alone[:4])
             raise InputError(f"{other}: found other variables than in {name} ({few}); allowed: the same in all.")
@@ -96,7 +113,10 @@ def _differing(found: Sequence[Named]) -> tuple[str, Keys]:
         here = [(key, a, b) for key, a, b in changes(base, resolved_study(results.attrs)) if key != "title"]
         if not here:
             raise InputError(f"{other}: found the same study as in {name}; allowed: one that differs in one number.")
-        told |= {key: f"{key}: {a} in {name}, {b} in {other}" for key, a, b in here}
+        told |= {key: f"{key}: {_there(a)} in {name}, {_there(b)} in {other}" for key, a, b in here}
+    for section, hint in _WHOLE.items():
+        if listed := [words for one, words in told.items() if one.startswith(section)]:
+            raise InputError(f"combine: found {listed[0]}; allowed: {hint}.")
     told = {
         key: words for key, words in told.items() if key in _choices(told, keys) or not _one_reads(found, key, told)
     }
@@ -111,6 +131,11 @@ def _differing(found: Sequence[Named]) -> tuple[str, Keys]:
     sweep = base["sweep"]
     if sweep["along"] == axis:
         raise InputError(f"combine: found {words}, along which the state is carried; allowed: an axis beside it.")
+    if axis in refined_axes(sweep):
+        raise InputError(
+            f"combine: found {words}, which is refined: where it is divided depends on all of its values. Allowed: a "
+            "number beside those that are refined; run the whole range as one study."
+        )
     if is_apart(keys.model.name, axis) and sweep["procedure"] != "same":
         raise InputError(
             f"combine: found {words}, which no state is carried over; allowed: with sweep.procedure: same."
@@ -161,6 +186,10 @@ def _filled(results: Results, states: tuple[str, ...], shapes: Mapping[str, tupl
     return replace(results, coords={**results.coords, "state": np.array(states)}, variables=order)
 
 
+def _there(value: str | None) -> str:
+    return "nothing" if value is None else value
+
+
 def _study(found: Sequence[Named], key: str, keys: Keys) -> tuple[Study, list[Array]]:
     """The study of all, and of each file the places of its values on the new axis."""
     values = [_values(resolved_study(results.attrs), key, keys, name) for name, results in found]
@@ -206,6 +235,13 @@ def _values(resolved: dict[str, Any], key: str, keys: Keys, name: str) -> Array:
     if value is None:
         raise InputError(f"{name}: found {key}: null; allowed: a number, as the others have.")
     return np.array([place_of(key, value) if words_of(key) else float(value)])
+
+
+def _refinement(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """The root attributes of refined sweeps together: each value of the new axis is a grid of its own."""
+    first = parts[0]
+    counts = {name: sum(int(one[name]) for one in parts) for name in ("points_run", "points_inferred")}
+    return {"refine": first["refine"], **counts, "border_spacing": first["border_spacing"]}
 
 
 def _joined(parts: Sequence[Results], study: Study, places: Sequence[Array], dimension: str) -> Results:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import os
 import time
@@ -15,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from nsdrill import interrupt
-from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, meanings_of
-from nsdrill.app.provenance import processor, provenance, unlike, versions
+from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
+from nsdrill.app import unfinished
+from nsdrill.app.provenance import provenance
 from nsdrill.app.run import processors
 from nsdrill.data import Array, json_text
 from nsdrill.errors import FileError, InputError
-from nsdrill.files import Temporary, reason
 from nsdrill.kernel.gang import Gang, choose_lanes
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.base import Model, Symmetry, Variant
@@ -35,7 +34,7 @@ from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.kept import from_arrays, to_arrays
 from nsdrill.orbit.labels import Graze
-from nsdrill.store import check_target, part_path, read_results, write_branches
+from nsdrill.store import read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
 from nsdrill.study.keys import keys_of
 from nsdrill.study.resolved import differences
@@ -48,7 +47,7 @@ from nsdrill.variables import OK, dimension_of
 RANGE_PARTS = 10  # the natural size of the number continued is this part of its range
 CIRCLE_PERIODS = 200  # over which features of a motion on a circle are measured
 UNSTABLE = 1e6  # a multiplier beyond which one period no longer follows the orbit
-KEPT_MAGIC = "nsdrill branches"
+WHAT = "continuation"
 Words = Callable[[str], object]
 
 
@@ -79,12 +78,14 @@ class Setting:
         given |= {key: numbers[:, place] for place, key in enumerate(keys)}
         return values_at(study.parameters, study.initial, given)
 
-    def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int) -> Flow:
-        """The flow in which the numbers at ``keys`` are free."""
+    def flow(self, keys: tuple[str, ...], scales: tuple[float, ...], workers: int, without: str = "") -> Flow:
+        """The flow in which the numbers at ``keys`` are free, ``without`` a contact if the model can do so."""
 
         def pack(numbers: Array) -> Array:
             with np.errstate(invalid="ignore"):  # Newton's method may ask for what no string has
-                return self.model.pack(self.values(numbers, keys), self.study.thresholds)
+                table = self.model.pack(self.values(numbers, keys), self.study.thresholds)
+            released = self.model.released(table, without) if without else None
+            return table if released is None else released
 
         return Flow(equations_of(self.model, self.fixed, self.symmetry, pack, scales), workers=workers)
 
@@ -161,37 +162,28 @@ def continue_study(
     """
     setting = setting_of(study)
     asked = setting.asked
-    part = None
+    part, there = None, False
     if path is not None:
-        part = part_path(path)
-        check_target(path)
-        if overwrite and resume:
-            raise FileError("--overwrite and --resume exclude each other: start anew, or go on with what is there?")
-        if os.path.lexists(path) and not overwrite and not (resume and part.exists()):
-            raise FileError(f"{path}: the file exists. Choose another name, or replace it by --overwrite.")
-        if part.exists() and not (resume or overwrite):
-            raise FileError(
-                f"{part}: an unfinished continuation is there. Go on with it by --resume, or start anew by --overwrite."
-            )
+        part, there = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
     begun = time.perf_counter()
     keys = (asked.along,)
     scale = (asked.high - asked.low) / RANGE_PARTS
     flow = setting.flow(keys, (scale,), workers or processors())
-    grazes = _grazes(study, setting.model)
+    grazes = _grazes(study, flow)
     orders = Orders(
         asked.lobes, (asked.low, asked.high), asked.points, asked.switch, "periodic" in asked.motions,
         bool({"rolling", "stick_slip"} & {*asked.motions}), "rolling" in asked.motions, grazes,
     )  # fmt: skip
     started = _seeds(setting, flow, seeds, say)
     digest = _digest(study, started)
-    known = _kept(part, digest) if part is not None and resume and part.exists() else {}
+    known = _kept(part, digest) if part is not None and there else {}
     kept = dict(known)
 
     def keep(branches: dict[Any, Branch]) -> None:
         kept.update(branches)
         say(f"{len(kept)} branches, {sum(map(len, kept.values()))} points")
         if part is not None:
-            _keep(part, digest, kept)
+            _keep(part, study.model, digest, kept)
 
     explorer = Explorer(flow, orders, known, keep, interrupt.look)
     try:
@@ -211,20 +203,21 @@ def continue_study(
             raise KeyboardInterrupt(_interrupted(part, kept)) from None
     if path is not None:
         write_branches(path, data, overwrite=overwrite or bool(known))
-        if part is not None and part.exists():
-            part.unlink()
+        if part is not None:
+            unfinished.discard(part)
     words: dict[str, int] = {}
     for word in found.seeds:
         words[word] = words.get(word, 0) + 1
     return Continued(data, words, time.perf_counter() - begun)
 
 
-def _grazes(study: Study, model: Model) -> dict[int, Graze]:
-    """Of the model's contacts, by place, the labels of those that are reached or lost."""
+def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
+    """Of the contacts and levels, by place, the labels of those that are reached or lost."""
     codes = {(one.contact, one.when): one.code for one in described(study.model).grazing}
+    equations = flow.equations
     return {
-        place: Graze(codes.get((name, "reached")), codes.get((name, "lost")))
-        for place, name in enumerate(model.contacts)
+        place: Graze(codes.get((name, "reached")), codes.get((name, "lost")), place < len(equations.contacts))
+        for place, name in enumerate((*equations.contacts, *equations.levels))
     }
 
 
@@ -365,42 +358,18 @@ def _digest(study: Study, seeds: list[Seed]) -> str:
     return digest.hexdigest()
 
 
-def _keep(part: Path, digest: str, branches: Mapping[Any, Branch]) -> None:
+def _keep(part: Path, model: str, digest: str, branches: Mapping[Any, Branch]) -> None:
     arrays, told = to_arrays(branches)
-    head = json_text({"magic": KEPT_MAGIC, "digest": digest, "branches": told, **versions(), "processor": processor()})
-    buffer = io.BytesIO()
-    held: dict[str, Any] = {"head": np.frombuffer(head.encode(), np.uint8), **arrays}
-    np.savez(buffer, **held)
-    # Not the last file of this process: an interrupt is still heeded after it.
-    with Temporary(Path(os.path.realpath(part))) as temporary:
-        temporary.file.write(buffer.getvalue())
-        os.fsync(temporary.file.fileno())
-        temporary.replace()
+    unfinished.keep(part, WHAT, digest, told, arrays, model)
 
 
 def _kept(part: Path, digest: str) -> dict[Any, Branch]:
     """The branches in ``part``; FileError where they are of another continuation."""
+    told, arrays = unfinished.kept(part, WHAT, digest, "another study or from other seeds")
     try:
-        with np.load(part, allow_pickle=False) as arrays:
-            head = json.loads(arrays["head"].tobytes().decode())
-            if head["magic"] != KEPT_MAGIC:
-                raise ValueError("it is none of nsdrill")
-            branches = from_arrays(arrays, head["branches"])
-    except (OSError, ValueError, KeyError, TypeError, IndexError, EOFError) as error:
-        raise FileError(
-            f"{part}: cannot be read as an unfinished continuation: {reason(error)}. Start anew by --overwrite."
-        ) from error
-    if head["digest"] != digest:
-        raise FileError(
-            f"{part}: made from another study or from other seeds. Resume it with those that it was made from, or "
-            "start anew by --overwrite."
-        )
-    if differing := unlike(head):
-        raise FileError(
-            f"{part}: made with other versions, whose numbers may differ ({'; '.join(differing)}). Finish it with "
-            "those, or start anew by --overwrite."
-        )
-    return branches
+        return from_arrays(arrays, told)
+    except (ValueError, KeyError, TypeError, IndexError) as error:
+        raise unfinished.damaged(part, WHAT, error) from error
 
 
 # The Dataset
@@ -435,7 +404,7 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
         "flag_values": np.array([*meanings], np.int16),
         "flag_meanings": " ".join(one.name for one in meanings.values()),
     }
-    contacts = model.contacts
+    contacts = (*flow.equations.contacts, *flow.equations.levels)
     touches = np.stack([point.found.touches[:, 2] for point in points]) if contacts else None
     data: dict[str, Any] = {
         "motion": ("branch", np.array([one.motion for one in branches], dtype=object), {"long_name": "kind of motion"}),
@@ -464,7 +433,7 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
                        _words("iterations of Newton's method")),
         "residual": ("point", np.array([point.residual for point in points]), _words("residual in natural sizes")),
         "state": (("point", "state_name"), states, {"long_name": "state at the drive angle 0, in SI"}),
-        **({"touches": (("point", "contact"), touches, _words("how often a contact begins in a period"))}
+        **({"touches": (("point", "contact"), touches, _words("how often in a period a contact begins"))}
            if touches is not None else {}),
     }  # fmt: skip
     circles = np.repeat([one.motion == CIRCLE for one in branches], rows)
@@ -544,6 +513,10 @@ def conditions_of(setting: Setting) -> dict[int, Condition]:
         found[FOLD] = Condition(multiplier=1.0)
     if "doubling" in curves.of:
         found[DOUBLING] = Condition(multiplier=-1.0)
+    if "torus" in curves.of:
+        found[TORUS] = Condition(pair=True)
+    if "hopf" in curves.of:
+        found[HOPF] = Condition(pair=True)
     for one in described(setting.study.model).grazing:
         if one.border in curves.of:
             place = model.contacts.index(one.contact)
@@ -557,16 +530,25 @@ def with_curves(setting: Setting, data: Any, found: Found, workers: int) -> Any:
     curves = asked.curves
     assert curves is not None
     scales = ((asked.high - asked.low) / RANGE_PARTS, (curves.high - curves.low) / RANGE_PARTS)
-    flow = setting.flow((asked.along, curves.over), scales, workers)
+    contacts, known = setting.model.contacts, dict[str, Flow]()
+
+    def flows(condition: Condition) -> Flow:
+        # A motion that a contact is just reached by is one without it, and that is smooth.
+        name = "" if condition.of_monodromy or not condition.which else contacts[condition.contact]
+        if name not in known:
+            known[name] = setting.flow((asked.along, curves.over), scales, workers, name)
+        return known[name]
+
     start = _number_of(study, dimension_of(curves.over))
     ranges = ((asked.low, asked.high), (curves.low, curves.high))
-    made = borders(flow, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look)
+    made = borders(flows, found.branches, conditions_of(setting), start, ranges, curves.points, interrupt.look)
     points = [point for one in made for point in one.points]
     numbers = np.array([point.found.values for point in points]).reshape(-1, 2)
     along, over = dimension_of(asked.along), dimension_of(curves.over)
     ends = [" ; ".join(dict.fromkeys(ENDINGS.get(word, word) for word in one.ended)) for one in made]
     return data.assign(
         curve_label=("curve", np.array([one.label for one in made], np.int16), dict(data["label"].attrs)),
+        curve_motion=("curve", np.array([one.motion for one in made], dtype=object), {"long_name": "kind of motion"}),
         curve_lobes=("curve", np.array([one.lobes for one in made], np.int64), _words("period in lobes")),
         curve_branch=("curve", np.array([one.branch for one in made], np.int64), _words("a branch that it passes")),
         curve_end_reason=("curve", np.array(ends, dtype=object), {"long_name": "why the curve ends"}),

@@ -22,6 +22,7 @@ from nsdrill.analysis.fitting import (
     posterior,
 )
 from nsdrill.app.passes import Watch
+from nsdrill.app.rounds import Rounds
 from nsdrill.app.run import check_sweep, checked_workers
 from nsdrill.errors import FileError, InputError, StudyError
 from nsdrill.kernel.gang import choose_lanes
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUANTILES = (0.05, 0.5, 0.95)
+FAR = 3.0  # times beyond the ends of the sweep, where a measured setting may be in another unit
 
 
 @dataclass(frozen=True)
@@ -68,19 +70,23 @@ class Fit:
 
 def fit(
     study: Study, measured: Measured, *, batch: int = 128, rounds: int = 8, samples: int = 128,
-    workers: int | None = None, watch: Watch = lambda progress: None,
+    workers: int | None = None, watch: Watch = lambda progress: None, kept: Rounds | None = None,
 ) -> Fit:  # fmt: skip
-    """Adjust the unknowns of ``study`` to ``measured``; the sweep of the study is not run. InputError where there is
-    nothing to adjust, or where no run ends well."""
+    """Adjust the unknowns of ``study`` to ``measured``; the sweep of the study is not run. ``kept`` keeps the runs, and
+    has those of an interrupted fit. InputError where there is nothing to adjust, or where no run ends well."""
     keys = unknowns_of(study)
     if clash := [key for key in measured.at if key in keys]:
         raise InputError(f"{measured.source}: found a column of {clash[0]}, which is an unknown; allowed: one of both.")
     _check_points(study, measured)
-    run = _Runs(study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2))
+    kept = kept or Rounds()
+    run = _Runs(study, measured, keys, checked_workers(workers), watch, batch * (rounds + 2), kept.runs)
+    simulate = kept.of(run)
     values, errors, there = measured.flat
     seed = study.resolved["uncertain"]["seed"]
     try:
-        found = posterior(lambda z: run(z)[:, there], values, errors, len(keys), seed=seed, batch=batch, rounds=rounds)
+        found = posterior(
+            lambda z: simulate(z)[:, there], values, errors, len(keys), seed=seed, batch=batch, rounds=rounds
+        )
     except ValueError as error:
         raise InputError(
             f"{study.source}: {error} at some point of {measured.source}. nsdrill run says why."
@@ -115,6 +121,25 @@ def unknowns_of(study: Study) -> dict[str, Any]:
     return keys
 
 
+def far_from_the_sweep(study: Study, measured: Measured) -> list[str]:
+    """In words, the settings that lie far outside of what the study sweeps: a unit may be wrong."""
+    leaves = keys_of(study.model).axes
+    said = []
+    for key, values in measured.at.items():
+        swept = study.axes.get(key, np.empty(0))
+        if len(swept) < 2:
+            continue
+        low, high = float(swept[0]), float(swept[-1])
+        bad = np.flatnonzero((values < low / FAR) | (values > high * FAR))
+        if bad.size:
+            text = leaves[key].text
+            said.append(
+                f"{measured.source}, {measured.where[bad[0]]}: {key} is {text(float(values[bad[0]]))}, and the study "
+                f"sweeps {text(low)} to {text(high)}. Is the unit in the head right?"
+            )
+    return said
+
+
 def _check_points(study: Study, measured: Measured) -> None:
     """FileError where the study does not hold at a point: where a setting is least or greatest, as a depth above the
     length of the collars."""
@@ -143,6 +168,7 @@ class _Runs:
     workers: int
     watch: Watch
     most: int
+    before: int = 0
     done: int = 0
 
     def __post_init__(self) -> None:
@@ -173,7 +199,8 @@ class _Runs:
                 values[order[points]] = np.where(ok, columns[name], np.nan)
 
         def watch(now: Progress) -> None:
-            self.watch(replace(now, total=self.most * self.measured.points, done=self.done + now.done, note="fit"))
+            total = max(self.most * self.measured.points, self.before + self.done + now.done)
+            self.watch(replace(now, total=total, before=self.before, done=self.done + now.done, note="fit"))
 
         lanes = choose_lanes(-(-plan.points // self.workers))
         with ThreadPoolExecutor(self.workers) as threads:

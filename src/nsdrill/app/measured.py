@@ -34,6 +34,8 @@ GRADE = 0.5  # of a severity
 NULLS = ("", "nan", "null", "-999", "-999.25", "-9999", "na", "n/a")
 SAME = 0.05  # a setting stays the same while it is within this part of its mean
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
+LEAST_FOR_NOISE = 40  # samples of a stretch, from which its noise is told
+WHITE = 1.25  # ratio of two estimates up to which it is noise that they see
 TIME = "time"
 ERROR = "_error"
 MEAN, CHANGE = "_mean", "_change"
@@ -79,7 +81,7 @@ def read_measured(path: str | os.PathLike[str], study: Study, how: Reading | Non
     if timed:
         return _over_time(path, table, at, names, how, notes)
     given = {column.name for column in columns}
-    settings = {names.settings[name]: table[name] for name in given & names.settings.keys()}
+    settings = {names.settings[name]: table[name] for name in table if name in names.settings}
     values = {name: table[name] for name in names.results if name in given}
     if not values:
         raise FileError(f"{path}, line {number}: found no measured value; allowed: {names.some_results()}.")
@@ -354,19 +356,44 @@ def _over_time(
         notes.append(f"a sample every {step:g} s: only means are used, as extremes are missed")
     at_ = {key: np.array([values[a:b].mean() for a, b in kept]) for key, values in settings.items()}
     found: dict[str, Array] = {}
+    beyond: dict[str, Array] = {}
     for name, values in signals.items():
         parts = [values[a:b] for a, b in kept]
         means = np.array([part.mean() for part in parts])
         low, high = np.array([part.min() for part in parts]), np.array([part.max() for part in parts])
+        # Noise makes a greatest value greater: by nothing at a sharp peak, by sqrt(2 ln n) deviations of a steady one.
+        noise = np.array([noise_of(part) for part in parts])
+        half = 0.5 * noise * np.sqrt(2.0 * np.log([len(part) for part in parts]))
+        low, high = low + half, high - half
         every = {MEAN: means, "_min": low, "_max": high, f"{CHANGE}_min": low - means, f"{CHANGE}_max": high - means}
         wanted = {f"{name}{end}": one for end, one in every.items() if not coarse or end == MEAN}
         found |= {full: one for full, one in wanted.items() if full in names.results}
+        ends = {full: half for full in wanted if full in names.results and not full.endswith(MEAN)}
+        if ends and half.any():
+            beyond |= ends
+            whole = 100.0 / max(float(np.abs(means).max()), 1e-300)
+            notes.append(
+                f"noise of {name}: up to {whole * noise.max():.2g} % of its mean; its extremes are taken up to "
+                f"{whole * half.max():.2g} % inwards, which is added to their error"
+            )
     if not found:
         raise FileError(
             f"{path}: found signals of which no feature follows{' but extremes' * coarse}; allowed: others."
         )
     where = [f"lines {at[a]} to {at[b - 1]} ({time[a]:g} to {time[b - 1]:g} s)" for a, b in kept]
-    return _made(path, at_, found, {}, where, names, how, notes)
+    return _made(path, at_, found, {}, where, names, how, notes, beyond)
+
+
+def noise_of(values: Array) -> float:
+    """The standard deviation of the white noise in evenly spaced samples of a smooth signal, 0 where there is none that
+    can be told: differences of order 6 and 8 pass over the signal, and of white noise give the same (their squares sum
+    to the binomial coefficients of 12 over 6 and 16 over 8)."""
+    if len(values) < LEAST_FOR_NOISE:
+        return 0.0
+    six, eight = (
+        float(np.sqrt(np.mean(np.diff(values, order) ** 2) / math.comb(2 * order, order))) for order in (6, 8)
+    )
+    return eight if six > 0.0 and 1.0 / WHITE < eight / six < WHITE else 0.0
 
 
 def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tuple[int, int]]:
@@ -391,7 +418,7 @@ def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tup
 
 def _made(
     path: str | os.PathLike[str], settings: dict[str, Array], values: dict[str, Array], errors: dict[str, Array],
-    where: list[str], names: _Names, how: Reading, notes: list[str],
+    where: list[str], names: _Names, how: Reading, notes: list[str], beyond: Mapping[str, Array] | None = None,
 ) -> Measured:  # fmt: skip
     if strange := [name for name in how.errors if name not in values]:
         raise InputError(f"--error: found {strange[0]}, which is not measured; allowed: {', '.join(values)}.")
@@ -405,6 +432,8 @@ def _made(
             errors[name] = np.full(found.shape, GRADE) if grade else np.hypot(RELATIVE * found, ABSOLUTE * greatest)
             errors[name] = np.maximum(errors[name], 1e-12)
             assumed.append(name)
+        if beyond and name in beyond:
+            errors[name] = np.hypot(errors[name], beyond[name])
     if assumed:
         notes.append(
             f"error assumed of {', '.join(assumed)}: {100 * RELATIVE:g} % of the value and {100 * ABSOLUTE:g} % of the "

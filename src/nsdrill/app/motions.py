@@ -129,11 +129,23 @@ class Motions:
         model = model_named(study.model)
         return np.asarray(model.starts(_points(study), 0)[0], dtype=float)
 
+    def states(self, study: Study) -> list[str]:
+        """The names of the states of the string of ``study``, the phase last."""
+        model = model_named(study.model)
+        return [*model.states(model.variant(study.parameters)), "drive_angle"]
+
+    def fitted(self, study: Study, state: Mapping[str, float]) -> Array:
+        """A state with the states that the string of ``study`` has: those that it lacks begin as in the study, say the
+        speed of a drive that was ideal before."""
+        names, own = self.states(study), self.start(study)
+        if not state.keys() & set(names):
+            raise InputError(f"states: found none of {', '.join(names)}; allowed: these. Choose a point again.")
+        return np.array([state.get(name, float(value)) for name, value in zip(names, own, strict=True)])
+
     def with_start(self, study: Study, state: Array) -> dict[str, Any] | None:
         """The resolved study of one point with ``state`` as its start; None where its states are no keys of a study."""
-        model = model_named(study.model)
-        names = (*model.states(model.variant(study.parameters)), "drive_angle")
-        there, held = study.resolved["initial"], model.held(study.parameters)
+        names = self.states(study)
+        there, held = study.resolved["initial"], model_named(study.model).held(study.parameters)
         if not all(name in there for name in names):
             return None
         state = self.checked(study, state)
@@ -226,11 +238,10 @@ class Motions:
     def checked(self, study: Study, state: Array) -> Array:
         """A state to go on from, with the phase last; InputError where it is none of this string."""
         state = np.asarray(state, dtype=float)
-        model = model_named(study.model)
-        names = model.states(model.variant(study.parameters))
-        if state.shape != (len(names) + 1,) or not np.all(np.abs(state) < LARGEST_STATE):  # which no NaN is
+        names = self.states(study)
+        if state.shape != (len(names),) or not np.all(np.abs(state) < LARGEST_STATE):  # which no NaN is
             raise InputError(
-                f"state: found {state.size} numbers; allowed: {len(names) + 1} finite ones. Choose a point again."
+                f"state: found {state.size} numbers; allowed: {len(names)} finite ones. Choose a point again."
             )
         return state
 

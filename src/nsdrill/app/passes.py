@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
+from itertools import cycle
+from typing import Any
 
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.models.steepness import METHODS
 from nsdrill.store import Sink, pending_records
 from nsdrill.sweep.engine import Engine, Progress, Starts
 from nsdrill.sweep.plan import Plan
@@ -49,17 +52,24 @@ class Passes:
             add(now)
             self.watch(own)
 
+        def engine(one: Work, **more: Any) -> Engine:
+            nonlocal base
+            base = replace(own)
+            if not one.compiled:
+                compiled_parts(self.lanes, one.variant)
+            return Engine(one, self.executor, self.workers, self.lanes, deliver, watch, remote=self.remote, **more)
+
         for part, points in work.parts(pending):
-            carried = part.plan.chain_length > 1
-            if carried and starts is None:
-                starts = Starts(np.arange(part.plan.chains), np.zeros(part.plan.chains, np.int64))
-            for one, some in part.by_method(starts.chains if carried and starts is not None else points):
-                base = replace(own)
-                if not part.compiled:
-                    compiled_parts(self.lanes, one.variant)
-                begun = starts.of(some) if carried and starts is not None else starts
-                engine = Engine(one, self.executor, self.workers, self.lanes, deliver, watch, remote=self.remote)
-                add(engine.run(begun, points if carried else some))
+            if part.plan.chain_length > 1:
+                if starts is None:
+                    starts = Starts(np.arange(part.plan.chains), np.zeros(part.plan.chains, np.int64))
+                for one, begun, reach, handed in _carried(part, starts):
+                    chains = engine(one, reach=reach)
+                    add(chains.run(begun, points))
+                    handed += chains.handed
+            else:
+                for one, some in part.by_method(points):
+                    add(engine(one).run(starts, some))
 
     def write(self, points: Array, records: Array) -> None:
         """Put records into the log, and make them safe now and then."""
@@ -75,6 +85,31 @@ class Passes:
             if name in columns:
                 records[name] = columns[name]
         self.write(points, records)
+
+
+def _carried(
+    work: Work, starts: Starts
+) -> Iterator[tuple[Work, Starts, Callable[[Array], int], list[tuple[int, int, Array | None]]]]:
+    """The work of one method after the other, the chains that it goes on with, how far, and a list for those which it
+    hands to the other method; until no chain is left."""
+    if work.simulation.method == "explicit":
+        yield work, starts, len, []
+        return
+    chosen, length = work.chosen, work.plan.chain_length
+    for method in cycle(METHODS):
+        if not len(starts):
+            return
+        mine = chosen.points(starts.next_points(work.plan)) == (method == METHODS[1])
+        if not mine.any():
+            continue
+
+        def reach(points: Array, implicit: bool = method == METHODS[1]) -> int:
+            other = chosen.points(points) != implicit
+            return int(np.argmax(other)) if other.any() else len(points)
+
+        handed: list[tuple[int, int, Array | None]] = []
+        yield work.by(method), starts.those(mine), reach, handed
+        starts = starts.those(~mine).with_more([one for one in handed if one[1] < length])
 
 
 def sweep(passes: Passes, work: Work) -> None:

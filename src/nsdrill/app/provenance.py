@@ -16,11 +16,10 @@ from nsdrill import __version__
 from nsdrill.abi import source_digest
 from nsdrill.data import json_text
 from nsdrill.errors import printable
-from nsdrill.kernel.dormand_prince import DORMAND_PRINCE
-from nsdrill.kernel.kennedy_carpenter import KENNEDY_CARPENTER
-from nsdrill.kernel.tableau import TSITOURAS
-from nsdrill.models.registry import described
+from nsdrill.kernel.steppers import STEPPERS
+from nsdrill.models.registry import described, sources_of
 from nsdrill.study.study import Study
+from nsdrill.variables import MODEL
 
 # Root attributes of which each can change a bit of a result, and what people call them.
 _DECISIVE = {
@@ -46,7 +45,7 @@ def provenance(study: Study, command: str) -> dict[str, Any]:
         "study_sha256": study.sha256,
         "created": now,
         "history": f"{now} nsdrill {__version__} {command}",
-        **versions(),
+        **versions(study.model),
         "h5py_version": version("h5py"),
         "python_version": platform.python_version(),
         "processor": processor(),
@@ -59,24 +58,29 @@ def _of_the_model(study: Study) -> dict[str, Any]:
     return {} if told is None else told(study.parameters, study.initial, study.varied)
 
 
-def versions() -> dict[str, str]:
-    """The root attributes that say what computes here: versions and digests."""
+def versions(model: str = MODEL) -> dict[str, str]:
+    """The root attributes that say what computes a model here: versions and digests."""
     return {
         "nsdrill_version": __version__,
         "python": platform.python_version(),
         **{f"{name}_version": version(name) for name in ("numpy", "numba")},
         "llvmlite": version("llvmlite"),
         "libm_digest": _libm_digest(),
-        "model_digest": model_digest(),
+        "model_digest": model_digest(model),
     }
 
 
-def model_digest() -> str:
-    """Digest of all that may change a bit of a result: the compiled sources and what compiles them, the constants that
-    are computed from them, Python, whose code they are compiled from, and the mathematics library."""
-    pairs = (TSITOURAS, DORMAND_PRINCE, KENNEDY_CARPENTER)
+def model_digest(model: str = MODEL) -> str:
+    """Digest of all that may change a bit of a result: the compiled sources and what compiles them, those of a model of
+    another package, the constants that are computed from them, Python, whose code they are compiled from, and the
+    mathematics library."""
+    pairs = [stepper.tableau for stepper in STEPPERS.values()]
     constants = [(pair, pair.positions, pair.position_error) for pair in pairs]
-    parts = (source_digest(), constants, _decisive("python", platform.python_version()), _libm_digest())
+    parts: tuple[Any, ...] = (
+        source_digest(), constants, _decisive("python", platform.python_version()), _libm_digest()
+    )  # fmt: skip
+    if own := sources_of(model):
+        parts = (*parts, own)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
@@ -85,7 +89,7 @@ def unlike(there: Mapping[str, Any], *more: str) -> list[str]:
     root attributes ``there``; ``more`` names further attributes to compare. What is not ``there`` is passed over, but
     for the digest, which covers all."""
     found = {"python": there.get("python_version"), "model_digest": "unknown", **there}
-    here = {**versions(), "processor": processor()}
+    here = {**versions(str(there.get("model") or MODEL)), "processor": processor()}
     names = {**{name: name.removesuffix("_version") for name in more}, **_DECISIVE}
     pairs = {name: (_decisive(name, found.get(name)), _decisive(name, here[name])) for name in names}
     return [f"{names[name]} {old} there, {new} here" for name, (old, new) in pairs.items() if old not in ("None", new)]

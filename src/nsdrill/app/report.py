@@ -15,7 +15,8 @@ import numpy as np
 
 from nsdrill import __version__
 from nsdrill.analysis.hysteresis import hysteresis
-from nsdrill.analysis.probability import independent
+from nsdrill.analysis.probability import effective_number, independent
+from nsdrill.app.datasets import of_whole
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
@@ -135,6 +136,7 @@ def _uncertain(results: Results) -> dict[str, Any]:
     return {
         "samples": len(results.coords[SAMPLE]),
         "counted": counted,
+        "effective": effective_number(results, independent(results)),
         "unknowns": unknowns,
         "probabilities": rows(results),
     }
@@ -312,7 +314,8 @@ def new_labels(
     thresholds = change_thresholds(study.thresholds, overrides)
     size = _sizes(study, results)
     model = model_named(study.model)
-    labels = model.classify(results.variables, results["status"], thresholds, size)
+    with of_whole(os.fspath(path)):
+        labels = model.classify(results.variables, results["status"], thresholds, size)
     if "start" in results.coords:
         plan = plan_of(study)
         labels["attractor"] = labels_of(study, plan, {**results.variables, **labels}, thresholds.attractors)

@@ -14,7 +14,7 @@ MOST_SPECIAL = 40
 
 def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     """The summary of a file of branches, in words."""
-    from nsdrill.cli.words import count, label_of, point_text, value_text
+    from nsdrill.cli.words import label_of, point_text, value_text
 
     along = s["along"]
 
@@ -46,13 +46,15 @@ def lines(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         if (more := len(one["special"]) - MOST_SPECIAL) > 0:
             yield f"  ... {more} more; --json has all"
     for curve in s["curves"]:
-        over = next(name for name in curve if name not in (along, "curve", "label", "points", "lobes", "end_reason"))
+        over = next(
+            name for name in curve if name not in (along, "curve", "label", "points", "lobes", "words", "end_reason")
+        )
         low, high = (value_text(over, value, units) for value in curve[over])
         first, last = (text(value) for value in curve[along])
         name = curve["label"].replace("_", " ")
         yield (
-            f"\nCurve {curve['curve']}: {name} of motions over {count(curve['lobes'], 'lobe')}, {low} to {high}, at "
-            f"{first} to {last}; ends: {curve['end_reason']}"
+            f"\nCurve {curve['curve']}: {name} of {curve['words']}, {low} to {high}, at {first} to {last}; "
+            f"ends: {curve['end_reason']}"
         )
 
 

@@ -98,14 +98,21 @@ def _numbers(d: dict[str, Any], units: str) -> Iterator[str]:
     trace = d["kinds"][0] == "trace"
     what = "samples" if trace else "points"
     for axis in d["axes"]:
-        if not axis["same"]:
+        if "values" in axis:
+            one, two = (_where({axis["name"]: value}, [axis["name"]], units) for value in axis["values"])
+            yield f"{axis['name']}: {one} in a, {two} in b; their points are compared all the same."
+        elif axis["name"] == "sample" and not axis["same"] and axis["common"] < min(axis["a"], axis["b"]):
+            yield (
+                f"sample: {axis['a']} and {axis['b']} samples, {axis['common']} with the same values of the unknowns."
+            )
+        elif not axis["same"]:
             rounded = " (to rounding)" if axis["common"] == axis["a"] == axis["b"] else ""
             yield f"{axis['name']}: {axis['a']} and {axis['b']} values, {axis['common']} in common{rounded}."
     if not d["points"]:
         yield f"The files have no {what} in common, so there are no numbers to compare."
         return
     swept = [axis["name"] for axis in d["axes"] if max(axis["a"], axis["b"]) > 1]
-    whole = all(axis["same"] for axis in d["axes"])
+    whole = all(axis["same"] or "values" in axis for axis in d["axes"])
     yield f"Compared: {'all' if whole else 'the common'} {counted(d['points'], what[:-1])}."
     if responses := d["responses"]:
         yield from _responses(responses, d["points"], swept, units)
@@ -140,8 +147,8 @@ def _responses(responses: dict[str, Any], points: int, swept: list[str], units: 
 def _where(point: dict[str, Any], swept: list[str], units: str) -> str:
     from nsdrill.cli.words import point_text
 
-    words = [point_text({name: point[name]}, units) for name in swept if name not in ("procedure", "start")]
-    words += [f"start {point['start']}"] if "start" in swept else []
+    words = [point_text({name: point[name]}, units) for name in swept if name not in ("procedure", "start", "sample")]
+    words += [f"{name} {point[name]}" for name in ("sample", "start") if name in swept]
     words += [point["procedure"]] if "procedure" in swept else []
     return ", ".join(words) or "the point"
 

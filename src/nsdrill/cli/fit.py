@@ -55,27 +55,37 @@ ENOUGH = 50  # effective samples
 )
 @options.settings
 @options.units
+@click.option(
+    "--resume", is_flag=True,
+    help="Go on with an interrupted fit of the same -o; only the runs that are missing are made. --rounds may differ.",
+)  # fmt: skip
 @options.overwrite
 @click.option("--quiet", is_flag=True, help="No progress; the report, warnings and errors only.")
 def command(
     study: str, data: str, output: str | None, picture: str | None, as_json: bool, rename: tuple[str, ...],
     ignore: tuple[str, ...], errors: tuple[str, ...], skip_gaps: bool, shortest: float | None, settle: float | None,
-    batch: int, rounds: int, samples: int, workers: int | None, overrides: tuple[str, ...], units: str, overwrite: bool,
-    quiet: bool,
+    batch: int, rounds: int, samples: int, workers: int | None, overrides: tuple[str, ...], units: str, resume: bool,
+    overwrite: bool, quiet: bool,
 ) -> int:  # fmt: skip
     """Adjust the unknowns of STUDY, the numbers of its section `uncertain`, to measurements.
 
     Their distributions say what is known before. The model is run at the operating points of the data for many values
     of the unknowns, and each is weighed by how well its features agree. The report says what the data tell of each
     unknown, and what they cannot tell; the adjusted study runs on with the samples that are left.
+
+    With -o, every round is kept in FILE.part until the study is written. Interrupt at any time; --resume gives the very
+    same study as an undisturbed fit.
     """
     from nsdrill.cli.reading import load
 
     loaded = load(study, overrides)
+    if resume and output is None:
+        raise InputError("--resume: found without -o; allowed: with the -o of the fit that was interrupted.")
     _claim(study, data, output, picture, overwrite)
 
-    from nsdrill.app.fit import fit
+    from nsdrill.app.fit import far_from_the_sweep, fit
     from nsdrill.app.measured import Reading, read_measured
+    from nsdrill.app.rounds import Rounds
     from nsdrill.data import json_text
     from nsdrill.progress import reporting
 
@@ -83,38 +93,42 @@ def command(
     how = Reading(_pairs("--rename", rename), ignore, _pairs("--error", errors), skip_gaps,
                   **{name: value for name, value in given.items() if value is not None})  # fmt: skip
     measured = read_measured(data, loaded, how)
-    with reporting(not quiet) as watch:
-        found = fit(loaded, measured, batch=batch, rounds=rounds, samples=samples, workers=workers, watch=watch)
-    if as_json:
-        click.echo(json_text(note_in(found.note, units), indent=2))
-    else:
-        for line in lines(found.note, units):
-            click.echo(line)
+    for doubt in far_from_the_sweep(loaded, measured):
+        click.echo(f"Warning: {doubt}", err=True)
+    kept = Rounds()
     if output is not None:
-        from nsdrill.store import write_text
+        kept = Rounds.beside(output, loaded, measured, batch, overwrite=overwrite, resume=resume)
+    with kept.guarding():
+        with reporting(not quiet) as watch:
+            found = fit(loaded, measured, batch=batch, rounds=rounds, samples=samples, workers=workers, watch=watch,
+                        kept=kept)  # fmt: skip
+        if as_json:
+            click.echo(json_text(note_in(found.note, units), indent=2))
+        else:
+            for line in lines(found.note, units):
+                click.echo(line)
+        if picture is not None:  # before the study: what is kept goes when that is written
+            from nsdrill.plot import save
 
-        write_text(output, found.study, overwrite=overwrite)
-        click.echo(f"{output}: written. Next: nsdrill run {output} -o out.h5", err=True)
-    if picture is not None:
-        from nsdrill.plot import save
+            save(found.picture(units), picture, overwrite=overwrite)
+            click.echo(f"{picture}: drawn.", err=True)
+        if output is not None:
+            from nsdrill.store import write_text
 
-        save(found.picture(units), picture, overwrite=overwrite)
-        click.echo(f"{picture}: drawn.", err=True)
+            write_text(output, found.study, overwrite=overwrite or resume)
+            kept.discard()
+            click.echo(f"{output}: written. Next: nsdrill run {output} -o out.h5", err=True)
     return 0
 
 
 def _claim(study: str, data: str, output: str | None, picture: str | None, overwrite: bool) -> None:
-    """What is to be written may be, before anything is run."""
-    from nsdrill.plot.saving import check_suffix
-    from nsdrill.store import claim_file
-
+    """The picture may be written, and no output is an input, before anything is run."""
     if picture is not None:
-        check_suffix(picture)
-    for file in (output, picture):
-        if file is not None:
-            options.keep_apart(study, file)
-            options.keep_apart(data, file)
-            claim_file(file, overwrite)
+        options.claim_picture(study, picture, overwrite)
+        options.keep_apart(data, picture)
+    if output is not None:
+        options.keep_apart(study, output)
+        options.keep_apart(data, output)
 
 
 def note_in(note: dict[str, Any], units: str) -> dict[str, Any]:

@@ -135,11 +135,23 @@ def _run_command() -> NoReturn:
     except Exception as error:
         if os.environ.get("NSDRILL_DEBUG"):
             raise
-        _leave(
-            f"Error: this should not happen and is a bug of nsdrill ({type(error).__name__}: {error}). Please report "
-            "it with the output of the same command under NSDRILL_DEBUG=1.",
-            1,
+        _leave(_unexpected(error), 1)
+
+
+def _unexpected(error: Exception) -> str:
+    """What to say of an error that nobody has foreseen; it may be that of a model under work in another package."""
+    what = f"{type(error).__name__}: {error}"
+    registry = sys.modules.get("nsdrill.models.registry")
+    others = registry.other_packages() if registry is not None else ()
+    if others:
+        return (
+            f"Error: {what}. The model {', '.join(others)} comes from another package, and the fault may be there: the "
+            "same command under NSDRILL_DEBUG=1 says where it was found. If it is in nsdrill, please report it."
         )
+    return (
+        f"Error: this should not happen and is a bug of nsdrill ({what}). Please report it with the output of the same "
+        "command under NSDRILL_DEBUG=1."
+    )
 
 
 def _leave(message: str, code: int) -> NoReturn:

@@ -176,6 +176,12 @@ confidence = click.option(
 )  # fmt: skip
 
 
+severity = click.option(
+    "--severity", type=click.IntRange(0, 4), default=None,
+    help="Call a run safe where none of the three severities exceeds this. Default: where no response is critical.",
+)  # fmt: skip
+
+
 def file_argument(name: str) -> Decorator:
     """A file to read."""
     return click.argument(name, type=FileName())
@@ -196,6 +202,16 @@ def keep_apart(source: str, output: str) -> None:
         return
     if same:
         raise InputError(f"{output}: this is the input. Choose another name with -o.")
+
+
+def claim_picture(file: str, output: str, overwrite: bool) -> None:
+    """Make sure that a picture of ``file`` may be written as ``output``, before anything is computed for it."""
+    from nsdrill.plot.saving import check_suffix
+    from nsdrill.store import claim_file
+
+    check_suffix(output)
+    keep_apart(file, output)
+    claim_file(output, overwrite)
 
 
 def examples(*lines: str) -> str:

@@ -87,7 +87,7 @@ def command(
     (.yaml), which is not run. With a map and --over branches, their curves are drawn over it."""
     from nsdrill.cli.reading import outline, read
     from nsdrill.data import Trace
-    from nsdrill.plot import all_kinds, check_suffix, cut, draw, kinds_for, look_of, needed, save
+    from nsdrill.plot import all_kinds, cut, draw, kinds_for, look_of, needed, save
     from nsdrill.plot.registry import is_study
 
     if no_title and title is not None:
@@ -123,15 +123,11 @@ def command(
         for name in kinds_for(data if isinstance(data, Trace) else cut(data, chosen, start)):
             click.echo(f"{name:<24} {all_kinds()[name].words}")
         return 0
-    if output is None:
-        raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
-    from nsdrill.store import claim_file
-
-    options.keep_apart(file, output)
+    output = _given(output)
     if animate:
+        options.keep_apart(file, output)
         return _film(outline(file), output, units, look, speed, overwrite)
-    check_suffix(output)
-    claim_file(output, overwrite)
+    options.claim_picture(file, output, overwrite)
     data = outline(file)
     if chosen and isinstance(data, Trace):
         option = "--at" if at else "--" + next(iter(chosen)).replace("_", "-")
@@ -165,16 +161,30 @@ def command(
     return 0
 
 
+def _given(output: str | None) -> str:
+    """The name of the picture, which only a list of kinds does without."""
+    if output is None:
+        raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
+    return output
+
+
+def _refuse(unused: Mapping[str, Any], what: str, allowed: str) -> None:
+    """InputError where an option was given that ``what`` has no use for."""
+    for option, found in unused.items():
+        if found not in (None, ()):
+            raise InputError(f"{option}: found with {what}; allowed: {allowed}.")
+
+
 def _film(trace: Results | Trace, output: str, units: str, look: Look, speed: float | None, overwrite: bool) -> int:
     """A film of a trace; where there is no ffmpeg a GIF in place of an MP4, under its own name."""
     from nsdrill.plot.animation import animate, film_name
     from nsdrill.store import claim_file
 
     written = film_name(output)
-    claim_file(written, overwrite)
-    frames, seconds = animate(trace, written, units=units, look=look, speed=speed or 1.0, overwrite=overwrite)  # type: ignore[arg-type]
     if written != output:
         click.echo(f"There is no ffmpeg here, which MP4 needs: a GIF is written in place of {output}.", err=True)
+    claim_file(written, overwrite)
+    frames, seconds = animate(trace, written, units=units, look=look, speed=speed or 1.0, overwrite=overwrite)  # type: ignore[arg-type]
     click.echo(f"{written}: {seconds:.3g} s of the trace in {frames} frames.", err=True)
     return 0
 
@@ -189,20 +199,15 @@ def _branches(
         return 0
     if kind not in (None, "branches"):
         raise InputError(f"plot kind: found {kind!r} with a file of branches; allowed: branches.")
-    if output is None:
-        raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
-    for option, found in unused.items():
-        if found not in (None, ()):
-            raise InputError(f"{option}: found with a file of branches; allowed: with results.")
+    output = _given(output)
+    _refuse(unused, "a file of branches", "with results")
+    options.claim_picture(file, output, overwrite)
     from nsdrill.cli.reading import read
     from nsdrill.data import Trace
-    from nsdrill.plot import check_suffix, save
+    from nsdrill.plot import save
     from nsdrill.plot.branches import draw_branches
-    from nsdrill.store import claim_file, open_branches
+    from nsdrill.store import open_branches
 
-    check_suffix(output)
-    options.keep_apart(file, output)
-    claim_file(output, overwrite)
     behind = None
     if over is not None:
         options.keep_apart(over, output)
@@ -242,24 +247,18 @@ def _chart(
 ) -> int:  # fmt: skip
     """A chart of the study in ``file``."""
     from nsdrill.cli.reading import load
-    from nsdrill.plot import check_suffix, save
+    from nsdrill.plot import save
     from nsdrill.plot.registry import STUDY, kinds_of
 
     if kind == "list":
         for name, one in kinds_of(STUDY).items():
             click.echo(f"{name:<24} {one.words}")
         return 0
-    if output is None:
-        raise click.MissingParameter(param_type="option", param_hint="'-o' / '--output'")
-    for option, found in unused.items():
-        if found not in (None, ()):
-            raise InputError(f"{option}: found with a study; allowed: with results. --set changes keys of the study.")
+    output = _given(output)
+    _refuse(unused, "a study", "with results. --set changes keys of the study")
+    options.claim_picture(file, output, overwrite)
     from nsdrill.app.charts import draw_chart
-    from nsdrill.store import claim_file
 
-    check_suffix(output)
-    options.keep_apart(file, output)
-    claim_file(output, overwrite)
     save(draw_chart(load(file, overrides), kind, along, units=units, look=look), output, overwrite=overwrite)
     click.echo(f"{output}: drawn.", err=True)
     return 0

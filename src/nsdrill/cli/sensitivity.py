@@ -27,10 +27,7 @@ from nsdrill.errors import InputError
 @options.units
 @click.option("--json", "as_json", is_flag=True, help="The same for programs.")
 @options.output("Tornado picture to write as well: .png, .pdf or .svg.", required=False)
-@click.option(
-    "--severity", type=click.IntRange(0, 4), default=None,
-    help="Call a run safe where none of the three severities exceeds this. Default: where no response is critical.",
-)  # fmt: skip
+@options.severity
 @options.overwrite
 def command(
     results: str, depth: float | None, wob: float | None, rotary_speed: float | None, at: tuple[str, ...], units: str,
@@ -43,12 +40,7 @@ def command(
     over all operating points or at those that are chosen.
     """
     if output is not None:
-        from nsdrill.plot import check_suffix
-        from nsdrill.store import claim_file
-
-        check_suffix(output)
-        options.keep_apart(results, output)
-        claim_file(output, overwrite)
+        options.claim_picture(results, output, overwrite)
 
     from nsdrill.analysis.sensitivity import sensitivity
     from nsdrill.app.sensitivity import read_for_sensitivity

@@ -169,7 +169,7 @@ def _show_unknowns(s: dict[str, Any], units: str) -> Iterator[str]:
 
 def _show_probabilities(s: dict[str, Any], units: str) -> Iterator[str]:
     """How probable each answer is at some of the operating points."""
-    from nsdrill.cli.words import point_text
+    from nsdrill.cli.words import point_text, samples_text
 
     rows = s["probabilities"]
     histories = {row["history"]: None for row in rows}
@@ -179,7 +179,7 @@ def _show_probabilities(s: dict[str, Any], units: str) -> Iterator[str]:
         here = [row for row in rows if row["history"] == history]
         what = f", {history}" if history != "every" else ", whatever the history"
         what = what if len(histories) > 1 else ""
-        yield f"\nProbability{what}, in brackets its 95 % interval from {s['counted']} samples:"
+        yield f"\nProbability{what}, in brackets its 95 % interval from {samples_text(s['counted'], s['effective'])}:"
         yield f"  {'':30s}" + "".join(f"{in_words(name):>22s}" for name in names)
         for row in _evenly(here):
             where = point_text({name: row[name] for name in swept}, units) or "the operating point"

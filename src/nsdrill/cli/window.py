@@ -21,10 +21,7 @@ from nsdrill.cli import options
 @options.units
 @click.option("--json", "as_json", is_flag=True, help="The same for programs, with every map and region.")
 @options.output("Picture to write as well: .png, .pdf or .svg.", required=False)
-@click.option(
-    "--severity", type=click.IntRange(0, 4), default=None,
-    help="Call a run safe where none of the three severities exceeds this. Default: where no response is critical.",
-)  # fmt: skip
+@options.severity
 @options.confidence
 @options.overwrite
 def command(
@@ -39,12 +36,7 @@ def command(
     so with a stated probability.
     """
     if output is not None:
-        from nsdrill.plot import check_suffix
-        from nsdrill.store import claim_file
-
-        check_suffix(output)
-        options.keep_apart(results, output)
-        claim_file(output, overwrite)
+        options.claim_picture(results, output, overwrite)
 
     from nsdrill.analysis.window import find_window
     from nsdrill.app.window import read_for_window

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from nsdrill.analysis.window import unknown_words
-from nsdrill.cli.words import count
+from nsdrill.cli.words import count, samples_text
 from nsdrill.cli.words import label_of as name_of
 from nsdrill.quantity import quantity, sign
 from nsdrill.units import from_si
@@ -133,9 +133,9 @@ def _basis(note: dict[str, Any]) -> Iterator[str]:
         what = f"with no severity above {note['severity']}"
     if note["confidence"] is not None:
         by = f" in every procedure, {' and '.join(note['procedures'])}," if note["history_examined"] else ""
+        of = samples_text(note["counted"], note["effective"])
         yield (
-            f"  safe      {100 * note['confidence']:g} % or more of {note['samples']} samples of the uncertain numbers "
-            f"end well{by} {what}"
+            f"  safe      {100 * note['confidence']:g} % or more of {of} of the uncertain numbers end well{by} {what}"
         )
         if not note["history_examined"]:
             yield (

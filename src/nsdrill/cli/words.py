@@ -74,6 +74,12 @@ def count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
+def samples_text(number: int, effective: float) -> str:
+    """``32 samples``; and of how many independent ones they are worth, where some are the same."""
+    worth = f" (some the same, worth {effective:.0f} independent ones)" if effective < number - 0.5 else ""
+    return f"{count(number, 'sample')}{worth}"
+
+
 def cell(value: float, units: str, system: str) -> tuple[float, str]:
     """A value for a column of a table, and its unit as people write it; ``units`` are SI."""
     number, unit = in_system(value, units, system)

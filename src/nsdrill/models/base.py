@@ -41,6 +41,16 @@ class Symmetry:
     turned: tuple[tuple[int, int], ...] = ()
 
 
+@dataclass(frozen=True)
+class Level:
+    """A velocity that falls below a parameter, with the ``name`` of what does so (a bit that sticks): the places of the
+    ``velocity`` among the states and of the ``parameter`` among those of a lane. It is a threshold: nothing jumps."""
+
+    name: str
+    velocity: int
+    parameter: int
+
+
 class Ramps(ABC):
     """A model along a ramp: a chain of short segments in each of which every lane parameter moves linearly."""
 
@@ -96,6 +106,15 @@ class Model(ABC):
         """The compiled function that puts value, slope and second derivative of each contact's function at the end of
         the step among the observer's rows, at ``place``."""
         raise NotImplementedError
+
+    def released(self, table: Array, contact: str) -> Array | None:
+        """These lane parameters with a contact that holds nothing, so that a motion which just reaches it is followed
+        by smooth equations; None where the model has no such parameters."""
+        return None
+
+    def levels(self, variant: Variant) -> tuple[Level, ...]:
+        """The thresholds that continuation tells of, beside contacts."""
+        return ()
 
     def symmetry(self, points: Values) -> Symmetry:
         """How the equations of these points repeat as the drive turns. NotImplementedError where the model does not

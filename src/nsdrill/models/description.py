@@ -49,6 +49,12 @@ class Grazing:
     border: str = ""
 
 
+STICK_ONSET = Grazing(
+    104, "stick_onset", "bit", "reached",
+    "the bit begins to stick, or ceases to: a threshold and no bifurcation",
+)  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Panel:
     """The motion of one ``mode`` (axial, torsional, lateral) along an axis: the variable ``trace`` of a trace, its

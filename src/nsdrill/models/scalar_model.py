@@ -66,8 +66,11 @@ class ScalarModel(Model):
 
     def drawn(self, points: Values, shape: Array) -> Mapping[str, Any]:
         """The states of an ensemble's starts, from numbers ``shape`` (n, states + 1) that are uniform in [0, 1), in the
-        order of the states with the phase last."""
-        raise NotImplementedError
+        order of the states with the phase last. InputError of a model that gives no starts of its own."""
+        raise InputError(
+            f"initial.ensemble: found with the model {self.name}, which does not say from which states an ensemble "
+            "starts; allowed: initial.slice, or a sweep over the start."
+        )
 
     def deviation(self, variant: Variant) -> Callable[..., Sequence[float]] | None:
         """The function ``deviation(t, y, d, p)`` of :func:`nsdrill.scalar.in_lanes`, for a Lyapunov exponent; None for
@@ -275,7 +278,13 @@ class ScalarModel(Model):
         return responses(features, thresholds)
 
     def still(self, features: Mapping[str, Array], sizes: Array, absolute: float) -> Array:
-        """Whether no state moves beyond ``absolute`` times its natural size: by the swing of the bit speed."""
+        """Whether no state moves beyond ``absolute`` times its natural size: by the swing of the bit speed, where the
+        model measures it."""
+        if "bit_speed_max" not in features or "bit_speed" not in self.names(()).states:
+            raise InputError(
+                f"the model {self.name}: found a Poincare section, and no bit speed whose swing tells whether the "
+                "string stands still; allowed: a function still(features, sizes, absolute) of the model."
+            )
         size = sizes[..., self.names(()).states.index("bit_speed")]
         return np.asarray(features["bit_speed_max"] - features["bit_speed_min"] <= absolute * size)
 

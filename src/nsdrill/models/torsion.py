@@ -14,8 +14,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from nsdrill.models.base import Symmetry
-from nsdrill.models.description import Description, Drawn, Order, Panel
+from nsdrill.models.base import Level, Symmetry, Variant
+from nsdrill.models.description import STICK_ONSET, Description, Drawn, Order, Panel
 from nsdrill.models.leaves import Values
 from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.starts import Starts, state
@@ -138,6 +138,9 @@ class Torsion(ScalarModel):
 
         return torsion
 
+    def levels(self, variant: Variant) -> tuple[Level, ...]:
+        return (Level("bit", NAMES.states.index("bit_speed"), NAMES.parameters.index("stuck")),)
+
     def symmetry(self, points: Values) -> Symmetry:
         return Symmetry(folds=0, free=(0, 1))  # nothing depends on the angle of the drive
 
@@ -196,6 +199,7 @@ DESCRIPTION = Description(
     explicit_only=lambda parameters: None,
     responses=("stick_slip",),
     check_features=("stick_slip_index",),
+    grazing=(STICK_ONSET,),
     labels=(BY_NAME["stick_slip_severity"],),
     # A name means the same in every model that has it: what there is already is taken from the others.
     features=tuple(BY_NAME[name] for name in (*FEATURES, "surface_torque_min", "surface_torque_max")),

@@ -19,26 +19,35 @@ from nsdrill.orbit.flow import Ends, Legs
 Array = np.ndarray[Any, np.dtype[np.float64]]
 T = TypeVar("T")
 Steps = Generator[Legs, Ends, T]
+Kinked = Callable[[Any, Any], bool]
 
-FIRST, GROW, MOST, LEAST = 0.02, 1.3, 0.3, 1e-6  # lengths of steps, in natural sizes
+FIRST, MOST, LEAST = 0.02, 0.3, 1e-6  # lengths of steps, in natural sizes
+GROW, FASTER = 1.3, 2.0  # of a step after few iterations, and of one that was very short
 FEW_ITERATIONS, MOST_ITERATIONS = 4, 9
 CLOSE, SMALL, FARTHEST = 1e-8, 1e-5, 3000.0  # of a step of Newton's method, in natural sizes
 LEAST_COSINE = 0.5  # between the tangents of neighbouring points
 LOCATED = 1e-8  # of the arclength at which a special point is known
+NOISE = 1e-7  # of a residual, in natural sizes, that the steps of the integration may leave
+CORNER = 1e-5  # of a step: shorter ones look for a corner
+BEYOND = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)  # lengths of the first step beyond a corner
+STRAIGHT = 0.95  # cosine between that step, or the next shorter one, and the tangent at its end
 
 
 @dataclass(frozen=True)
 class Reading:
-    """What a problem has at ``x``: ``residual`` [m], ``jacobian`` [m, m + 1]; ``found`` is what the problem wants kept
-    of the point."""
+    """What a problem has at ``x``: ``residual`` [m], ``jacobian`` [m, m + 1]; ``found`` gives what the problem wants
+    kept of the point."""
 
     residual: Array
     jacobian: Array
-    found: Any
+    found: Callable[[], Any]
 
 
 class Problem(Protocol):
-    """What is continued."""
+    """What is continued. ``slack`` is by what factor its noise exceeds that of the tolerance of the flow."""
+
+    @property
+    def slack(self) -> float: ...
 
     def read(self, x: Array) -> Steps[Reading | None]:
         """The reading at ``x`` [m + 1]; None where it cannot be evaluated."""
@@ -52,7 +61,8 @@ class Problem(Protocol):
 @dataclass(frozen=True)
 class Point:
     """A point of a branch: ``x`` [m + 1], the unit tangent ``tangent`` [m + 1], what was ``found``, Newton's
-    ``iterations``, the ``residual`` left, its place ``s`` along the branch."""
+    ``iterations``, the ``residual`` left, its place ``s`` along the branch, and the sign ``turn`` of the determinant of
+    the Jacobian above the tangent, which changes at branch points alone."""
 
     x: Array
     tangent: Array
@@ -60,6 +70,7 @@ class Point:
     iterations: int
     residual: float
     s: float = 0.0
+    turn: float = 0.0
 
 
 def tangent_of(jacobian: Array, along: Array) -> Array | None:
@@ -79,8 +90,8 @@ def correct(problem: Problem, guess: Array, normal: Array) -> Steps[tuple[Array,
     """The zero of ``problem`` in the plane through ``guess`` with this ``normal``, by Newton's method: (x, reading,
     iterations, residual). None where it does not converge.
 
-    It stops at a step of ``CLOSE``, or where one below ``SMALL`` no longer falls: the steps of the integration make
-    noise, which large multipliers amplify.
+    It stops at a step of ``CLOSE``, or where one below ``SMALL`` no longer falls and the residual is below ``NOISE``:
+    the steps of the integration make some, which large multipliers amplify.
     """
     x, before = guess, np.inf
     for iteration in range(1, MOST_ITERATIONS + 1):
@@ -96,7 +107,8 @@ def correct(problem: Problem, guess: Array, normal: Array) -> Steps[tuple[Array,
         size = float(np.max(np.abs(step)))
         if not np.isfinite(size) or size > FARTHEST:
             return None
-        if size < CLOSE or (size < SMALL and size >= 0.5 * before):
+        noise = problem.slack
+        if size < noise * CLOSE or (size < noise * SMALL and size >= 0.5 * before and residual < noise * NOISE):
             return x, reading, iteration, residual
         if iteration > 3 and size > 2.0 * before:
             return None
@@ -104,27 +116,47 @@ def correct(problem: Problem, guess: Array, normal: Array) -> Steps[tuple[Array,
     return None
 
 
-def settled(problem: Problem, guess: Array) -> Steps[Point | None]:
-    """The zero of ``problem`` near ``guess`` at its value of the number that is continued."""
-    normal = np.zeros(len(guess))
-    normal[-1] = 1.0
+def corrected(
+    problem: Problem, guess: Array, normal: Array, along: Array, origin: Point | None = None
+) -> Steps[Point | None]:
+    """The point of the branch in the plane through ``guess`` with this ``normal``, with the tangent on the side of
+    ``along`` and the arclength counted from ``origin``. None where Newton's method does not converge, or where there
+    are several tangents."""
     found = yield from correct(problem, guess, normal)
     if found is None:
         return None
     x, reading, iterations, residual = found
-    tangent = tangent_of(reading.jacobian, normal)
+    tangent = tangent_of(reading.jacobian, along)
     if tangent is None:
         return None
-    return Point(x, tangent, reading.found, iterations, residual)
+    s = 0.0 if origin is None else origin.s + float(np.linalg.norm(x - origin.x))
+    return Point(x, tangent, reading.found(), iterations, residual, s, _turn(reading.jacobian, tangent))
+
+
+def _turn(jacobian: Array, tangent: Array) -> float:
+    return float(np.linalg.slogdet(np.vstack([jacobian, tangent]))[0])
+
+
+def _unit(length: int) -> Array:
+    """The normal of the planes in which the number that is continued has one value."""
+    return np.eye(length)[-1]
+
+
+def settled(problem: Problem, guess: Array) -> Steps[Point | None]:
+    """The zero of ``problem`` near ``guess`` at its value of the number that is continued."""
+    normal = _unit(len(guess))
+    return (yield from corrected(problem, guess, normal, normal))
 
 
 @dataclass(frozen=True)
 class Test:
-    """A special point between two points of a branch: ``value`` of a point changes its sign there."""
+    """A special point between two points of a branch: ``value`` of a point changes its sign there, and ``jumps`` where
+    it is one that only has a sign."""
 
     code: int
     value: Callable[[Point], float]
     words: str = ""
+    jumps: bool = False
 
 
 @dataclass(frozen=True)
@@ -156,21 +188,30 @@ def follow(
     tests: Tests,
     stop: Callable[[Point, Point], str] = lambda here, there: "",
     *,
+    first: float = FIRST,
     most: float = MOST,
+    kinked: Kinked = lambda here, there: False,
 ) -> Steps[Half]:
     """Follow the branch through ``start`` to the side ``sense`` (1 or -1 of its tangent) until the number continued
     leaves ``bounds``, ``stop`` of two neighbouring points has a word for the end, the branch closes, Newton's method
-    fails, or there are so many ``points``."""
-    here = replace(start, tangent=sense * start.tangent, s=0.0)
+    fails, or there are so many ``points``. ``kinked`` says of what was found at two points whether a kink of the
+    equations lies between them, at which the branch may have a corner."""
+    here = replace(start, tangent=sense * start.tangent, s=0.0, turn=sense * start.turn)
     origin, made = here, list[Marked]()
-    length, away = FIRST, False
+    length, away = first, False
     failing = ""
     while len(made) < points:
         there = None
         while there is None:
             if length < LEAST:
                 return Half(made, f"no convergence: {failing}")
-            there, failing = yield from _stepped(problem, here, length)
+            there, failing = yield from _stepped(problem, here, length, kinked)
+            if length < CORNER and (there is None or kinked(here.found, there.found)):
+                corner = yield from _corner(problem, here, length, kinked)
+                if corner is not None:
+                    edge, there = corner
+                    made += [Marked(edge, test.code, test.words) for test in tests(here, there)]
+                    here = edge
             if there is None:
                 length /= 2.0
         outside = 0 if bounds[0] <= there.x[-1] <= bounds[1] else -1 if there.x[-1] < bounds[0] else 1
@@ -185,7 +226,8 @@ def follow(
             there = last
         if word := stop(here, there):
             return Half(made, word)
-        made += yield from special(problem, here, there, tests)
+        if not (made and made[-1].point is here and made[-1].label):  # else those of a corner, which are there
+            made += yield from special(problem, here, there, tests)
         made.append(Marked(there))
         if outside:
             return Half(made, "from" if outside < 0 else "to")
@@ -195,7 +237,7 @@ def follow(
             return Half(made, "closed")
         problem, here = problem.moved(there.x), there
         if there.iterations <= FEW_ITERATIONS:
-            length = min(length * GROW, most)
+            length = min(length * (GROW if length > first else FASTER), most)
     return Half(made, "points")
 
 
@@ -207,35 +249,71 @@ def _passes(here: Point, there: Point, origin: Point) -> bool:
     return 0.0 <= share <= 1.0 and beside < 0.2 * np.linalg.norm(along) and float(origin.tangent @ along) > 0.0
 
 
-def _stepped(problem: Problem, here: Point, length: float) -> Steps[tuple[Point | None, str]]:
-    found = yield from correct(problem, here.x + length * here.tangent, here.tangent)
-    if found is None:
+def _stepped(problem: Problem, here: Point, length: float, kinked: Kinked) -> Steps[tuple[Point | None, str]]:
+    there = yield from corrected(problem, here.x + length * here.tangent, here.tangent, here.tangent, here)
+    if there is None:
         return None, "Newton's method"
-    x, reading, iterations, residual = found
-    tangent = tangent_of(reading.jacobian, here.tangent)
-    if tangent is None or tangent @ here.tangent < LEAST_COSINE:
+    turned_back = there.turn != here.turn and kinked(here.found, there.found)
+    if turned_back or there.tangent @ here.tangent < LEAST_COSINE:
         return None, "the branch turns too sharply"
-    if np.linalg.norm(x - here.x) > 3.0 * length:
+    if np.linalg.norm(there.x - here.x) > 3.0 * length:
         return None, "Newton's method leaps to another branch"
-    return Point(x, tangent, reading.found, iterations, residual, here.s + float(np.linalg.norm(x - here.x))), ""
+    return there, ""
+
+
+def _corner(problem: Problem, here: Point, length: float, kinked: Kinked) -> Steps[tuple[Point, Point] | None]:
+    """The last point before a corner that is closer than ``length``, and a first one beyond it.
+
+    Where the equations have a kink, the tangent turns by any angle within a distance that no step resolves: of the
+    compliance of a contact the square root of its depth. The Jacobian beyond tells the new tangent up to its sign; the
+    sign follows from the determinant, which changes at branch points alone. The shortest of the steps that lead to
+    where the branch is straight again is taken.
+    """
+    edge, near, far = here, 0.0, length
+    while far - near > LOCATED:
+        middle = 0.5 * (near + far)
+        found, _ = yield from _stepped(problem, here, middle, kinked)
+        if found is None or kinked(here.found, found.found):
+            far = middle
+        else:
+            edge, near = found, middle
+    best: Point | None = None
+    for step in BEYOND:
+        there = yield from _beyond(problem, edge, step, kinked)
+        if best is not None and (there is None or there.tangent @ best.tangent < STRAIGHT):
+            break
+        best = there
+    return None if best is None else (edge, best)
+
+
+def _beyond(problem: Problem, edge: Point, step: float, kinked: Kinked) -> Steps[Point | None]:
+    """The point at the distance ``step`` from the last one before a corner, where the branch is straight again."""
+    along = edge.tangent
+    for _ in range(4):  # the Jacobian depends on how far it is beyond the kink
+        reading = yield from problem.read(edge.x + step * along)
+        if reading is None or not kinked(edge.found, reading.found()):
+            return None
+        tangent = tangent_of(reading.jacobian, along)
+        if tangent is None:
+            return None
+        along = tangent * edge.turn * _turn(reading.jacobian, tangent)
+        there = yield from corrected(problem, edge.x + step * along, along, along, edge)
+        if there is not None:
+            chord = there.x - edge.x
+            length = float(np.linalg.norm(chord))
+            straight = length < 3.0 * step and chord @ there.tangent > STRAIGHT * length
+            return there if straight and there.turn == edge.turn and kinked(edge.found, there.found) else None
+    return None
 
 
 def _at_bound(problem: Problem, here: Point, there: Point, bound: float) -> Steps[Point | None]:
     share = (bound - here.x[-1]) / (there.x[-1] - here.x[-1])
     guess = here.x + share * (there.x - here.x)
     guess[-1] = bound
-    normal = np.zeros(len(guess))
-    normal[-1] = 1.0
-    found = yield from correct(problem, guess, normal)
-    if found is None:
+    found = yield from corrected(problem, guess, _unit(len(guess)), here.tangent, here)
+    if found is None or np.linalg.norm(found.x - here.x) > 3.0 * np.linalg.norm(there.x - here.x):
         return None
-    x, reading, iterations, residual = found
-    if np.linalg.norm(x - here.x) > 3.0 * np.linalg.norm(there.x - here.x):
-        return None
-    tangent = tangent_of(reading.jacobian, here.tangent)
-    if tangent is None:
-        return None
-    return Point(x, tangent, reading.found, iterations, residual, here.s + float(np.linalg.norm(x - here.x)))
+    return found
 
 
 def special(problem: Problem, here: Point, there: Point, tests: Tests) -> Steps[list[Marked]]:
@@ -252,14 +330,7 @@ def between(problem: Problem, here: Point, a: Point, b: Point, s: float) -> Step
     """The point at the distance ``s`` along the tangent of ``here``, between the points ``a`` and ``b``."""
     sa, sb = (float(here.tangent @ (one.x - here.x)) for one in (a, b))
     guess = a.x + (s - sa) / (sb - sa) * (b.x - a.x)
-    found = yield from correct(problem, guess, here.tangent)
-    if found is None:
-        return None
-    x, reading, iterations, residual = found
-    tangent = tangent_of(reading.jacobian, here.tangent)
-    if tangent is None:
-        return None
-    return Point(x, tangent, reading.found, iterations, residual, here.s + float(np.linalg.norm(x - here.x)))
+    return (yield from corrected(problem, guess, here.tangent, here.tangent, here))
 
 
 def _located(problem: Problem, here: Point, there: Point, test: Test) -> Steps[Point | None]:
@@ -287,7 +358,8 @@ def _located(problem: Problem, here: Point, there: Point, test: Test) -> Steps[P
         a, sa, fa = point, s, f
         last = a if abs(fa) < abs(fb) else b
         width = abs(sb - sa)
-        if width < LOCATED or fa == 0.0:
+        near = test.jumps and abs(a.x[-1] - b.x[-1]) < 10.0 * LOCATED
+        if width < LOCATED or fa == 0.0 or near:
             return last
         xi, phi = (sa - sb) / (sc - sb), (fa - fb) / (fc - fb) if fc != fb else 2.0
         share = 0.5

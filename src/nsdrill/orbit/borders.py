@@ -7,32 +7,49 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from nsdrill.analysis.bifurcations import PERIODIC
+from nsdrill.analysis.bifurcations import CIRCLE, CYCLE, OWN
 from nsdrill.orbit.arclength import Half, Marked, Point, Steps, Test, follow, settled
 from nsdrill.orbit.branch import Branch
-from nsdrill.orbit.curve import Condition, Curve
+from nsdrill.orbit.curve import Condition, Curve, CycleFolds
 from nsdrill.orbit.flow import Flow
 from nsdrill.orbit.rounds import advance
 
 SAME = 1e-4  # of the range: special points that are closer are one
 WAVE = 8  # curves side by side
-MOST = 1.5  # length of a step, in natural sizes
+FIRST, MOST = 0.1, 6.0  # lengths of steps, in natural sizes: nothing is to be detected on the way
+ASTRAY = 0.5  # in natural sizes: how far a curve may begin from its special point
 
 
 @dataclass(frozen=True)
 class Border:
-    """A curve: the ``label`` of its points, their period in ``lobes``, the ``points`` with values of both numbers, and
-    why it ends, at its beginning and its end."""
+    """A curve: the ``label`` of its points, their ``motion`` and period in ``lobes``, the ``points`` with values of
+    both numbers, why it ends, at its beginning and its end, and a ``branch`` that it passes."""
 
     label: int
+    motion: str
     lobes: int
     points: list[Point]
     ended: tuple[str, str]
     branch: int
 
 
+@dataclass(frozen=True)
+class _Wanted:
+    number: int
+    branch: Branch
+    point: Marked
+
+    @property
+    def kind(self) -> tuple[int, str, int]:
+        return self.point.label, self.branch.motion, self.branch.lobes
+
+    @property
+    def value(self) -> float:
+        return float(self.point.point.found.values[-1])
+
+
 def borders(
-    flow: Flow,
+    flows: Callable[[Condition], Flow],
     branches: list[Branch],
     conditions: dict[int, Condition],
     start: float,
@@ -42,53 +59,60 @@ def borders(
 ) -> list[Border]:
     """The curves through the special points with a label among ``conditions``, one for each that lies on none yet.
 
-    ``flow`` has both numbers free, first that along which the branches were made; the second is ``start`` there.
-    ``bounds`` are the ranges of both.
+    ``flows`` gives for a condition the flow that it is followed by. It has both numbers free, first that along which
+    the branches were made; the second is ``start`` there. ``bounds`` are the ranges of both. Folds and doublings next
+    to a grazing point are left out: they go with its curve.
     """
-    scales = flow.scales
-    low, high = bounds[0][0] / scales[0], bounds[0][1] / scales[0]
-    wanted = []
-    for number, branch in enumerate(branches):
-        if branch.motion != PERIODIC:
-            continue
-        for one in branch.marked:
-            if one.label in conditions and not one.words:
-                wanted.append((number, branch, one))
+    near = SAME * (bounds[0][1] - bounds[0][0])
     made: list[Border] = []
 
-    def there(label: int, lobes: int, value: float) -> bool:
-        near = SAME * (bounds[0][1] - bounds[0][0])
+    def there(one: _Wanted) -> bool:
         return any(
-            border.label == label and border.lobes == lobes and _crosses(border, value, start, near) for border in made
+            (border.label, border.motion, border.lobes) == one.kind and _crosses(border, one.value, start, near)
+            for border in made
         )
 
+    wanted = [one for number, branch in enumerate(branches) for one in _of(number, branch, conditions, near)]
     while wanted:
-        chosen: list[tuple[int, Branch, Marked]] = []
-        later: list[tuple[int, Branch, Marked]] = []
-        for number, branch, one in wanted:
-            value = float(one.point.found.values[-1])
-            if there(one.label, branch.lobes, value):
+        chosen: list[_Wanted] = []
+        later: list[_Wanted] = []
+        for one in wanted:
+            if there(one):
                 continue
-            if len(chosen) >= WAVE or any(
-                other.label == one.label and held.lobes == branch.lobes for _, held, other in chosen
-            ):
-                later.append((number, branch, one))
-            else:
-                chosen.append((number, branch, one))
+            (later if len(chosen) >= WAVE or any(other.kind == one.kind for other in chosen) else chosen).append(one)
         wanted = later
-        jobs = {}
-        for number, branch, one in chosen:
-            values = np.array([one.point.found.values[-1], start])
-            problem = Curve.at(flow, branch.lobes, one.point.found, values, conditions[one.label])
-            jobs[number, one.point.s] = _both_sides(problem, one, values, (low, high), bounds[1], points)
-        results = advance(flow, jobs, look=look)
-        for number, branch, one in chosen:
-            found = results[number, one.point.s]
-            if found is not None:
-                back, seed, on = found
-                line = [one_.point for one_ in back.points[::-1]] + [seed] + [one_.point for one_ in on.points]
-                made.append(Border(one.label, branch.lobes, line, (back.ended, on.ended), number))
+        groups: dict[Flow, dict[int, Steps[tuple[Half, Point, Half] | None]]] = {}
+        for place, one in enumerate(chosen):
+            condition = conditions[one.point.label]
+            flow = flows(condition)
+            groups.setdefault(flow, {})[place] = _both_sides(flow, one, condition, start, bounds, points)
+        results = {
+            place: found for flow, jobs in groups.items() for place, found in advance(flow, jobs, look=look).items()
+        }
+        for place, one in enumerate(chosen):
+            if results[place] is not None:
+                back, seed, on = results[place]
+                line = [marked.point for marked in back.points[::-1]] + [seed] + [marked.point for marked in on.points]
+                made.append(Border(*one.kind, line, (back.ended, on.ended), one.number))
     return made
+
+
+def _of(number: int, branch: Branch, conditions: dict[int, Condition], near: float) -> list[_Wanted]:
+    """The special points of a branch through which a curve is asked for and can go."""
+    every = [_Wanted(number, branch, one) for one in branch.marked if one.label]
+    grazing = [one.value for one in every if one.point.label > OWN]
+    found = []
+    for one in every:
+        condition = conditions.get(one.point.label)
+        # Of motions that touch more often a contact's function has no extreme value that vanishes.
+        if condition is None or one.point.words or branch.motion == CIRCLE:
+            continue
+        if branch.motion == CYCLE and condition.multiplier != 1.0:
+            continue
+        if condition.of_monodromy and any(abs(one.value - other) < near for other in grazing):
+            continue
+        found.append(one)
+    return found
 
 
 def _crosses(border: Border, value: float, start: float, near: float) -> bool:
@@ -105,28 +129,34 @@ def _crosses(border: Border, value: float, start: float, near: float) -> bool:
 
 
 def _both_sides(
-    problem: Curve,
-    one: Marked,
-    values: np.ndarray,
-    range_: tuple[float, float],
-    bounds: tuple[float, float],
+    flow: Flow,
+    one: _Wanted,
+    condition: Condition,
+    start: float,
+    bounds: tuple[tuple[float, float], tuple[float, float]],
     points: int,
 ) -> Steps[tuple[Half, Point, Half] | None]:
-    pieces = one.point.found.pieces
-    assert pieces is not None
-    seed = yield from settled(problem, problem.unknowns(pieces, values))
-    if seed is None or np.linalg.norm(seed.x - problem.unknowns(pieces, values)) > 0.5:
+    orbit = one.point.point.found
+    values = np.array([one.value, start])
+    problem: Curve | CycleFolds
+    if one.branch.motion == CYCLE:
+        problem = CycleFolds.at(flow, orbit, values)
+        guess = problem.unknowns(orbit.pieces, orbit.period, values)
+    else:
+        problem = Curve.at(flow, one.branch.lobes, orbit, values, condition)
+        guess = problem.unknowns(orbit.pieces, values)
+    seed = yield from settled(problem, guess)
+    if seed is None or np.linalg.norm(seed.x - guess) > ASTRAY:
         return None
+    (low, high), other = (tuple(np.array(bound) / scale) for bound, scale in zip(bounds, flow.scales, strict=True))
 
     def stop(here: Point, there: Point) -> str:
-        return "" if range_[0] <= there.x[-2] <= range_[1] else "range"
+        return "" if low <= there.x[-2] <= high else "range"
 
     def none(here: Point, there: Point) -> list[Test]:
         return []
 
-    scale = problem.flow.scales[1]
-    limits = (bounds[0] / scale, bounds[1] / scale)
-    # There is nothing to detect on the way, so steps are longer than along a branch.
-    on = yield from follow(problem, seed, 1, limits, points // 2, none, stop, most=MOST)
-    back = yield from follow(problem, seed, -1, limits, points // 2, none, stop, most=MOST)
+    on = yield from follow(problem, seed, 1, other, points // 2, none, stop, first=FIRST, most=MOST)
+    left = points - len(on.points)
+    back = yield from follow(problem, seed, -1, other, left, none, stop, first=FIRST, most=MOST)
     return back, seed, on

@@ -16,7 +16,7 @@ import numpy as np
 
 from nsdrill.analysis.bifurcations import FOLD
 from nsdrill.orbit.arclength import Point, Reading, Steps, Test
-from nsdrill.orbit.flow import DEFAULT_DIFFERENCE, Flow, Legs
+from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import turned, turning
 from nsdrill.orbit.labels import Graze
 from nsdrill.orbit.periodic import Orbit
@@ -25,6 +25,8 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 POINTS = (11, 21)  # on the circle; more where fewer leave too much
 RETURNS = 240  # of the lobe map, that a circle is fitted to
 FEWEST_RETURNS = 40  # to fit a circle to
+SLACK = 30.0  # of the integration's tolerance: interpolation along a circle errs by far more
+DIFFERENCE = 1e-3  # of the natural size of a number, for derivatives by it: the tolerance asks for a longer one
 MISFIT = 0.3  # of the fit, in natural sizes
 TAIL = 0.03  # of the highest harmonics: a circle with more is not smooth enough
 
@@ -49,6 +51,7 @@ class Circle:
     size: Array
     values: Array
     fixed: Array
+    slack = SLACK
 
     @property
     def fold(self) -> float:
@@ -79,13 +82,18 @@ class Circle:
         symmetry, free = flow.symmetry, list(flow.symmetry.free)
         w, rotation, values = self.w(x), float(x[-2]), self.numbers(x)
         change = np.zeros(len(values))
-        change[-1] = h = DEFAULT_DIFFERENCE * flow.scales[-1]
+        change[-1] = h = DIFFERENCE * flow.scales[-1]
         three = np.repeat(np.stack([values, values + change, values - change]), N, axis=0)
         states = turned(symmetry, w, self.angles)
-        durations = self.fold / flow.phase_rate(three)
-        if not np.all(durations > 0.0):
-            return None
-        ends = yield Legs(np.tile(states, (3, 1)), np.zeros(3 * N), durations, three, np.arange(3 * N) < N)
+        ends = yield Legs(
+            np.tile(states, (3, 1)),
+            np.zeros(3 * N),
+            np.full(3 * N, self.fold),
+            three,
+            np.arange(3 * N) < N,
+            SLACK,
+            True,
+        )
         if not ends.ok.all():
             return None
         back = -(np.tile(self.angles, 3) + rotation + self.fold)
@@ -96,8 +104,7 @@ class Circle:
         flat = w[:, free] / scale
         residual = np.zeros(N * n + 1)
         residual[:-1] = (end[:N][:, free] / scale - moved @ flat).ravel()
-        first, second = symmetry.turned[0]
-        place = free.index(second)
+        place = free.index(symmetry.turned[0][1])
         residual[-1] = flat[:, place].sum() * (share / N)
         jacobian = np.zeros((N * n + 1, N * n + 2))
         jacobian[:-1, :-2] = -np.kron(moved, np.eye(n))
@@ -114,7 +121,6 @@ class Circle:
         jacobian[-1, place : N * n : n] = share / N
         if not np.isfinite(jacobian).all():
             return None
-        multipliers = self._multipliers(blocks, rotation)
         touches = np.stack(
             [
                 ends.touches[:N, :, 0].min(axis=0),
@@ -123,11 +129,14 @@ class Circle:
             ],
             axis=-1,
         )
-        period = float(durations[0])
+        period = float(ends.duration[0])
         wrapped = math.remainder(rotation, 2.0 * math.pi)
-        orbit = Orbit(states[0], values, period, multipliers, touches, 1, None, wrapped, w, tuple(free))
-        del first
-        return Reading(residual, jacobian, orbit)
+
+        def found() -> Orbit:
+            multipliers = self._multipliers(blocks, rotation)
+            return Orbit(states[0], values, period, multipliers, touches, 1, None, wrapped, w, tuple(free))
+
+        return Reading(residual, jacobian, found)
 
     def _multipliers(self, blocks: Array, rotation: float) -> Array:
         """Of the eigenvalues of the linearised map of the circle, of which each multiplier has ``points``, turned about
@@ -162,23 +171,27 @@ def has_kinks(here: Point, there: Point) -> str:
 
 def fitted_circle(
     flow: Flow, state: Array, values: Array, lobes: tuple[int, ...]
-) -> Steps[tuple[Circle, Array] | None]:
+) -> Steps[tuple[Circle, Array, list[Array]] | None]:
     """The problem and the unknowns of the circle that a settled motion through ``state`` seems to fill at every lobe,
-    or else at every second, third, ... of ``lobes``; None where it fills none."""
+    or else at every second, third, ... of ``lobes``, and the mean w [states] of it and of its images under the map over
+    one lobe; None where it fills none."""
     symmetry = flow.symmetry
     fold = 2.0 * math.pi / symmetry.folds
-    duration, every = fold / flow.phase_rate(values[None]), values[None]
+    angle, every = np.array([fold]), values[None]
     made = [state]
     for _ in range(RETURNS):
-        ends = yield Legs(made[-1][None], np.zeros(1), duration, every, np.zeros(1, dtype=bool))
+        ends = yield Legs(made[-1][None], np.zeros(1), angle, every, np.zeros(1, dtype=bool), SLACK, True)
         if not ends.ok[0]:
             return None
         made.append(turned(symmetry, ends.state, -fold)[0])
     for number in lobes:
-        if len(made) >= FEWEST_RETURNS * number:
-            fitted = _fitted(flow, np.stack(made[::number]), values, number)
-            if fitted is not None:
-                return fitted
+        if len(made) < FEWEST_RETURNS * number:
+            continue
+        fitted = _fitted(flow, np.stack(made[::number]), values, number)
+        if fitted is not None:
+            problem, x = fitted
+            beside = [_fitted(flow, np.stack(made[k::number]), values, number) for k in range(1, number)]
+            return problem, x, [one.w(at).mean(axis=0) for one, at in [fitted, *filter(None, beside)]]
     return None
 
 
@@ -216,6 +229,25 @@ def _fitted(flow: Flow, states: Array, values: Array, lobes: int) -> tuple[Circl
         there = np.concatenate([np.ones((points, 1)), np.cos(waves), np.sin(waves)], axis=1) @ fit
         return problem, problem.unknowns(there, rotation, values[-1])
     return None
+
+
+def images(problem: Circle, point: Point) -> Steps[list[Array]]:
+    """Of a circle of the map over several lobes w [points, states] on its images under the map over one lobe, itself
+    first: the same motion, begun a lobe later."""
+    symmetry, orbit = problem.flow.symmetry, point.found
+    fold, N = 2.0 * math.pi / symmetry.folds, problem.points
+    first, second = symmetry.turned[0]
+    made, states = [orbit.pieces], turned(symmetry, orbit.pieces, problem.angles)
+    values = np.tile(orbit.values, (N, 1))
+    for _ in range(problem.lobes - 1):
+        ends = yield Legs(states, np.zeros(N), np.full(N, fold), values, np.zeros(N, dtype=bool), SLACK, True)
+        if not ends.ok.all():
+            break
+        states = turned(symmetry, ends.state, -fold)
+        w = turned(symmetry, states, -problem.angles)
+        mean = w.mean(axis=0)
+        made.append(turned(symmetry, w, -math.atan2(mean[second], mean[first])))
+    return made
 
 
 def _touch(contact: int, which: int) -> Callable[[Point], float]:

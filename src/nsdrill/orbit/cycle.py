@@ -15,7 +15,7 @@ import numpy as np
 from nsdrill.orbit.arclength import Reading, Steps
 from nsdrill.orbit.flow import DEFAULT_DIFFERENCE, Flow, Legs
 from nsdrill.orbit.frame import turned, turning
-from nsdrill.orbit.periodic import Orbit, over_segments
+from nsdrill.orbit.periodic import Orbit, over_segments, product, ring
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 SEGMENTS = 6
@@ -42,6 +42,7 @@ class Cycle:
     fixed: Array
     reference: Array
     across: Array
+    slack = 1.0
 
     @classmethod
     def at(cls, flow: Flow, period: float, values: Array, state: Array, segments: int = SEGMENTS) -> Cycle:
@@ -51,9 +52,9 @@ class Cycle:
         made = cls(
             flow, segments, size, period, np.array(values), state.copy(), state[free] / size, np.zeros(len(free))
         )
-        return made._through(state, values)
+        return made.through(state, values)
 
-    def _through(self, state: Array, values: Array) -> Cycle:
+    def through(self, state: Array, values: Array) -> Cycle:
         free = list(self.flow.symmetry.free)
         across = rates(self.flow, state[None], values)[0][free] / self.size
         length = np.linalg.norm(across)
@@ -102,13 +103,9 @@ class Cycle:
         jacobian = np.zeros((J * n + 1, J * n + 2))
         residual[:-1] = ((end[:J] - np.roll(states, -1, axis=0))[:, free] / scale).ravel()
         residual[-1] = self.across @ (states[0][free] / self.size - self.reference)
-        whole = np.eye(n)
-        for j in range(J):
-            block = monodromy[j][np.ix_(free, free)] * (scale / scale[:, None])
-            following = (j + 1) % J
-            jacobian[j * n : (j + 1) * n, j * n : (j + 1) * n] += block
-            jacobian[j * n : (j + 1) * n, following * n : (following + 1) * n] -= np.eye(n)
-            whole = block @ whole
+        blocks = monodromy[:, free][:, :, free] * (scale / scale[:, None])
+        jacobian[:-1, :-2] = ring(blocks)
+        whole = product(blocks)
         jacobian[-1, :n] = self.across * share
         jacobian[:-1, -2] = along.ravel()
         slope = (end[J : 2 * J] - end[2 * J :])[:, free] / scale * (flow.scales[-1] / (2.0 * h))
@@ -117,14 +114,11 @@ class Cycle:
             return None
         multipliers = np.linalg.eigvals(whole)
         touches = over_segments(ends.touches[:J])
-        return Reading(
-            residual,
-            jacobian,
-            Orbit(states[0], values, period, multipliers, touches, 1, whole, math.nan, states, tuple(free)),
-        )
+        orbit = Orbit(states[0], values, period, multipliers, touches, 1, whole, math.nan, states, tuple(free))
+        return Reading(residual, jacobian, lambda: orbit)
 
     def moved(self, x: Array) -> Cycle:
-        return self._through(self.states(x)[0], self.numbers(x))
+        return self.through(self.states(x)[0], self.numbers(x))
 
 
 def sampled_cycle(

@@ -21,8 +21,8 @@ from nsdrill.orbit.branch import Branch, assembled, passes
 from nsdrill.orbit.cycle import Cycle, rates, sampled_cycle
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import turned
-from nsdrill.orbit.labels import Graze, tests_of
-from nsdrill.orbit.periodic import Periodic, between_segments, starts_of
+from nsdrill.orbit.labels import Graze, kinks_of, tests_of
+from nsdrill.orbit.periodic import Orbit, Periodic, between_segments, starts_of
 from nsdrill.orbit.rounds import advance
 from nsdrill.orbit.switch import at_hopf, branched, doubled, doubled_cycle, started
 
@@ -93,7 +93,8 @@ class _Guess:
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A converged motion from which a branch may be followed."""
+    """A converged motion from which a branch may be followed. ``signatures`` tell it from others where those of its
+    start are not enough."""
 
     key: Key
     motion: str
@@ -104,6 +105,7 @@ class _Candidate:
     parent_point: int = -1
     one_side: bool = False
     other: Point | None = None
+    signatures: tuple[Array, ...] = ()
 
 
 class Explorer:
@@ -168,7 +170,12 @@ class Explorer:
             words[one.number] = "the circle that the motion fills is not smooth"
             return None
         found = _Candidate((0, one.number), one.motion, one.lobes, one.problem, point)
-        return (yield from self._shortest(found)) if one.motion == PERIODIC else found
+        if one.motion == PERIODIC:
+            return (yield from self._shortest(found))
+        if one.motion == CIRCLE:
+            every = yield from circle.images(one.problem, point)
+            return replace(found, signatures=tuple(self._signature_of_circle(point.found, w) for w in every))
+        return found
 
     def _shortest(self, one: _Candidate) -> Steps[_Candidate]:
         """The same motion with its least period."""
@@ -242,10 +249,10 @@ class Explorer:
         if orders.circles and flow.symmetry.turned:
             made = yield from circle.fitted_circle(flow, seed.state, seed.values, orders.lobes)
             if made is not None:
-                rotation = 10.0 * math.remainder(made[1][-2], 2.0 * math.pi)
-                mean = made[0].w(made[1]).mean(axis=0)[free] / sizes[free]
-                sign = np.concatenate([[rotation], mean, [value / self.scale]])
-                return _Guess(number, CIRCLE, made[0].lobes, *made, [sign], 1.0)
+                problem, x, means = made
+                rotation = 10.0 * math.remainder(x[-2], 2.0 * math.pi)
+                signs = [np.concatenate([[rotation], (mean / sizes)[free], [value / self.scale]]) for mean in means]
+                return _Guess(number, CIRCLE, problem.lobes, problem, x, signs, 1.0)
         if seed.near and misses and min(misses.values()) < MISS:
             return guess(min(misses, key=lambda lobes: misses[lobes]), AFAR)
         words[number] = "neither a period of the lobes asked for nor a circle: chaotic, or not settled"
@@ -285,11 +292,18 @@ class Explorer:
         number = orbit.values[-1] / self.scale
         if motion == CYCLE:
             return [np.array([10.0 * math.log(orbit.period), number])]
-        sizes = flow.sizes(orbit.values)[0][list(orbit.free)]
         if motion == CIRCLE:
-            mean = orbit.pieces.mean(axis=0)[list(orbit.free)] / sizes
-            return [np.concatenate([[10.0 * orbit.rotation], mean, [number]])]
+            return [self._signature_of_circle(orbit, orbit.pieces)]
+        sizes = flow.sizes(orbit.values)[0][list(orbit.free)]
         return [np.append(start / sizes, number) for start in starts_of(orbit, flow, lobes)]
+
+    def _signature_of_circle(self, orbit: Orbit, w: Array) -> Array:
+        free = list(orbit.free)
+        mean = w.mean(axis=0)[free] / self.flow.sizes(orbit.values)[0][free]
+        return np.concatenate([[10.0 * orbit.rotation], mean, [orbit.values[-1] / self.scale]])
+
+    def _of(self, one: _Candidate) -> list[Array]:
+        return [*one.signatures] or self._signatures(one.motion, one.lobes, one.point)
 
     def _known_line(self, motion: str, lobes: int, signatures: list[Array], slack: float = 0.0) -> bool:
         """Whether a motion lies on a branch that is there."""
@@ -307,7 +321,7 @@ class Explorer:
         return self._made[number]
 
     def _there(self, one: _Candidate) -> bool:
-        return self._known_line(one.motion, one.lobes, self._signatures(one.motion, one.lobes, one.point))
+        return self._known_line(one.motion, one.lobes, self._of(one))
 
     def _representatives(self, guesses: list[_Guess]) -> list[_Guess]:
         """One guess of every group of neighbours: the one in the middle."""
@@ -371,7 +385,9 @@ class Explorer:
         stop = self._stops(one, sense if one.other is None or start is one.point else -1)
         problem: Any = one.problem
         most = orders.points
-        half = yield from follow(problem, start, sense, self.bounds, most, tests, stop)
+        # A circle is smooth, and ends where it is not.
+        kinks = kinks_of(0 if one.motion == CIRCLE else len(self.flow.equations.contacts))
+        half = yield from follow(problem, start, sense, self.bounds, most, tests, stop, kinked=kinks)
         while (
             half.ended.startswith("no convergence")
             and isinstance(problem, Periodic)
@@ -389,7 +405,8 @@ class Explorer:
             ):
                 continue
             side = 1 if last.tangent[-1] > 0.0 else -1
-            more = yield from follow(problem, again, side, self.bounds, most - len(half.points), tests, stop)
+            left = most - len(half.points)
+            more = yield from follow(problem, again, side, self.bounds, left, tests, stop, kinked=kinks)
             if not more.points:
                 continue
             reach = last.s
@@ -402,7 +419,7 @@ class Explorer:
         """The words for the end of a side of a branch: those of :meth:`_stop`; that it is too unstable; that it, or its
         seed, lies on a branch that grows beside it and comes first."""
         own = self._stop(one)
-        seed = self._signatures(one.motion, one.lobes, one.point)
+        seed = self._of(one)
         line = self._lines.setdefault((*one.key, sense), [seed[0]])
         kind = (one.motion, one.lobes)
         self._kinds[(*one.key, sense)] = kind

@@ -24,13 +24,16 @@ from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model, Symmetry, Variant
 from nsdrill.models.registry import NAMES
 from nsdrill.observe.landing import landing_rows, make_landing, scratch_size
-from nsdrill.observe.touches import TOUCHES, make_touches, touch_rows
+from nsdrill.observe.touches import TOUCHES, make_levels, make_touches, touch_rows
+from nsdrill.scalar import unobserved
 from nsdrill.variables import OK
 
 Array = np.ndarray[Any, np.dtype[Any]]
 PAIR = "tsitouras"
 RTOL = 1e-11
 MOST_STEPS = 200_000  # of one leg
+SHORTEST = 1e-9  # of a leg [s]
+REMEMBERED = 256  # values of the numbers continued
 LOOSER = 100.0  # the tolerance of a deviation over that of the motion
 DEFAULT_DIFFERENCE = 1e-5  # of the natural size of a number, for derivatives by it
 
@@ -38,14 +41,17 @@ DEFAULT_DIFFERENCE = 1e-5  # of the natural size of a number, for derivatives by
 @dataclass(frozen=True)
 class Legs:
     """Pieces of motion, arrays over n of them: ``state`` [n, states] at the drive angle ``phase`` [n] [rad],
-    ``duration`` [n] [s], ``values`` [n, numbers] of what is continued; ``tangent`` [n] where the monodromy is
-    wanted."""
+    ``duration`` [n] [s], or where ``angular`` the angle by which the drive turns [rad]; ``values`` [n, numbers] of what
+    is continued; ``tangent`` [n] where the monodromy is wanted; ``slack``: by what factor the tolerance of the flow may
+    be exceeded."""
 
     state: Array
     phase: Array
     duration: Array
     values: Array
     tangent: Array
+    slack: float | Array = 1.0
+    angular: bool | Array = False
 
     def __len__(self) -> int:
         return len(self.state)
@@ -54,21 +60,28 @@ class Legs:
 @dataclass(frozen=True)
 class Ends:
     """What became of legs: ``state`` [n, states]; ``monodromy`` [n, states, states], zero where it was not wanted;
-    ``touches`` [n, contacts, 3], of each contact the least and greatest value of its function and how often it begins;
-    ``ok`` [n] where the run ended well."""
+    ``touches`` [n, contacts and levels, 3], of each the least and greatest value of its function and how often it
+    begins; ``ok`` [n] where the run ended well; ``duration`` [n] of the legs [s]."""
 
     state: Array
     monodromy: Array
     touches: Array
     ok: Array
+    duration: Array
 
     def __getitem__(self, part: slice) -> Ends:
-        return Ends(self.state[part], self.monodromy[part], self.touches[part], self.ok[part])
+        return Ends(self.state[part], self.monodromy[part], self.touches[part], self.ok[part], self.duration[part])
 
 
 def joined(parts: list[Legs]) -> Legs:
-    """Legs one after the other."""
-    return Legs(*(np.concatenate([getattr(one, name) for one in parts]) for name in Legs.__dataclass_fields__))
+    """Legs one after the other, with a ``slack`` [n] of each."""
+
+    def one(name: str) -> Array:
+        return np.concatenate([getattr(part, name) for part in parts])
+
+    slack = np.concatenate([np.broadcast_to(part.slack, len(part)) for part in parts])
+    angular = np.concatenate([np.broadcast_to(part.angular, len(part)) for part in parts])
+    return Legs(one("state"), one("phase"), one("duration"), one("values"), one("tangent"), slack, angular)
 
 
 @dataclass(frozen=True)
@@ -88,10 +101,11 @@ class Equations:
     parts: Callable[[int], Compiled]
     store: Callable[[], Array] = field(default=lambda: aligned_zeros(1))
     contacts: tuple[str, ...] = ()
+    levels: tuple[str, ...] = ()
 
     @property
     def columns(self) -> int:
-        return len(TOUCHES) * len(self.contacts)
+        return len(TOUCHES) * (len(self.contacts) + len(self.levels))
 
 
 class Flow:
@@ -103,19 +117,26 @@ class Flow:
         self.states = equations.rows.own
         self.lanes = choose_lanes(FEW)
         self.legs_run = 0
+        self._memory: dict[bytes, tuple[Array, Array]] = {}
         self._settings = Simulation(0.0, 1.0, rtol=rtol, max_steps=MOST_STEPS)
 
     def sizes(self, values: Array) -> Array:
         """The natural sizes of the states at ``values`` [n, numbers], shape (n, states)."""
-        return self._runs(values).sizes
+        return self._known(values)[0]
 
     def phase_rate(self, values: Array) -> Array:
         """How fast the drive's angle advances [rad/s], shape (n,)."""
-        return self._runs(values).phase_rate
+        return self._known(values)[1]
 
-    def _runs(self, values: Array) -> Runs:
+    def _known(self, values: Array) -> tuple[Array, Array]:
         values = np.atleast_2d(values)
-        return self.equations.runs(values, np.zeros((len(values), self.states + 1)))
+        key = values.tobytes()
+        if key not in self._memory:
+            if len(self._memory) >= REMEMBERED:
+                self._memory.clear()
+            runs = self.equations.runs(values, np.zeros((len(values), self.states + 1)))
+            self._memory[key] = runs.sizes, runs.phase_rate
+        return self._memory[key]
 
     def slopes(self, state: Array, values: Array) -> Array:
         """The rates of states (n, states) at the drive angle 0, shape (n, states)."""
@@ -148,6 +169,10 @@ class Flow:
         initial = np.concatenate([legs.state, legs.phase[:, None]], axis=1)
         runs = self.equations.runs(legs.values, initial)
         sizes = runs.sizes
+        with np.errstate(divide="ignore", invalid="ignore"):
+            asked = np.where(legs.angular, legs.duration / runs.phase_rate, legs.duration)
+        possible = np.isfinite(asked) & (asked > 0.0)
+        duration = np.where(possible, asked, SHORTEST)
         deviation = np.zeros((len(leg), states))
         firsts = np.concatenate([[0], np.cumsum(copies)[:-1]])
         which = np.arange(len(leg)) - firsts[leg]
@@ -156,13 +181,13 @@ class Flow:
         drifts = np.concatenate([runs.drifts, np.zeros_like(runs.drifts)], axis=1)
         full = Runs(
             runs.parameters[leg],
-            np.concatenate([sizes, LOOSER * sizes], axis=1)[leg],
+            np.concatenate([sizes, LOOSER * sizes], axis=1)[leg] * np.broadcast_to(legs.slack, n)[leg, None],
             drifts[leg],
             runs.phase_rate[leg],
-            np.minimum(runs.first_step, legs.duration)[leg],
+            np.minimum(runs.first_step, duration)[leg],
             np.concatenate([legs.state[leg], deviation, legs.phase[leg, None]], axis=1),
             np.zeros(len(leg)),
-            legs.duration[leg],
+            duration[leg],
         )
         shares = min(self.workers, -(-len(leg) // self.lanes))
         if shares > 1:
@@ -177,8 +202,8 @@ class Flow:
         with np.errstate(invalid="ignore", over="ignore"):
             monodromy[leg[wanted], :, which[wanted]] = columns[wanted] / sizes[leg[wanted], which[wanted]][:, None]
         touches = report.reshape(len(leg), -1, len(TOUCHES))[firsts]
-        fine = ok[firsts] & np.isfinite(final[firsts, : rows.own]).all(axis=1)
-        return Ends(final[firsts, : rows.own], monodromy, touches, fine)
+        fine = possible & ok[firsts] & np.isfinite(final[firsts, : rows.own]).all(axis=1)
+        return Ends(final[firsts, : rows.own], monodromy, touches, fine, duration)
 
     def _share(self, runs: Runs, part: Array) -> tuple[Array, Array, Array]:
         """The final states, reports and whether they ended well of the runs ``part``."""
@@ -202,8 +227,8 @@ def equations_of(
 ) -> Equations:
     """The equations of a model: ``pack(values)`` gives the lane parameters at ``values`` [n, numbers]. InputError where
     the model cannot follow a deviation."""
-    contacts = len(model.contacts)
-    observed = landing_rows(contacts) + touch_rows(contacts)
+    contacts, levels = len(model.contacts), model.levels(fixed)
+    observed = landing_rows(contacts) + touch_rows(contacts + len(levels))
     try:
         rows = STEPPERS[PAIR].rows(replace(model.rows(fixed, observed, tangent=True), judged=True))
         model.tangent(choose_lanes(FEW), fixed, 0)
@@ -220,47 +245,40 @@ def equations_of(
         return _parts(model, fixed, lanes, rows)
 
     return Equations(
-        rows, symmetry, scales, runs, parts, lambda: aligned_zeros(scratch_size(rows, contacts) + 1), model.contacts
-    )
+        rows, symmetry, scales, runs, parts, lambda: aligned_zeros(scratch_size(rows, contacts) + 1), model.contacts,
+        tuple(one.name for one in levels),
+    )  # fmt: skip
 
 
 @lru_cache
 def _parts(model: Model, fixed: Variant, lanes: int, rows: Rows) -> Compiled:
     contacts = len(model.contacts)
+    levels = tuple((one.velocity, one.parameter) for one in model.levels(fixed))
     identity = (NAMES.index(model.name), *fixed, list(STEPPERS).index(PAIR))
     right_hand_side = model.tangent(lanes, fixed, 0)
+    first = landing_rows(contacts)
+    follow, mark_levels = (
+        make_levels(lanes, rows, first + touch_rows(contacts), levels) if levels else unobserved(lanes)
+    )
     if not contacts:
-        return Compiled(right_hand_side, *_blind(lanes, rows))
+        return Compiled(right_hand_side, follow, mark_levels)
     measure = model.contact_functions(lanes, fixed, RATES * contacts)
     landing = make_landing(
         lanes, rows, STEPPERS[PAIR].scheme(rows), 0, measure, model.tangent(1, fixed, 0), contacts, identity
     )
-    touches, marker = make_touches(lanes, rows, landing_rows(contacts), 0, contacts)
+    touches, mark_touches = make_touches(lanes, rows, first, 0, contacts)
+    after = touch_rows(contacts)
 
     @compiled(types.void(BUFFER, BUFFER), lanes, *identity)
     def watch_orbit(b, store):  # type: ignore[no-untyped-def]
         measure(b)
         touches(b, store)
+        follow(b, store)
         landing(b, store)
 
-    return Compiled(right_hand_side, watch_orbit, marker)
+    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes, *identity)
+    def mark_orbit(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
+        mark_touches(b, store, i, mark, report, column)
+        mark_levels(b, store, i, mark, report, column + after)
 
-
-@lru_cache
-def _blind(lanes: int, rows: Rows) -> tuple[Any, Any]:
-    """The (observer, marker) where nothing touches."""
-
-    @compiled(types.void(BUFFER, BUFFER), lanes)
-    def watch_nothing(b, store):  # type: ignore[no-untyped-def]
-        pass
-
-    @compiled(types.void(BUFFER, BUFFER, types.int64, types.int64, types.float64[::1], types.int64), lanes)
-    def mark_nothing(b, store, i, mark, report, column):  # type: ignore[no-untyped-def]
-        pass
-
-    return watch_nothing, mark_nothing
-
-
-def with_values(legs: Legs, values: Array) -> Legs:
-    """The same legs at other ``values`` [n, numbers], without monodromies."""
-    return replace(legs, values=values, tangent=np.zeros(len(legs), dtype=bool))
+    return Compiled(right_hand_side, watch_orbit, mark_orbit)

@@ -24,10 +24,11 @@ NEAR = 1e-6  # of the unit circle
 @dataclass(frozen=True)
 class Graze:
     """What it means that a contact, by its place, is ``reached`` or ``lost``: codes of labels, None where it is no
-    event of its own."""
+    event of its own; whether it is one that it is reached another number of times in a period, ``counted``."""
 
     reached: int | None
     lost: int | None
+    counted: bool = True
 
 
 def counts(orbit: Orbit) -> tuple[int, int, int]:
@@ -95,11 +96,22 @@ def _grazing(one: Orbit, two: Orbit, contact: int, graze: Graze) -> Test | None:
     if always1 != always2 and graze.lost is not None:
         return Test(graze.lost, lambda point: float(point.found.touches[contact, 0]))
     code = graze.reached if graze.reached is not None else graze.lost
-    if n1 != n2 and not (never1 or never2 or always1 or always2) and code is not None:
+    if graze.counted and n1 != n2 and not (never1 or never2 or always1 or always2) and code is not None:
         level = 0.5 * (n1 + n2)
         words = f"{int(n1)} to {int(n2)} touches a period"
-        return Test(code, lambda point: float(np.sign(point.found.touches[contact, 2] - level)), words)
+        return Test(code, lambda point: float(np.sign(point.found.touches[contact, 2] - level)), words, jumps=True)
     return None
+
+
+def kinks_of(contacts: int) -> Callable[[Orbit, Orbit], bool]:
+    """The function that says whether one of the first ``contacts`` is reached, or lost, another number of times a
+    period in one motion than in another."""
+
+    def kinked(one: Orbit, two: Orbit) -> bool:
+        first, second = one.touches[:contacts], two.touches[:contacts]
+        return bool(np.any(first[:, 2] != second[:, 2]) or np.any((first[:, :2] > 0.0) != (second[:, :2] > 0.0)))
+
+    return kinked
 
 
 def critical_vector(orbit: Orbit, at: float) -> np.ndarray:

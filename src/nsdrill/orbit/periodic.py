@@ -63,6 +63,25 @@ def over_segments(touches: Array) -> Array:
     return np.stack([touches[..., 0].min(axis=0), touches[..., 1].max(axis=0), touches[..., 2].sum(axis=0)], axis=-1)
 
 
+def ring(blocks: Array) -> Array:
+    """The derivative of the ends of segments, less the starts of those that follow, by all starts: of ``blocks``
+    [segments, n, n], how an end follows its start, the matrix [segments n, segments n]."""
+    J, n = len(blocks), blocks.shape[-1]
+    made = np.zeros((J, n, J, n))
+    for j, block in enumerate(blocks):
+        made[j, :, j] += block
+        made[j, :, (j + 1) % J] -= np.eye(n)
+    return made.reshape(J * n, J * n)
+
+
+def product(blocks: Array) -> Array:
+    """The monodromy of a motion, [n, n], from those of its segments in order."""
+    whole = np.eye(blocks.shape[-1])
+    for block in blocks:
+        whole = block @ whole
+    return whole
+
+
 @dataclass(frozen=True)
 class Periodic:
     """Fixed points of P_m. The unknowns are the free states at the start of each of ``segments`` pieces, over ``size``
@@ -74,6 +93,7 @@ class Periodic:
     size: Array
     values: Array
     fixed: Array
+    slack = 1.0
 
     @classmethod
     def at(cls, flow: Flow, lobes: int, values: Array, state: Array, segments: int | None = None) -> Periodic:
@@ -116,20 +136,17 @@ class Periodic:
         shift[-1] = h
         three = np.stack([values, values + shift, values - shift])[: 3 if tangent else 1]
         J, k = self.segments, len(three)
-        durations = self.angle / self.flow.phase_rate(three) / J
         return Legs(
             np.tile(states, (k, 1)),
             np.tile(np.arange(J) * self.angle / J, k),
-            np.repeat(durations, J),
+            np.full(k * J, self.angle / J),
             np.repeat(three, J, axis=0),
             np.arange(k * J) < J if tangent else np.zeros(J, dtype=bool),
+            angular=True,
         )
 
     def read(self, x: Array) -> Steps[Reading | None]:
-        legs = self.legs(x)
-        if not np.all(legs.duration > 0.0):
-            return None
-        ends = yield legs
+        ends = yield self.legs(x)
         if not ends.ok.all():
             return None
         flow, J, states = self.flow, self.segments, self.states(x)
@@ -142,25 +159,21 @@ class Periodic:
         monodromy = ends.monodromy[:J].copy()
         monodromy[-1] = back @ monodromy[-1]
         residual = (end[0] - np.roll(states, -1, axis=0))[:, free] / scale
+        blocks = monodromy[:, free][:, :, free] * (scale / scale[:, None])
         jacobian = np.zeros((J * n, J * n + 1))
-        whole = np.eye(n)
-        for j in range(J):
-            block = monodromy[j][np.ix_(free, free)] * (scale / scale[:, None])
-            following = (j + 1) % J
-            jacobian[j * n : (j + 1) * n, j * n : (j + 1) * n] += block
-            jacobian[j * n : (j + 1) * n, following * n : (following + 1) * n] -= np.eye(n)
-            whole = block @ whole
+        jacobian[:, :-1] = ring(blocks)
+        whole = product(blocks)
         slope = (end[1] - end[2])[:, free] / scale / (2.0 * DEFAULT_DIFFERENCE)
         jacobian[:, -1] = slope.ravel()
         if not np.isfinite(jacobian).all():
             return None
         values = self.numbers(x)
-        period = float(self.angle / flow.phase_rate(values)[0])
+        period = float(ends.duration[:J].sum())
         orbit = Orbit(
             states[0], values, period, np.linalg.eigvals(whole), over_segments(ends.touches[:J]), 0, whole, 0.0, states,
             tuple(free),
         )  # fmt: skip
-        return Reading(residual.ravel(), jacobian, orbit)
+        return Reading(residual.ravel(), jacobian, lambda: orbit)
 
     def moved(self, x: Array) -> Problem:
         return self
@@ -179,10 +192,10 @@ def starts_of(orbit: Orbit, flow: Flow, lobes: int) -> list[Array]:
 def between_segments(problem: Periodic, state: Array, values: Array) -> Steps[Array | None]:
     """The states at the starts of the segments of ``problem`` on the motion from ``state`` at ``values``."""
     made, J = [state], problem.segments
-    duration = problem.angle / problem.flow.phase_rate(values) / J
+    angle = np.array([problem.angle / J])
     for j in range(J - 1):
         ends = yield Legs(
-            made[-1][None], np.array([j * problem.angle / J]), duration, np.atleast_2d(values), np.zeros(1, dtype=bool)
+            made[-1][None], j * angle, angle, np.atleast_2d(values), np.zeros(1, dtype=bool), angular=True
         )
         if not ends.ok[0]:
             return None

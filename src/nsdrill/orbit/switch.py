@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.orbit.arclength import Point, Problem, Steps, correct, tangent_of
+from nsdrill.orbit.arclength import Point, Problem, Steps, corrected
 from nsdrill.orbit.cycle import SEGMENTS, Cycle
 from nsdrill.orbit.labels import critical_vector
 from nsdrill.orbit.periodic import ANGLES, Orbit, Periodic, between_segments
@@ -16,20 +16,19 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 STEPS = (0.05, 0.2, 0.01)  # away from the bifurcation, in natural sizes
 
 
-def _started(problem: Problem, base: Array, direction: Array) -> Steps[Point | None]:
+def started(problem: Problem, base: Array, direction: Array) -> Steps[Point | None]:
     """The first point of ``problem`` off ``base`` in a ``direction`` of the unknowns."""
     length = float(np.linalg.norm(direction))
     if not length > 0.0:
         return None
     normal = direction / length
     for step in STEPS:
-        found = yield from correct(problem, base + step * normal, normal)
-        if found is None:
+        point = yield from corrected(problem, base + step * normal, normal, normal)
+        if point is None:
             continue
-        x, reading, iterations, residual = found
-        tangent = tangent_of(reading.jacobian, normal)
-        if tangent is not None and abs(normal @ (x - base)) > 0.5 * step and np.linalg.norm(x - base) < 10.0 * step:
-            return Point(x, tangent, reading.found, iterations, residual)
+        away = point.x - base
+        if abs(normal @ away) > 0.5 * step and np.linalg.norm(away) < 10.0 * step:
+            return point
     return None
 
 
@@ -51,7 +50,7 @@ def doubled(problem: Periodic, orbit: Orbit) -> Steps[Point | None]:
     found = yield from _along(problem, orbit, critical_vector(orbit, -1.0))
     if found is None:
         return None
-    return (yield from _started(problem, *found))
+    return (yield from started(problem, *found))
 
 
 def branched(problem: Periodic, orbit: Orbit, sense: int) -> Steps[Point | None]:
@@ -59,7 +58,7 @@ def branched(problem: Periodic, orbit: Orbit, sense: int) -> Steps[Point | None]
     found = yield from _along(problem, orbit, sense * critical_vector(orbit, 1.0))
     if found is None:
         return None
-    return (yield from _started(problem, *found))
+    return (yield from started(problem, *found))
 
 
 def doubled_cycle(problem: Cycle, orbit: Orbit) -> tuple[Cycle, Array, Array]:
@@ -73,11 +72,6 @@ def doubled_cycle(problem: Cycle, orbit: Orbit) -> tuple[Cycle, Array, Array]:
     direction[:n] = vector
     direction[problem.segments * n : (problem.segments + 1) * n] = -vector
     return made, base, direction
-
-
-def started(problem: Problem, base: Array, direction: Array) -> Steps[Point | None]:
-    """See :func:`_started`."""
-    return (yield from _started(problem, base, direction))
 
 
 def at_hopf(flow: Any, orbit: Orbit) -> tuple[Cycle, Array, Array] | None:

@@ -58,7 +58,7 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
         elif name == "whirl_ratio":
             for column in columns:
                 column[row].axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
-        columns[0][row].set_ylabel(y.label)
+        columns[0][row].set_ylabel(y.upright if len(names) == 1 else y.label)
     legend_below(figure, [*_direction_handles(lines[0]), *outcome_handles(lines, markers=False)], 4)
     return figure
 

@@ -66,7 +66,14 @@ def _unknown(axes: Axes, shown: Shown, prior: Array, samples: Array) -> None:
     axes.hist(before, bins=bins, density=True, color=GREY, alpha=0.6, gid="before")
     axes.hist(after, bins=bins, density=True, histtype="stepfilled", color=BLUE, alpha=0.7, gid="after")
     axes.set_yticks([])
-    axes.set_xlabel(shown.label)
+    axes.ticklabel_format(axis="x", style="plain")
+    ends = max(abs(low), abs(high))
+    if ends >= 1e4:  # a power of ten beside the axis is overlooked
+        power = int(np.floor(np.log10(ends)))
+        axes.xaxis.set_major_formatter(lambda value, place: f"{value / 10.0**power:g}")
+        axes.set_xlabel(f"{shown.words} [$10^{power}$ {shown.unit}]")
+    else:
+        axes.set_xlabel(shown.label)
 
 
 def _feature(axes: Axes, shown: Shown, measured: Measured, name: str, predicted: Array) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+import textwrap
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -15,6 +17,7 @@ from nsdrill.quantity import SYSTEMS
 from nsdrill.variables import AXES
 
 UNIT_SYSTEMS = SYSTEMS
+LONGEST = 28  # letters of a line beside a panel of 1.7 inches
 
 
 @dataclass(frozen=True)
@@ -29,6 +32,11 @@ class Shown:
     @property
     def label(self) -> str:
         return f"{self.words} [{self.unit}]" if self.unit else self.words
+
+    @property
+    def upright(self) -> str:
+        """The label beside a low panel, in lines of at most :data:`LONGEST` letters."""
+        return textwrap.fill(self.label, LONGEST, break_long_words=False, break_on_hyphens=False)
 
     def value(self, si: float) -> str:
         """A number with its unit for titles: ``22.24 kN``; or a word."""
@@ -72,11 +80,40 @@ def fixed_values(results: Results) -> dict[str, float]:
 
 
 def heading(attrs: Mapping[str, Any], point: str, *, width: int = 100) -> str:
-    """The title of the study and, on lines of their own, what ``--set`` changed, in ``width`` characters, and the
-    operating values."""
-    title = " ".join(str(attrs.get("title") or "").split())
+    """The title of the study, with the operating values in the units of ``point``, and, on lines of their own, what
+    ``--set`` changed, in ``width`` characters, and the operating values."""
+    title = retold(" ".join(str(attrs.get("title") or "").split()), point)
     last = "; ".join(part for part in (_unsaid(point, title), *_kind(attrs)) if part)
     return "\n".join(line for line in (title, changed(attrs, width), last) if line)
+
+
+def retold(title: str, point: str) -> str:
+    """A title in which the values of the operating ``point`` stand as they stand there: of 5000 m beside 16404 ft one
+    would not see that they are the same."""
+    told = list(map(_read, _VALUE.finditer(point)))
+
+    def instead(found: re.Match[str]) -> str:
+        own = _read(found)
+        same = [text for text, of, si in told if of == own[1] and math.isclose(si, own[2], rel_tol=SAME)]
+        return same[0] if same else found[0]
+
+    return _VALUE.sub(instead, title)
+
+
+SAME = 5e-4  # relative: values are written with four digits
+_SCALES = {
+    quantities.sign(unit): (name, quantities.shown_scale(unit, one.units))
+    for name in AXES
+    for one in [quantities.quantity(name)]
+    for unit in map(one.unit, SYSTEMS)
+}
+_VALUE = re.compile(rf"(?<![\w.])(\d+(?:\.\d+)?)\s?({'|'.join(map(re.escape, _SCALES))})(?![\w/])")
+
+
+def _read(found: re.Match[str]) -> tuple[str, str, float]:
+    """The text of a value, of which axis it is, and its SI value."""
+    axis, scale = _SCALES[found[2]]
+    return found[0], axis, float(found[1]) * scale
 
 
 def _unsaid(point: str, title: str) -> str:

@@ -61,6 +61,8 @@ def look_of(
 def value_of(name: str, given: Any, units: str) -> float:
     """A quantity in SI ``units`` from a number or a text with a unit."""
     if isinstance(given, str):
+        if units in ("", "1"):
+            return _plain_number(name, given)
         try:
             return float(asked(given, units))
         except QuantityError as error:
@@ -73,6 +75,17 @@ def value_of(name: str, given: Any, units: str) -> float:
         number = math.nan
     if isinstance(given, bool) or not math.isfinite(number):
         raise InputError(f"--{name}: found {given!r}; allowed: a number in SI units, or a text with its unit.")
+    return number
+
+
+def _plain_number(name: str, given: str) -> float:
+    """The value of a quantity without a unit."""
+    try:
+        number = float(given)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise InputError(f"--{name}: found {given!r}; allowed: a number, as this axis has no unit.")
     return number
 
 

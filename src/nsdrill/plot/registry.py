@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from nsdrill.data import Results, Trace
-from nsdrill.errors import InputError
+from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.description import Description
 from nsdrill.models.leaves import words_along
 from nsdrill.variables import SAMPLE, TRUST
@@ -69,7 +69,11 @@ def all_kinds() -> dict[str, Kind]:
     found: dict[str, Kind] = {}
     room = "nsdrill.plot.kinds"
     for module in sorted(one.name for one in pkgutil.iter_modules(import_module(room).__path__)):
-        for kind in import_module(f"{room}.{module}").KINDS:
+        try:
+            kinds = import_module(f"{room}.{module}").KINDS
+        except Exception as error:  # of a kind under work
+            raise NsdrillError(f"plot/kinds/{module}.py: {type(error).__name__}: {error}.") from error
+        for kind in kinds:
             assert kind.name not in found, f"two kinds of picture with the name {kind.name}"
             found[kind.name] = kind
     return found

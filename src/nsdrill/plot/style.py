@@ -7,6 +7,7 @@ that a picture survives a grey printer.
 from __future__ import annotations
 
 import io
+import re
 import textwrap
 import warnings
 from collections.abc import Iterator, Mapping
@@ -14,12 +15,13 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, cast
+from typing import Any, Literal, cast
 
 import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from nsdrill.errors import InputError
@@ -30,6 +32,7 @@ from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
 NOTEBOOK_DPI = 110
 SHORTEST_LINE = 20  # characters of a title
+BESIDE = 0.7  # inches beside a panel: the axis at its left, and what stands over its right end
 RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF and SVG
 MANY_MARKERS = 20_000  # above this a vector file is slow to open, so its markers become an image; the text stays text
 
@@ -227,10 +230,13 @@ target: ContextVar[Figure | None] = ContextVar("target", default=None)
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """A figure in inches that no window system and no pyplot knows of."""
+    """A figure in inches that no window system and no pyplot knows of; higher where type is larger than ours, so that
+    the labels of panels above each other have room."""
     if (given := target.get()) is not None:
         return given
-    figure = Picture(figsize=(width, look.get().height or height), layout="constrained")
+    labels = FontProperties(size=mpl.rcParams["axes.labelsize"]).get_size_in_points()
+    room = height * max(1.0, labels / FONT_SIZE)
+    figure = Picture(figsize=(width, look.get().height or room), layout="constrained")
     figure.settings = settings(look.get())
     FigureCanvasAgg(figure)
     engine = figure.get_layout_engine()
@@ -259,6 +265,18 @@ def put_title(figure: Figure, text: str) -> None:
             title.set_text(textwrap.fill(line, count))
         lines.append(title.get_text())
     title.set_text("\n".join(lines))
+
+
+def say_over(axes: Axes, text: str, loc: Literal["left", "center"] = "center") -> None:
+    """A title of a panel that is as wide as its figure, or the part of one that it stands in; where it is wider, broken
+    after its semicolons and commas."""
+    part: Any = axes.figure
+    title = axes.set_title(text, loc=loc)
+    width, room = title.get_window_extent().width, part.bbox.width - BESIDE * part.dpi
+    if width > room:
+        whole = re.sub(r"(?<![;,]) ", "\u00a0", text)
+        lines = textwrap.fill(whole, max(SHORTEST_LINE, int(len(text) * room / width)), break_long_words=False)
+        title.set_text(lines.replace("\u00a0", " "))
 
 
 @contextmanager

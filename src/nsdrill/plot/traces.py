@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import pi
 
+import numpy as np
+
 from nsdrill.data import Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
@@ -15,12 +17,25 @@ from nsdrill.plot.schedule import moving, point_words
 ROOM_FOR_HISTORY = 1.2  # inches of page
 ROOM_FOR_SCHEDULE = 0.7  # inches of page for each value that moves
 LAST_SAMPLES = 60_000  # of orbit and phase planes
+STILL = 1e-9  # part of its size that a constant varies by
 LAST_TURNS = 20  # of the drive: more lie over each other and hide the shape
 
 
 def check_length(trace: Trace) -> None:
     if len(trace.time) < 2:
         raise InputError(f"trace: found {len(trace.time)} samples; allowed: two or more.")
+
+
+def moves(trace: Trace, name: str) -> bool:
+    """Whether a history is more than one value with its rounding."""
+    values = trace[name]
+    return not (np.ptp(values) <= STILL * np.max(np.abs(values)))  # so that NaN is no rest
+
+
+def planes_of(trace: Trace) -> list[tuple[str, str]]:
+    """The phase planes of the model in which something moves; all of them where nothing does."""
+    planes = drawn_in(trace.attrs).planes
+    return [pair for pair in planes if any(moves(trace, name) for name in pair)] or list(planes)
 
 
 def room_for(trace: Trace) -> float:

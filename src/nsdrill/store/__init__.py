@@ -1,30 +1,40 @@
-"""The files: run log, results, trace, exports. One writer, and nothing under the asked name that is not whole."""
+"""The files: run log, results, trace, exports. One writer, and nothing under the asked name that is not whole.
 
-from nsdrill.files import write_text
-from nsdrill.store.branches import open_branches, write_branches
-from nsdrill.store.claim import check_target, claim, claim_file
-from nsdrill.store.dataset import from_dataset, open_results, to_dataset
-from nsdrill.store.export import flag_words, to_csv, to_netcdf
-from nsdrill.store.held import HeldResults
-from nsdrill.store.log import RunLog, part_path
-from nsdrill.store.memory import MemoryLog
-from nsdrill.store.read import (
-    collect,
-    kept_of,
-    kind_of,
-    log_from_results,
-    read_attributes,
-    read_partial,
-    read_point,
-    read_results,
-    rewrite_labels,
-    variables_in,
-)
-from nsdrill.store.records import pending_records, record_dtype, recorded
-from nsdrill.store.renew import renew
-from nsdrill.store.results import columns, points_in_block, write_results
-from nsdrill.store.sink import Sink, Source
-from nsdrill.store.trace import read_trace, write_trace
+Imported lazily: who only asks how large a record is does not bring HDF5's rooms with it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from nsdrill.late import late
+
+if TYPE_CHECKING:
+    from nsdrill.files import write_text
+    from nsdrill.store.branches import open_branches, write_branches
+    from nsdrill.store.claims import check_target, claim, claim_file
+    from nsdrill.store.dataset import from_dataset, open_results, to_dataset
+    from nsdrill.store.export import flag_words, to_csv, to_netcdf
+    from nsdrill.store.held import HeldResults
+    from nsdrill.store.log import RunLog, part_path
+    from nsdrill.store.memory import MemoryLog
+    from nsdrill.store.read import (
+        collect,
+        kept_of,
+        kind_of,
+        log_from_results,
+        read_attributes,
+        read_partial,
+        read_point,
+        read_results,
+        rewrite_labels,
+        variables_in,
+    )
+    from nsdrill.store.records import pending_records, record_dtype, recorded
+    from nsdrill.store.renewal import renew
+    from nsdrill.store.results import columns, points_in_block, write_results
+    from nsdrill.store.sink import Sink, Source
+    from nsdrill.store.trace import read_trace, write_trace
 
 __all__ = [
     "HeldResults",
@@ -65,3 +75,46 @@ __all__ = [
     "write_text",
     "write_trace",
 ]
+
+__getattr__ = late(
+    __name__,
+    {
+        "HeldResults": "nsdrill.store.held",
+        "MemoryLog": "nsdrill.store.memory",
+        "RunLog": "nsdrill.store.log",
+        "Sink": "nsdrill.store.sink",
+        "Source": "nsdrill.store.sink",
+        "check_target": "nsdrill.store.claims",
+        "claim": "nsdrill.store.claims",
+        "claim_file": "nsdrill.store.claims",
+        "collect": "nsdrill.store.read",
+        "columns": "nsdrill.store.results",
+        "flag_words": "nsdrill.store.export",
+        "from_dataset": "nsdrill.store.dataset",
+        "kept_of": "nsdrill.store.read",
+        "kind_of": "nsdrill.store.read",
+        "log_from_results": "nsdrill.store.read",
+        "open_branches": "nsdrill.store.branches",
+        "open_results": "nsdrill.store.dataset",
+        "part_path": "nsdrill.store.log",
+        "pending_records": "nsdrill.store.records",
+        "points_in_block": "nsdrill.store.results",
+        "read_attributes": "nsdrill.store.read",
+        "read_partial": "nsdrill.store.read",
+        "read_point": "nsdrill.store.read",
+        "read_results": "nsdrill.store.read",
+        "read_trace": "nsdrill.store.trace",
+        "record_dtype": "nsdrill.store.records",
+        "recorded": "nsdrill.store.records",
+        "renew": "nsdrill.store.renewal",
+        "rewrite_labels": "nsdrill.store.read",
+        "to_csv": "nsdrill.store.export",
+        "to_dataset": "nsdrill.store.dataset",
+        "to_netcdf": "nsdrill.store.export",
+        "variables_in": "nsdrill.store.read",
+        "write_branches": "nsdrill.store.branches",
+        "write_results": "nsdrill.store.results",
+        "write_text": "nsdrill.files",
+        "write_trace": "nsdrill.store.trace",
+    },
+)

@@ -175,6 +175,12 @@ def unseal(path: Path) -> None:
             file.truncate(length)
 
 
+def is_sealed(path: str | os.PathLike[str]) -> bool:
+    """Whether the readable file ``path`` is as nsdrill has written it."""
+    with open(path, "rb") as file:
+        return _read_seal(file)[0] is not None
+
+
 @contextmanager
 def opened(path: str | os.PathLike[str]) -> Iterator[Any]:
     """The HDF5 file ``path``, checked and open for reading; everything that goes wrong becomes a FileError."""

@@ -256,8 +256,12 @@ class _Points:
 
     @property
     def present(self) -> tuple[Variable, ...]:
-        """The variables that the file should have, whatever its age."""
-        return tuple(v for v in recorded(self.kept) if v.name in self.file or v.name not in LATER)
+        """The variables that the file should have, whatever its age: what a file that nobody has edited lacks, the
+        version that made it did not know."""
+        whole = recorded(self.kept)
+        lacking = {v.name for v in whole if v.name not in self.file and v.name not in LATER}
+        known = not lacking or not hdf5.is_sealed(self.path)
+        return tuple(v for v in whole if v.name in self.file or (known and v.name in lacking))
 
     def dataset(self, variable: Variable) -> Any:
         """The dataset of ``variable`` if its shape and its type are right."""

@@ -5,8 +5,9 @@ Imported lazily, so that ``import nsdrill.study.study`` brings neither pydantic 
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from nsdrill.late import late
 
 if TYPE_CHECKING:
     from nsdrill.study.editor_schema import json_schema
@@ -26,19 +27,16 @@ __all__ = [
     "template_text",
 ]
 
-_HOME = {
-    "Study": "study",
-    "change_thresholds": "load",
-    "differences": "resolved",
-    "json_schema": "editor_schema",
-    "load_study": "load",
-    "parse_study": "load",
-    "study_from_resolved": "resolved",
-    "template_text": "template",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(import_module(f"nsdrill.study.{_HOME[name]}"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__getattr__ = late(
+    __name__,
+    {
+        "Study": "nsdrill.study.study",
+        "change_thresholds": "nsdrill.study.load",
+        "differences": "nsdrill.study.resolved",
+        "json_schema": "nsdrill.study.editor_schema",
+        "load_study": "nsdrill.study.load",
+        "parse_study": "nsdrill.study.load",
+        "study_from_resolved": "nsdrill.study.resolved",
+        "template_text": "nsdrill.study.template",
+    },
+)

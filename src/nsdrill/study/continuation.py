@@ -17,7 +17,7 @@ SECTION = "continue"
 KEYS = ("along", "from", "to", "seeds", "motions", "lobes", "switch", "points", "curves")
 CURVE_KEYS = ("over", "from", "to", "of", "points")
 MOTIONS = ("periodic", "rolling", "stick_slip")
-BORDERS = ("lift_off", "wall", "fold", "doubling")
+BORDERS = ("lift_off", "wall", "fold", "doubling", "torus", "hopf")
 LOBES = (1, 2, 3, 4, 6)
 MOST_LOBES = 24
 POINTS = Leaf("continue.points", "whole", 400, low=2, high=100_000)

@@ -40,6 +40,8 @@ def path_of(key: str) -> KeyPath:
     for length in range(len(rest), 1, -1):
         if first in AROUND and ".".join(rest[:length]) in axes_of_all():
             return (*before, ".".join(rest[:length]), *rest[length:])
+    if before == ("uncertain",) and len(rest) > 1 and rest[0] not in axes_of_all():
+        return (*before, ".".join(rest))  # no such key, which is said of the whole of it
     return (*before, *rest)
 
 

@@ -67,6 +67,7 @@ class Checker:
         yield from self.order()
         yield from self._depths()
         yield from self._starts()
+        yield from self._returns()
         yield from self._of_model()
         yield from self._sweep()
 
@@ -219,7 +220,13 @@ class Checker:
         plane, count = self.value(SLICE), self.value("initial.ensemble")
         if self.drawn and (plane or count > 1):
             found = "with uncertain numbers, whose samples are then several runs of every operating point too"
-            yield self.fault(SLICE if plane else "initial.ensemble", found, "several starts or samples, not both")
+            names = list(plane) if plane else [n for n in self.model.all_states if f"initial.{n}" in self.leaves]
+            allowed = (
+                f"several starts or samples, not both. A state of the start may itself be uncertain "
+                f"(uncertain.initial.{names[0]}: each sample then has a start of its own, and a probability is one "
+                f"over both) or swept (sweep.initial.{names[0]}: every sample from every start)"
+            )
+            yield self.fault(SLICE if plane else "initial.ensemble", found, allowed)
             return
         if any(bad.startswith((SLICE, "initial.ensemble")) for bad in self.faulty) or (not plane and count < 2):
             return
@@ -244,6 +251,12 @@ class Checker:
             if self.given(leaf.key) and self.sound(leaf.key) and self.value(leaf.key) != leaf.default:
                 what = "which initial.slice varies" if plane else "with an ensemble, which draws all states"
                 yield self.fault(leaf.key, f"{self.text(leaf.key)}, {what}", "left out")
+
+    def _returns(self) -> Iterator[Fault]:
+        """Returns to a section only of a model that has one."""
+        if not self.model.section and self.sound("record") and self.value("record.poincare") > 0:
+            found = f"{self.text('record.poincare')}, with the model {self.model.name}, which has no Poincare section"
+            yield self.fault("record.poincare", found, "0")
 
     def _sweep(self) -> Iterator[Fault]:
         """At least one axis, not too many points, and an axis along which to carry."""

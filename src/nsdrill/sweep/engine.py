@@ -57,10 +57,23 @@ class Starts:
     def __len__(self) -> int:
         return len(self.chains)
 
-    def of(self, chains: Array) -> Starts:
-        """Those of these chains."""
-        there = np.isin(self.chains, chains)
-        return Starts(self.chains[there], self.places[there], self.state)
+    def those(self, mask: Array) -> Starts:
+        """Those where ``mask`` [n] is true."""
+        return Starts(self.chains[mask], self.places[mask], self.state)
+
+    def with_more(self, handed: list[tuple[int, int, Array | None]]) -> Starts:
+        """These and the chains that are ``handed`` over: (chain, place, the state there)."""
+        states, before = {(chain, place): state for chain, place, state in handed}, self.state
+
+        def state(chain: int, place: int) -> Array | None:
+            return states[chain, place] if (chain, place) in states else before(chain, place)
+
+        numbers = np.array([one[:2] for one in handed], np.int64).reshape(-1, 2)
+        return Starts(np.concatenate([self.chains, numbers[:, 0]]), np.concatenate([self.places, numbers[:, 1]]), state)
+
+    def next_points(self, plan: Plan) -> Array:
+        """The points with which they begin."""
+        return plan.points_of(self.chains, self.places)
 
     def runs(self, plan: Plan) -> int:
         """How many points there are from here to the ends of the chains."""
@@ -85,6 +98,9 @@ class Engine:
     results; ``watch(progress)`` after each slice. With ``remote`` the executor's workers are other processes: slices
     are longer, and one whose worker has died is given to another; a method ``check`` of the executor, where it has
     one, raises if nothing can come any more. ``slice_seconds`` bounds how long a stop takes.
+
+    ``reach(points)`` says how many of the first of these points of a chain this work is for, where another method
+    integrates the others; a chain that has come to one of those is ``handed`` over: (chain, place, the state there).
     """
 
     def __init__(
@@ -97,7 +113,10 @@ class Engine:
         watch: Callable[[Progress], None] = lambda progress: None,
         slice_seconds: float | None = None,
         remote: bool = False,
+        reach: Callable[[Array], int] = len,
     ) -> None:
+        self.reach = reach
+        self.handed: list[tuple[int, int, Array | None]] = []
         self.work, self.executor, self.workers, self.lanes = work, executor, workers, lanes
         self.deliver, self.watch, self.remote = deliver, watch, remote
         self.slice_seconds = slice_seconds or (REMOTE_SLICE if remote else SLICE)
@@ -217,6 +236,11 @@ class Engine:
         plan = self.work.plan
         end = min(place + self._segment, plan.chain_length)
         points = plan.points_of(chain, np.arange(place, end))
+        if (count := self.reach(points)) < len(points):
+            end, points = place + count, points[:count]
+        if not count:
+            self.handed.append((chain, place, state))
+            return
         runs = self.work.prepare(points)
         if (alike := self.work.alike(runs.initial)) < len(points):
             end, points = place + alike, points[:alike]

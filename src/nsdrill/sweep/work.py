@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 import numpy as np
 from numba import types
@@ -110,16 +110,20 @@ class Work:
         """Which points are integrated implicitly."""
         return Chosen(self.plan, self.parameters, self.initial, self.model, self.simulation.method)
 
-    def by_method(self, units: Array) -> Iterator[tuple[Self, Array]]:
-        """These chains, or points where nothing is carried, by the method that integrates them: the work of each part,
-        with a method that is not left open."""
+    def by(self, method: Literal["explicit", "implicit"]) -> Self:
+        """The same with a method that is not left open."""
+        return replace(self, simulation=replace(self.simulation, method=method))
+
+    def by_method(self, points: Array) -> Iterator[tuple[Self, Array]]:
+        """These points by the method that integrates them: the work of each part, with a method that is not left
+        open."""
         if self.simulation.method == "explicit":
-            yield self, units
+            yield self, points
             return
-        chosen = self.chosen.points(units) if self.plan.chain_length == 1 else self.chosen.chains(units)
+        chosen = self.chosen.points(points)
         for method in METHODS:
-            if (there := units[chosen == (method == METHODS[1])]).size:
-                yield replace(self, simulation=replace(self.simulation, method=method)), there
+            if (there := points[chosen == (method == METHODS[1])]).size:
+                yield self.by(method), there
 
     def new_gang(self, lanes: int, slots: int) -> Gang:
         model, record, rows = self.kind, self.record, self.variant.rows

@@ -10,8 +10,9 @@ import base64
 import hashlib
 import html
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,17 @@ from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import Line, edges
-from nsdrill.variables import INFERRED, OK
+from nsdrill.variables import INFERRED, OK, SAMPLE
+from nsdrill.web.areas import (
+    MOST,
+    Titled,
+    basin_area,
+    chosen,
+    probability_areas,
+    probability_lines,
+    verdict_areas,
+    window_areas,
+)
 from nsdrill.web.branches import END, REGULAR, Branches
 from nsdrill.web.diagrams import Reply, axis_of, longest, members, plane
 from nsdrill.web.packet import packed
@@ -33,7 +44,7 @@ from nsdrill.web.session import Session
 from nsdrill.web.shown import plain, response_styles, told
 
 MOTION_SECONDS, MOTION_SAMPLE = 15.0, 0.01
-FEW = 4  # values of a second axis, each with a diagram of its own; more make a map
+FEW = MOST  # values of a second axis, each with a diagram of its own; more make a map
 MOST_POINTS = 60_000  # peaks of one diagram in a page that is sent
 
 
@@ -67,7 +78,7 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
     """The page. ``command`` is the command line that makes it again; of each file ``motions`` points are drawn
     moving."""
     page = _Page()
-    titles = [_title(part.session) for part in parts]
+    titles = [part.session.title for part in parts]
     page.add(f"<header><div><h1>{_text(titles[0] if len(titles) == 1 else 'Results of nsdrill')}</h1>")
     if len(titles) > 1:
         rows = [f'<li><a href="#file{i}">{_text(title)}</a></li>' for i, title in enumerate(titles)]
@@ -91,16 +102,16 @@ def _of_file(page: _Page, part: Part, motions: int) -> None:
             raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
         _of_branches(page, session, session.branches)
         return
-    chosen = representatives(results, motions)
+    shown = representatives(results, motions)
     _asked(page, session, results)
     page.add("<h3>Diagrams</h3>", '<p class="screen">Point at a diagram for its numbers.</p>')
     _diagrams(page, session, results)
     for heading, lines in part.notes:
         page.add(f"<h3>{_text(heading)}</h3>", f"<pre>{_text(chr(10).join(lines))}</pre>")
     commands = [f"nsdrill show {shlex.quote(session.path)} --study > study.yaml", "nsdrill run study.yaml -o again.h5"]
-    if chosen:
+    if shown:
         page.add("<h3>Motions</h3>", "<p>One point of each kind that is common, run once more.</p>")
-        for number, place in enumerate(chosen, start=1):
+        for number, place in enumerate(shown, start=1):
             commands.append(_motion(page, session, place).replace(" -o trace.h5", f" -o trace{number}.h5"))
     page.add("<h3>From the command line</h3>")
     page.add(f"<p>Study, results, and the motions above:</p><pre>{_text(chr(10).join(commands))}</pre>")
@@ -119,9 +130,8 @@ def _asked(page: _Page, session: Session, results: Results) -> None:
         if words_along(name):
             rows.append((one["words"], ", ".join(quantity(name).value(value) for value in results.coords[name])))
             continue
-        ends = f"{values[0]:.6g} {one['unit']}"
-        if len(values) > 1:
-            ends = f"{values[0]:.6g} to {values[-1]:.6g} {one['unit']}, {len(values)} values"
+        span = f"{values[0]:.6g} to {values[-1]:.6g}" if len(values) > 1 else f"{values[0]:.6g}"
+        ends = f"{span} {one['unit']}".strip() + (f", {len(values)} values" if len(values) > 1 else "")
         rows.append((one["words"], ends))
     procedures = [str(name) for name in results.coords["procedure"]]
     rows.append(
@@ -154,29 +164,48 @@ def _diagrams(page: _Page, session: Session, results: Results) -> None:
         sorted(results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name]))),
     )
     more = {"responses": response_styles()}
+    if results.slice and not names:
+        _areas(page, [basin_area(results, units)])
+        return
     if not names:
         page.add("<p>A single operating point.</p>")
         return
     if members(results):
         _of_members(page, session, results)
-        return
-    if len(names) > 1 and len(results.coords[names[1]]) > FEW:
+    elif len(names) > 1 and len(results.coords[names[1]]) > FEW:
         x, y = names[0], names[1]
-        for number, procedure in enumerate(results.coords["procedure"]):
-            words = f"Responses, {procedure}"
-            page.add(f"<h4>{_text(words)}</h4>")
-            page.drawing("map", [plane(results, units, "response", x, y)], {**more, "procedure": number}, words)
-        return
-    for held, words in _cuts(results, names, units):
-        if words:
-            page.add(f"<h4>{_text(words)}</h4>")
-        panels = drawn_in(results.attrs).panels
-        replies = [
-            _thinned(session.diagram({"y": p.peaks, "x": names[0], "held": held}))
-            for p in panels
-            if p.greatest in results.variables
-        ]
-        page.drawing("lines", replies, more, f"Peaks along {names[0]} {words}")
+        carried = [str(name) for name in results.coords["procedure"]]
+        for held, where in _cuts(results, names[2:], units):
+            for number, procedure in enumerate(carried):
+                words = ", ".join(
+                    ["Responses", *([procedure] if len(carried) > 1 else []), *([where] if where else [])]
+                )
+                page.add(f"<h4>{_text(words)}</h4>")
+                page.drawing(
+                    "map", [plane(results, units, "response", x, y, held)], {**more, "procedure": number}, words
+                )
+    else:
+        for held, words in _cuts(results, names[1:], units):
+            if words:
+                page.add(f"<h4>{_text(words)}</h4>")
+            panels = drawn_in(results.attrs).panels
+            replies = [
+                _thinned(session.diagram({"y": p.peaks, "x": names[0], "held": held}))
+                for p in panels
+                if p.greatest in results.variables
+            ]
+            page.drawing("lines", replies, more, f"Peaks along {names[0]} {words}")
+    if SAMPLE not in results.coords:
+        _areas(page, window_areas(results, units))
+    if len(names) == 2 and not members(results):
+        _areas(page, verdict_areas(results, units, names[0], names[1]))
+
+
+def _areas(page: _Page, areas: Iterable[Titled]) -> None:
+    """Maps, each with its title."""
+    for words, reply in areas:
+        page.add(f"<h4>{_text(words)}</h4>")
+        page.drawing("map", [reply], {"responses": response_styles(), "procedure": 0}, words)
 
 
 def _of_branches(page: _Page, session: Session, found: Branches) -> None:
@@ -199,10 +228,10 @@ def _of_branches(page: _Page, session: Session, found: Branches) -> None:
     page.add(_table(told_))
 
 
-def _cuts(results: Results, names: Sequence[str], units: str) -> Iterator[tuple[dict[str, int], str]]:
-    """The other axes held, in all combinations of few values, and the words for it."""
-    others = names[1:]
-    for index in np.ndindex(*(min(len(results.coords[name]), FEW) for name in others)):
+def _cuts(results: Results, others: Sequence[str], units: str) -> Iterator[tuple[dict[str, int], str]]:
+    """The ``others`` of the axes held, in all combinations of few values, and the words for it."""
+    values = [chosen(len(results.coords[name])) for name in others]
+    for index in product(*values):
         words = [
             f"{plain(quantity(name, units).words)}: {quantity(name, units).value(float(results.coords[name][i]))}"
             for name, i in zip(others, index, strict=True)
@@ -219,8 +248,16 @@ def _thinned(reply: Reply) -> Reply:
 
 
 def _of_members(page: _Page, session: Session, results: Results) -> None:
-    """Of several starts a diagram in which each start is a line of its own."""
+    """Of samples their probabilities; of several starts a diagram in which each start is a line of its own."""
     units, axis, member = session.units, longest(results), members(results)
+    if member == SAMPLE and len(results.swept) == 2:
+        x, y = sorted(results.swept, key=lambda name: -len(results.coords[name]))
+        _areas(page, probability_areas(results, units, x, y))
+        return
+    if member == SAMPLE and len(results.swept) == 1:
+        words = f"Probabilities along {axis}"
+        page.drawing("lines", [probability_lines(results, units, axis)], {"responses": response_styles()}, words)
+        return
     if len(results.swept) != 1:
         page.add(f"<p>Several {member}s over several axes: see the numbers below.</p>")
         return
@@ -316,10 +353,6 @@ def _middle(there: Array, axis: int) -> tuple[int, ...]:
 
 
 # ---- HTML
-
-
-def _title(session: Session) -> str:
-    return " ".join(session.study.title.split()) or session.path
 
 
 def _text(text: str) -> str:

@@ -14,6 +14,7 @@ import threading
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,18 +25,20 @@ from nsdrill.errors import FileError, InputError
 from nsdrill.models.leaves import as_told, words_of
 from nsdrill.models.registry import described, drawn_in
 from nsdrill.models.vocabulary import BY_NAME
-from nsdrill.plot.labels import quantity
+from nsdrill.plot.labels import operating_point, quantity, retold
 from nsdrill.plot.registry import is_study
 from nsdrill.quantity import find
 from nsdrill.variables import OK, POINT, dimension_of
 from nsdrill.web.branches import Branches, curves, fits, is_branches, read_branches
 from nsdrill.web.diagrams import Reply, choices, diagram, members, plane
-from nsdrill.web.shown import response_styles, rows, told, verdict_words
+from nsdrill.web.shown import in_words, response_styles, rows, told, verdict_words
 
 if TYPE_CHECKING:
     from nsdrill.app.motions import Motion, Motions
+    from nsdrill.study.keys import Leaf
     from nsdrill.study.study import Study
 
+NUMBERS = ("quantity", "number")  # kinds of leaves that vary without a step
 USUAL = ("rotary_speed", "wob", "depth")  # the numbers with a slider from the beginning
 SHOWN_SECONDS, LONGEST = 20.0, 2000.0  # of a motion
 SAMPLE = 0.005  # s
@@ -138,7 +141,7 @@ class Session:
         head: dict[str, Any] = {
             "kind": "results" if self.results is not None else "study" if self.branches is None else "branches",
             "file": os.path.basename(self.path),
-            "title": " ".join(self.study.title.split()) or os.path.basename(self.path),
+            "title": self.title,
             "model": model.title,
             "overrides": [f"{key} = {value}" for key, value in overrides(attrs, thresholds=True).items()],
             "units": self.units,
@@ -157,6 +160,16 @@ class Session:
             head["choices"] = self._of_branches()
             head["points"] = len(self.branches.label)
         return head
+
+    @property
+    def title(self) -> str:
+        """The title of the study, in the units that are shown; the name of the file where it has none."""
+        axes = self.study.axes
+        values = {name: axes.get(name, np.array([getattr(self.study.operation, name)])) for name in USUAL}
+        held = {name: float(of[0]) for name, of in values.items() if len(of) == 1}
+        return retold(" ".join(self.study.title.split()), operating_point(held, self.units)) or os.path.basename(
+            self.path
+        )
 
     def _of_branches(self) -> dict[str, Any]:
         """What can be drawn of branches alone."""
@@ -194,20 +207,39 @@ class Session:
             "orbit": orbit and described(self.study.model).hole is not None,
         }
 
-    def _sliders(self) -> list[dict[str, Any]]:
-        """The numbers of the study that may be moved while the string turns, each with its range."""
+    @cached_property
+    def _movable(self) -> dict[str, Leaf]:
+        """The keys of the study that may be changed while the string turns: its numbers, and its words."""
         from nsdrill.study.keys import keys_of
 
-        keys, found = keys_of(self.study.model), []
+        keys = keys_of(self.study.model)
+        physical = (*keys.model.sections, "operation")
+        fixed = {choice for choice, _ in keys.model.units_by.values()}  # with another, a number has other units
+        words = {key: leaf for key, leaf in keys.leaves.items() if leaf.kind == "choice" and key not in fixed}
+        return {
+            name: leaf
+            for name, leaf in {**keys.axes, **words}.items()
+            if leaf.kind in (*NUMBERS, "whole", "choice") and leaf.key.partition(".")[0] in physical
+        }
+
+    def _sliders(self) -> list[dict[str, Any]]:
+        """The numbers of the study that may be moved while the string turns, each with its range, and the words, each
+        with its ``choices``."""
+        found = []
         own = self.study.axes
-        for name, leaf in keys.axes.items():
-            if leaf.kind not in ("quantity", "number") or name.startswith("initial."):
+        for name, leaf in self._movable.items():
+            value = _value_at(self.study.resolved, leaf.key)
+            if leaf.kind == "choice":
+                if value is not None:
+                    found.append({"key": name, "words": in_words(name), "meaning": leaf.meaning, "value": value,
+                                  "choices": list(leaf.choices)})  # fmt: skip
                 continue
-            value = _number_at(self.study.resolved, leaf.key)
             axis = own.get(name, np.empty(0))
-            if value is None or (one := find(name)) is None:
+            if not isinstance(value, float) or (one := find(name)) is None:
                 continue
-            if len(axis) > 1:
+            if leaf.kind == "whole":
+                low, high = leaf.low, min(leaf.high, max(4 * value, 8.0))
+            elif len(axis) > 1:
                 value, room = float(axis[len(axis) // 2]), 0.25 * float(axis[-1] - axis[0])
                 low, high = float(axis[0]) - room, float(axis[-1]) + room
             elif value:
@@ -221,6 +253,7 @@ class Session:
             found.append({
                 "key": name, "words": shown["words"], "unit": shown["unit"], "scale": shown["scale"],
                 "meaning": leaf.meaning or one.long_name, "low": low, "high": high, "value": value,
+                "whole": leaf.kind == "whole",
             })  # fmt: skip
         return found
 
@@ -319,7 +352,7 @@ class Session:
         settle, observe = (_number(asked, name, 0.0, LONGEST, 0.0) for name in ("settle", "observe"))
         with self._turn:
             study = self.motions.at(values, self._changes(asked))
-            state = _state(asked)
+            state = self._from(asked, study)
             if state is None:
                 state = self.motions.start(study)
                 settle, observe = study.simulation.transient, study.simulation.observe
@@ -336,21 +369,19 @@ class Session:
 
     def local(self, asked: Mapping[str, Any]) -> Reply:
         """A diagram around the present point along ``key``, each point from ``state``."""
-        from nsdrill.study.keys import keys_of
-
         values, key = self._values(asked), _word(asked, "key")
-        leaves = keys_of(self.study.model).axes
-        if key not in leaves or leaves[key].kind not in ("quantity", "number") or key.startswith("initial."):
+        leaf = self._movable.get(key)
+        if leaf is None or leaf.kind not in NUMBERS:
             raise InputError(f"key: found {key}; allowed: a number of the study that has a slider.")
         with self._turn:
             study = self.motions.at(values, self._changes(asked))
-            state = _state(asked)
+            state = self._from(asked, study)
             state = self.motions.start(study) if state is None else state
-            centre = _number_at(study.resolved, leaves[key].key) or 0.0
+            centre = float(_value_at(study.resolved, leaf.key) or 0.0)
             width = _number(asked, "wide", 0.001, 10.0, WIDE) * (abs(centre) or 1.0)
-            low, high = max(leaves[key].low, centre - width), min(leaves[key].high, centre + width)
+            low, high = max(leaf.low, centre - width), min(leaf.high, centre + width)
             for end in (low, high):
-                self.motions.at(values, {**self._changes(asked), key: leaves[key].text(end)})  # valid at both ends
+                self.motions.at(values, {**self._changes(asked), key: leaf.text(end)})  # valid at both ends
             probe = self.motions.go_on(study, state, SHOWN_SECONDS, SHOWN_SECONDS)
             cost = max(1.0, len(state) / 9) * probe.steps / SHOWN_SECONDS * (SETTLE + OBSERVE)
             points = int(np.clip(WORTH / cost, FEWEST, POINTS))
@@ -367,7 +398,7 @@ class Session:
         head: dict[str, Any] = {
             "x": {**axis, "key": key, "values": across / axis["scale"], "log": False},
             "exact": across, "centre": centre / axis["scale"], "settle": SETTLE, "observe": OBSERVE, "panels": [],
-            "procedures": ["from here"], "state": state,
+            "procedures": ["from here"], "state": state, "states": self.motions.states(study),
         }  # fmt: skip
         columns: dict[str, Array] = {"outcome": outcome(found["status"], found["response"])[np.newaxis]}
         for panel in drawn_in(self._attrs).panels:
@@ -415,7 +446,7 @@ class Session:
 
         study = self.motions.at(self._values(asked), self._changes(asked))
         head = [f"One operating point, saved from the explorer of {os.path.basename(self.path)}"]
-        state, resolved = _state(asked), {**study.resolved, "title": self.study.title}
+        state, resolved = self._from(asked, study), {**study.resolved, "title": self.study.title}
         own = study_text(resolved, head)
         if state is None:
             return {"text": own, "name": "point.yaml"}
@@ -436,17 +467,24 @@ class Session:
 
     # Of what it is made
 
+    def _from(self, asked: Mapping[str, Any], study: Study) -> Array | None:
+        """The state from which a page goes on, as the string of ``study`` has it: with another drive it has others."""
+        state, names = _state(asked), asked.get("states")
+        if state is None or names is None:
+            return state
+        if not isinstance(names, list) or len(names) != len(state) or not all(isinstance(name, str) for name in names):
+            raise InputError("states: found something else; allowed: the names of the state.")
+        return self.motions.fitted(study, dict(zip(names, state.tolist(), strict=True)))
+
     def _told(self, motion: Motion, study: Study, labels: Mapping[str, Any]) -> Reply:
         """A motion for a page."""
         from nsdrill.app.wording import ENDINGS
-        from nsdrill.study.keys import keys_of
 
         status = (BY_NAME["status"].flag_meanings or "").split()[motion.status]
         model, variables = described(study.model), motion.variables
         names = [v.name for v in model.trace if v.name in variables and quantity(v.name).scale]
         hole = model.hole(study.parameters) if model.hole else None
         x = quantity("x", self.units) if hole and "x" in variables else None
-        leaves = keys_of(study.model).axes
         head = {
             "channels": [told(name, self.units) for name in names],
             "interval": float(motion.time[1] - motion.time[0]) if len(motion.time) > 1 else 0.0,
@@ -456,7 +494,8 @@ class Session:
             "outcome": int(labels["response"]) if motion.status == OK and "response" in labels else -2,
             "ended": "" if motion.status == OK else f"{status.replace('_', ' ')}: {ENDINGS.get(status, status)}",
             "state": motion.final if motion.status == OK else None,
-            "values": {key: _number_at(study.resolved, leaves[key].key) for key in leaves if leaves[key].units or True},
+            "states": self.motions.states(study),
+            "values": {key: _value_at(study.resolved, leaf.key) for key, leaf in self._movable.items()},
             "hole": [radius / x.scale for radius in hole] if hole and x else None,
             "features": [],
             "steps": motion.steps,
@@ -492,20 +531,20 @@ class Session:
 
     def _changes(self, asked: Mapping[str, Any]) -> dict[str, str]:
         """Changed keys with their values as a study has them: numbers are in SI, texts have a unit."""
-        from nsdrill.study.keys import keys_of
-
-        leaves, changes = keys_of(self.study.model).axes, asked.get("changes") or {}
+        changes = asked.get("changes") or {}
         if not isinstance(changes, dict):
             raise InputError("changes: found something else; allowed: a mapping by keys.")
         found = {}
         for key, value in changes.items():
-            leaf = leaves.get(key)
-            if leaf is None or leaf.kind not in ("quantity", "number") or key.startswith("initial."):
-                raise InputError(f"{str(key)[:60]}: found an unknown key; allowed: a number of the study.")
+            leaf = self._movable.get(key)
+            if leaf is None:
+                raise InputError(f"{str(key)[:60]}: found an unknown key; allowed: a number or a word of the study.")
+            if leaf.kind == "whole" and isinstance(value, float) and value.is_integer():
+                value = int(value)
             if isinstance(value, str) and len(value) <= 60 and not set(value) & set("{}[]&*!|>%@`#:,\"'\n"):
                 found[key] = value
             elif isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
-                found[key] = leaf.text(float(value))
+                found[key] = leaf.text(value if leaf.kind == "whole" else float(value))
             else:
                 raise InputError(f"{key}: found {str(value)[:60]}; allowed: {leaf.allowed()}.")
         return found
@@ -553,10 +592,13 @@ class Session:
 _READ = ("run", "feature", "label", "trust", "peaks", "section", "states")
 
 
-def _number_at(resolved: Mapping[str, Any], key: str) -> float | None:
+def _value_at(resolved: Mapping[str, Any], key: str) -> float | str | None:
+    """The number or the word at a key."""
     value: Any = resolved
     for part in key.split("."):
         value = value.get(part) if isinstance(value, dict) else None
+    if isinstance(value, str):
+        return value
     return float(value) if isinstance(value, int | float) and not isinstance(value, bool) else None
 
 

@@ -31,6 +31,11 @@ def told(name: str, units: str) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def in_words(key: str) -> str:
+    """A key of a study in words: ``drive.kind`` is the drive kind."""
+    return key.replace(".", " ").replace("_", " ").capitalize()
+
+
 def number(shown: Shown, value: float) -> str:
     """An SI value as people see it, with its unit."""
     if value != value:  # not measured

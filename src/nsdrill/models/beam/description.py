@@ -17,6 +17,7 @@ from nsdrill.models.leaves import Values
 from nsdrill.variables import Variable, feature, in_trace
 
 USUAL = 5  # modes
+MOST_RUBBING = 8  # stations whose friction is solved for at once: the work grows as their cube
 
 MEANINGS = {
     "beam": "The collar between the stabilisers, an elastic beam",
@@ -49,6 +50,14 @@ def friction_rates(points: Values) -> Mapping[str, Any]:
     return LUMPED.friction_rates(replace(points, parameters=as_lumped(points.parameters)))
 
 
+def explicit_only(parameters: Parameters) -> str | None:
+    """Why the friction of this collar cannot be integrated implicitly, None where it can."""
+    count = len(parameters.beam.stations)
+    if count <= MOST_RUBBING:
+        return None
+    return f"{count} stations rub on the same modes, of which {MOST_RUBBING} are solved for together (beam.stations)"
+
+
 DESCRIPTION = Description(
     name="beam",
     title="An elastic drill collar: several bending modes, walls at stations, rock, lobes",
@@ -57,7 +66,7 @@ DESCRIPTION = Description(
     meanings=MEANINGS,
     states=states,
     friction_rates=friction_rates,
-    explicit_only=lambda parameters: "the stations of an elastic collar rub on the same modes, which couples them all",
+    explicit_only=explicit_only,
     sliced=(*STARTED, *COMMON, "drive_angle"),
     several_states=(STATE_SETS[USUAL], *(names for n, names in STATE_SETS.items() if n != USUAL)),
     labels=LUMPED.labels,

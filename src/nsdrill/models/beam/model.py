@@ -39,6 +39,9 @@ class ElasticCollar(ScalarModel):
     def variant(self, parameters: Parameters) -> Variant:
         return options_of(parameters)
 
+    def apart(self, variant: Variant) -> Variant:
+        return Options(*variant)._replace(apart=1)
+
     def symmetry(self, points: Values) -> Symmetry:
         """The lobes alone tell directions apart."""
         options = options_of(points.parameters)

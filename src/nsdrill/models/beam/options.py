@@ -21,6 +21,7 @@ class Options(NamedTuple):
     lobes: int = 3
     unbalanced: int = 1
     torque: int = 0
+    apart: int = 0
 
     @property
     def eccentric(self) -> tuple[int, ...]:

@@ -29,9 +29,12 @@ from numba import types
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
 from nsdrill.generate import define
+from nsdrill.kernel.slip import first_slip, hyperbolic, kept
+from nsdrill.models.beam import apart
 from nsdrill.models.beam.options import Options, lateral, slopes_of, states_of
 from nsdrill.models.christoforou_yigit.friction import slip_factors
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
+from nsdrill.models.christoforou_yigit.unit_loads import FEW
 from nsdrill.scalar import STEP
 
 # Left for the observer: cosine and sine of the bit angle, force and torque of the rock, and over the stations on the
@@ -68,7 +71,8 @@ def columns_of(options: Options) -> tuple[str, ...]:
 
 def aux_of(options: Options) -> tuple[str, ...]:
     """The names of the auxiliary outputs."""
-    return (*SHARED, *(f"{name}_{j}" for j in range(1, options.stations + 1) for name in LOCAL))
+    local = (f"{name}_{j}" for j in range(1, options.stations + 1) for name in LOCAL)
+    return (*SHARED, *local, *(apart.aux_of(options) if options.apart else ()))
 
 
 def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
@@ -76,7 +80,11 @@ def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, colum
     states = 4 * options.modes + 4
     companions = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
-    return Rows(states + companions, len(aux_of(options)), width, observed, companions)
+    if not options.apart:
+        return Rows(states + companions, len(aux_of(options)), width, observed, companions)
+    # Beside a deviation there are two sets of velocities more, as a stage moves them at two states about the motion.
+    aux = len(aux_of(options)) + (2 * len(apart.velocities(options)) if tangent else 0)
+    return Rows(states + companions, aux, width, observed, companions, apart=apart.pushed(options))
 
 
 @lru_cache
@@ -85,6 +93,8 @@ def make_right_hand_side(lanes: int, options: Options, *, tangent: bool = False)
     besides, which is the difference of the slopes at two states ``STEP`` times the deviation about the motion, as
     :func:`nsdrill.scalar.in_lanes` has it."""
     helpers = {"np": np, "fma": fma, "sincos": sincos, "slip_factors": slip_factors, "multiple_sine": multiple_sine}
+    if options.apart:
+        helpers |= {"first_slip": first_slip, "hyperbolic": hyperbolic, "kept": kept}
     function = define("right_hand_side", text(lanes, options, tangent=tangent), **helpers)
     return compiled(types.void(BUFFER), lanes, *options, tangent)(function)
 
@@ -93,13 +103,23 @@ def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
     """The source of the right-hand side."""
     rows = rows_of(options, tangent=tangent)
     lines = ["def right_hand_side(b):"]
+    pushes = len(rows.pushed) // 2
     for sign in ("+", "-") if tangent else ():
-        lines += _Writer(lanes, options, rows, sign).lines()
-        for k in range(rows.own_slopes):
-            slope, follows = (f"b[{lanes * (rows.acceleration + n)} + i]" for n in (k, rows.own_slopes + k))
-            found = slope if sign == "+" else f"({follows} - {slope}) * {0.5 / STEP!r}"
+        lines += Writer(lanes, options, rows, sign).lines()
+        pairs = [(rows.acceleration + k, rows.acceleration + rows.own_slopes + k) for k in range(rows.own_slopes)]
+        pairs += [(rows.push + k, rows.push + pushes + k) for k in range(pushes)]
+        for own, other in pairs:
+            value, follows = (f"b[{lanes * n} + i]" for n in (own, other))
+            found = value if sign == "+" else f"({follows} - {value}) * {0.5 / STEP!r}"
             lines += [f"    for i in range({lanes}):", f"        {follows} = {found}"]
-    return "\n".join([*lines, *_Writer(lanes, options, rows).lines(), ""])
+    if tangent and options.apart:
+        scratch, names = rows.aux_now + len(aux_of(options)), states_of(options.modes)
+        for k, name in enumerate(apart.velocities(options)):
+            one, two, deviation = (
+                f"b[{lanes * n} + i]" for n in (scratch + k, scratch + pushes + k, rows.own + names.index(name))
+            )
+            lines += [f"    for i in range({lanes}):", f"        {deviation} = ({one} - {two}) * {0.5 / STEP!r}"]
+    return "\n".join([*lines, *Writer(lanes, options, rows).lines(), ""])
 
 
 def total(terms: list[tuple[str, str]], last: str = "") -> str:
@@ -110,7 +130,7 @@ def total(terms: list[tuple[str, str]], last: str = "") -> str:
     return found
 
 
-class _Writer:
+class Writer:
     """Writes the loops, of states moved by ``sign`` times ``STEP`` times the deviation if there is a sign."""
 
     def __init__(self, lanes: int, options: Options, rows: Rows, sign: str = "") -> None:
@@ -122,7 +142,14 @@ class _Writer:
         place |= {name: rows.aux_now + k for k, name in enumerate(aux_of(options))}
         place |= {name: rows.parameter + k for k, name in enumerate(columns_of(options))}
         place |= {"time": rows.stage_time, "phase": rows.phase}
+        if options.apart:
+            place |= {"relax": rows.relax, "falling": rows.falling}
+            moved = apart.velocities(options)
+            scratch = rows.aux_now + len(aux_of(options)) + (len(moved) if sign == "-" else 0)
+            place |= {f"push_{k}": rows.push + k for k in range(len(moved))}
+            place |= {f"moved_{k}": scratch + k if sign else place[name] for k, name in enumerate(moved)}
         self.row = {name: f"b[{lanes * number} + i]" for name, number in place.items()}
+        self.sign = sign
         if sign:
             deviation = lanes * rows.own
             for name in states_of(modes):
@@ -130,13 +157,19 @@ class _Writer:
                 self.row[name] = f"(b[{number} + i] {sign} {STEP!r} * b[{number + deviation} + i])"
 
     def lines(self) -> list[str]:
-        flags = " = ".join(f"touching_{j}" for j in self.stations)
-        found = [f"    {flags} = 0", *self._loop(self._bit())]
+        if self.options.apart:
+            found = apart.Solve(self, closer=bool(self.sign)).lines()
+            # All that follows is at the velocities to which the stage has moved.
+            for k, name in enumerate(apart.velocities(self.options)):
+                self.row[name] = self.row[f"moved_{k}"]
+        else:
+            flags = " = ".join(f"touching_{j}" for j in self.stations)
+            found = [f"    {flags} = 0", *self.loop(self._bit())]
         for j in self.stations:
             found += [
-                *self._loop(self._station(j)),
+                *self.loop(self._station(j)),
                 f"    if touching_{j} != 0:",
-                *(f"    {line}" for line in self._loop(self._wall(j))),
+                *(f"    {line}" for line in self.loop(self._wall(j))),
             ]
         eccentric = self.options.eccentric
         if self.options.modes * self.options.stations <= 2:
@@ -146,45 +179,56 @@ class _Writer:
         for modes in (others, [] if few else eccentric):
             each = max(1, TOGETHER // self.options.stations)
             for first in range(0, len(modes), each):
-                found += self._loop(self._bending(modes[first : first + each]))
-        return found + self._loop([*(self._bending(eccentric) if few else []), *self._turning()])
+                found += self.loop(self._bending(modes[first : first + each]))
+        return found + self.loop([*(self._bending(eccentric) if few else []), *self._turning()])
 
-    def _loop(self, body: list[str]) -> list[str]:
-        return [f"    for i in range({self.lanes}):", *(f"        {line}" for line in body)]
+    total = staticmethod(total)
 
-    def _load(self, *names: str) -> list[str]:
+    def loop(self, body: list[str]) -> list[str]:
+        # A length that the compiler does not know keeps it from unrolling the short loops of few lanes.
+        few = self.options.apart and self.lanes <= FEW
+        length = f"min({self.lanes}, len(b))" if few else f"{self.lanes}"
+        return [f"    for i in range({length}):", *(f"        {line}" for line in body)]
+
+    def load(self, *names: str) -> list[str]:
         return [f"{name} = {self.row[name]}" for name in names]
 
-    def _store(self, **values: str) -> list[str]:
+    def store(self, **values: str) -> list[str]:
         return [f"{self.row[name]} = {value}" for name, value in values.items()]
 
-    def _bit(self) -> list[str]:
-        """Interference with the lobed surface, force, torque; the sums over the stations begin."""
+    def rock(self) -> list[str]:
+        """Interference with the lobed surface and force."""
         return [
-            *self._load("drive_speed", "time", "phase", "twist", "z", "bit_speed", "rock_stiffness",
-                        "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"),
+            *self.load("drive_speed", "time", "phase", "twist", "z", "bit_speed", "rock_stiffness",
+                       "surface_amplitude", "bit_smoothing", "bit_decay", "bit_rise", "bit_dynamic"),
             "s, c = sincos(twist + fma(drive_speed, time, phase))",
             f"lobe = multiple_sine(s, c, {self.options.lobes})",
             "force = rock_stiffness * max(fma(surface_amplitude, lobe, -z), 0.0)",
+        ]  # fmt: skip
+
+    def _bit(self) -> list[str]:
+        """Force and torque of the rock; the sums over the stations begin."""
+        return [
+            *self.rock(),
             "g, decayed, _ = slip_factors(bit_speed, 1.0, bit_smoothing, bit_decay)",
-            *self._store(cosine="c", sine="s", force="force", friction="0.0", pressed="0.0", slipping="0.0",
+            *self.store(cosine="c", sine="s", force="force", friction="0.0", pressed="0.0", slipping="0.0",
                          torque="force * (g * fma(bit_rise, decayed, bit_dynamic))"),
         ]  # fmt: skip
 
     def _station(self, j: int) -> list[str]:
         """Place and velocity there, and the drag of the mud."""
         shapes = {n: f"phi_{j}_{n}" for n in self.modes}
-        lines = self._load(*shapes.values(), *(name for n in self.modes for name in lateral(n)))
+        lines = self.load(*shapes.values(), *(name for n in self.modes for name in lateral(n)))
         for k, name in enumerate(("px", "vx", "py", "vy")):
             lines.append(f"{name} = {total([(shapes[n], lateral(n)[k]) for n in self.modes])}")
         return [
             *lines,
-            *self._load(f"gap_{j}", f"drag_{j}", "collar_radius", "bit_speed"),
+            *self.load(f"gap_{j}", f"drag_{j}", "collar_radius", "bit_speed"),
             # The floor matters at the hole's centre only, where no force is.
             "reach = np.sqrt(max(fma(px, px, py * py), 1e-60))",
-            f"touching_{j} |= 1 if reach > gap_{j} else 0",
+            *([] if self.options.apart else [f"touching_{j} |= 1 if reach > gap_{j} else 0"]),
             f"drag = drag_{j} * np.sqrt(fma(vx, vx, vy * vy))",
-            *self._store(**{
+            *self.store(**{
                 f"px_{j}": "px", f"py_{j}": "py", f"reach_{j}": "reach", f"inward_{j}": "fma(px, vx, py * vy)",
                 f"slip_{j}": "fma(bit_speed * collar_radius, reach, fma(px, vy, -(py * vx)))",
                 f"fx_{j}": "-(drag * vx)", f"fy_{j}": "-(drag * vy)",
@@ -194,17 +238,23 @@ class _Writer:
     def _wall(self, j: int) -> list[str]:
         """Penetration, normal force, friction against the slip of the collar's surface."""
         px, py, reach, slip, fx, fy = (f"{name}_{j}" for name in ("px", "py", "reach", "slip", "fx", "fy"))
-        return [
-            *self._load(px, py, reach, slip, fx, fy, f"gap_{j}", f"wall_stiffness_{j}", "wall_smoothing", "wall_decay",
-                        "wall_rise", "wall_dynamic", "friction", "pressed", "slipping"),
+        made = [
             f"penetration = max({reach} - gap_{j}, 0.0)",
-            f"touches = 1.0 if {reach} > gap_{j} else 0.0",
             f"normal = wall_stiffness_{j} * penetration",
             *(["normal = normal * np.sqrt(penetration)"] if self.options.hertz else []),
             f"g, decayed, per_radius = slip_factors({slip}, {reach}, wall_smoothing, wall_decay)",
             "rubbing = normal * (g * fma(wall_rise, decayed, wall_dynamic))",
+        ]
+        if self.options.apart:
+            names = (f"normal_{j}", f"load_{j}")
+            made = [*self.load(*names), f"normal, rubbing, per_radius = {', '.join(names)}, 1.0 / {reach}"]
+        return [
+            *self.load(px, py, reach, slip, fx, fy, f"gap_{j}", f"wall_stiffness_{j}", "wall_smoothing", "wall_decay",
+                        "wall_rise", "wall_dynamic", "friction", "pressed", "slipping"),
+            f"touches = 1.0 if {reach} > gap_{j} else 0.0",
+            *made,
             "radial, tangential = normal * per_radius, rubbing * per_radius",
-            *self._store(**{
+            *self.store(**{
                 fx: f"fma(tangential, {py}, fma(-radial, {px}, {fx}))",
                 fy: f"fma(-tangential, {px}, fma(-radial, {py}, {fy}))",
                 "friction": "friction + rubbing", "pressed": "pressed + touches",
@@ -216,17 +266,17 @@ class _Writer:
         """The forces on these modes, and the accelerations of those that are not eccentric."""
         torque = bool(self.options.torque)
         lines = [
-            *self._load("bending", "softening_constant", "softening_force", "force", "structural", "per_lateral_mass"),
+            *self.load("bending", "softening_constant", "softening_force", "force", "structural", "per_lateral_mass"),
             "softened = fma(softening_force, force, softening_constant)",
-            *(self._load("softening_torque", "torque") if torque else []),
+            *(self.load("softening_torque", "torque") if torque else []),
             *(["twisted = softening_torque * torque"] if torque else []),
-            *self._load(*(f"f{axis}_{j}" for j in self.stations for axis in "xy")),
+            *self.load(*(f"f{axis}_{j}" for j in self.stations for axis in "xy")),
         ]
         for n in modes:
             x, vx, y, vy = lateral(n)
             softer = total([(repr(float(n**2)), "softened")], f"{float(n**3)!r} * twisted" if torque else "")
             lines += [
-                *self._load(x, vx, y, vy, *(f"phi_{j}_{n}" for j in self.stations)),
+                *self.load(x, vx, y, vy, *(f"phi_{j}_{n}" for j in self.stations)),
                 f"stiffness = fma({float(n**4)!r}, bending, -({softer}))",
                 f"damping = {float(n**2)!r} * structural",
             ]
@@ -234,13 +284,13 @@ class _Writer:
                 elastic = f"-fma(stiffness, {position}, damping * {velocity})"
                 force = total([(f"phi_{j}_{n}", f"f{axis}_{j}") for j in self.stations], elastic)
                 mass = "" if n in self.options.eccentric else " * per_lateral_mass"
-                lines += self._store(**{f"a{axis}_{n}": f"{force}{mass}"})
+                lines += self.store(**{f"a{axis}_{n}": f"{force}{mass}"})
         return lines
 
     def _turning(self) -> list[str]:
         """The moment, the bit's acceleration, the eccentric modes, which have their forces in place of accelerations so
         far, and the axial motion."""
-        lines = self._load(
+        lines = self.load(
             "cosine", "sine", "twist", "bit_speed", "z", "vz", "force", "torque", "friction",
             "per_inertia", "per_lateral_mass", "per_axial_mass", "torsional_damping", "torsional_stiffness",
             "collar_radius", "axial_damping", "axial_stiffness", "wob",
@@ -251,15 +301,15 @@ class _Writer:
         )
         for n in self.options.eccentric:
             lines += [
-                *self._load(f"ax_{n}", f"ay_{n}", f"unbalance_arm_{n}"),
+                *self.load(f"ax_{n}", f"ay_{n}", f"unbalance_arm_{n}"),
                 f"moment = fma(unbalance_arm_{n}, fma(ay_{n}, cosine, -(ax_{n} * sine)), moment)",
             ]
         lines += ["angular = -moment * per_inertia", "centripetal = bit_speed * bit_speed"]
         for n in self.options.eccentric:
             forward, across = "fma(centripetal, cosine, angular * sine)", "fma(centripetal, sine, -(angular * cosine))"
-            lines += self._store(**{
+            lines += self.store(**{
                 f"ax_{n}": f"fma(unbalance_arm_{n}, {forward}, ax_{n} * per_lateral_mass)",
                 f"ay_{n}": f"fma(unbalance_arm_{n}, {across}, ay_{n} * per_lateral_mass)",
             })  # fmt: skip
         axial = "(force - fma(axial_damping, vz, fma(axial_stiffness, z, wob))) * per_axial_mass"
-        return lines + self._store(az=axial, bit_acceleration="angular")
+        return lines + self.store(az=axial, bit_acceleration="angular")

@@ -20,52 +20,22 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, RATES, Rows, compiled, inlined
-from nsdrill.elementary import TWO_OVER_PI, fma
+from nsdrill.elementary import fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
-from nsdrill.models.christoforou_yigit.friction import bit_parts, bit_slope
-from nsdrill.models.christoforou_yigit.laws import HYPERBOLIC, LINEAR, RATIONAL
+from nsdrill.models.christoforou_yigit.apart_along import make_along
+from nsdrill.models.christoforou_yigit.apart_held import make_held
+from nsdrill.models.christoforou_yigit.laws import RATIONAL
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine
 from nsdrill.models.christoforou_yigit.options import Options
+from nsdrill.models.christoforou_yigit.unit_loads import FEW, bit_rates, unit_friction, unit_torque
 from nsdrill.scalar import STEP
 
-FEW = 8  # lanes of which the compiler would unroll a small loop in place of packing it
 # Auxiliary rows: bit speed and slip at the wall as they are found, the slip without friction and the normal force; what
 # each load takes from each slip; accelerations of a unit of friction; slopes of both laws and coefficient at the wall.
 OWN = (
     "found_speed", "found_slip", "free_slip", "normal", "bb", "bw", "wb", "ww", "unit_x", "unit_y", "unit_turn",
     "slope", "slope_w", "coefficient",
 )  # fmt: skip
-
-
-@inlined
-def unit_torque(x, y, c, s, q, soft, per_mass, per_inertia):  # type: ignore[no-untyped-def]
-    """Accelerations (x, y, angular) of a unit of bit torque."""
-    angular = -fma(q * soft, fma(y, c, -(x * s)), 1.0) * per_inertia
-    return (fma(q * angular, s, soft * x * per_mass), fma(-q * angular, c, soft * y * per_mass), angular)
-
-
-@inlined
-def unit_friction(x, y, per_r, c, s, q, radius, per_mass, per_inertia):  # type: ignore[no-untyped-def]
-    """Accelerations (x, y, angular) of a unit of friction at the wall."""
-    across, along = y * per_r, -x * per_r
-    angular = -fma(q, fma(along, c, -(across * s)), radius) * per_inertia
-    return fma(q * angular, s, across * per_mass), fma(-q * angular, c, along * per_mass), angular
-
-
-@inlined
-def bit_rates(law, speed, smoothing, decay, rise, dynamic):  # type: ignore[no-untyped-def]
-    """(arm, arm', direction, direction', decay factor, decay factor') of the bit at a speed."""
-    g, decayed, per_flat = bit_parts(law, speed, smoothing, decay)
-    arm, slope = bit_slope(law, speed, g, decayed, per_flat, smoothing, decay, rise, dynamic)
-    if law == RATIONAL:
-        return arm, slope, g, smoothing * fma(-g, g, 1.0), decayed, -2.0 * decay * speed * decayed * decayed
-    if law == HYPERBOLIC:
-        fall = decay * decayed * decayed
-    elif law == LINEAR:
-        fall = decay if decayed > 0.0 else 0.0
-    else:
-        fall = decay * decayed
-    return arm, slope, g, TWO_OVER_PI * smoothing * per_flat, decayed, fall if speed < 0.0 else -fall
 
 
 @lru_cache
@@ -79,7 +49,8 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
     W, law, tangent = lanes, options.friction, int(rows.companions > 0)
     x_, vx_, y_, vy_ = (W * (rows.stage + i) for i in range(4))
     speed_ = W * (rows.stage + 7)
-    push_x_, push_y_, push_ = (W * (rows.push + i) for i in range(3))
+    push_x_, push_y_ = (W * (rows.push + i) for i in range(2))
+    push_ = W * (rows.push + len(rows.pushed[: len(rows.pushed) // (1 + tangent)]) - 1)
     relax_, falling_ = W * rows.relax, W * rows.falling
     A = {name: W * (rows.aux_now + i) for i, name in enumerate(aux)}
     cosine_, sine_, direction_, decay_ = (A[name] for name in ("cosine", "sine", "direction", "decay"))
@@ -109,6 +80,12 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
     eps_w_, tau_w_, rise_w_, mu_w_ = (P[f"wall_{name}"] for name in ("smoothing", "decay", "rise", "dynamic"))
     eps_b_, tau_b_, rise_b_, mu_b_ = (P[f"bit_{name}"] for name in ("smoothing", "decay", "rise", "dynamic"))
     rational = law == RATIONAL
+    held, along = options.stabilizer, options.axial_friction
+    room_ = P["clearance"] if held else 0
+    push_z_, axial_ = (push_ - W, slip_) if along else (0, 0)
+    rub = None
+    if held or along:
+        rub = (make_held if held else make_along)(lanes, options, rows, columns, aux)
 
     @inlined
     def falling(decay, rise):  # type: ignore[no-untyped-def]
@@ -155,8 +132,12 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
         for i in range(W):
             relax, force = b[relax_ + i], b[force_ + i]
             eps, tau, rise, mu = b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
+            x, y = b[x_ + i], b[y_ + i]
+            if held:  # the span is bent beyond the room at the stabilisers
+                share = max(b[radius_ + i] - b[room_ + i], 0.0) / b[radius_ + i]
+                x, y = x * share, y * share
             bx, by, turn = unit_torque(
-                b[x_ + i], b[y_ + i], b[cosine_ + i], b[sine_ + i], b[q_ + i], b[soft_ + i], b[iml_ + i], b[iJ_ + i]
+                x, y, b[cosine_ + i], b[sine_ + i], b[q_ + i], b[soft_ + i], b[iml_ + i], b[iJ_ + i]
             )
             taken = -(turn * force)
             b[push_x_ + i] = bx
@@ -186,6 +167,12 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
                 b[radial_ + i] = 0.0
                 b[tangential_ + i] = 0.0
                 b[friction_ + i] = 0.0
+                if along:
+                    b[push_z_ + i] = 0.0
+                    b[axial_ + i] = 0.0
+            return
+        if held or along:
+            rub(b)
             return
         for i in range(W):
             x, y, r, relax, q, R_c = (b[x_ + i], b[y_ + i], b[radius_ + i], b[relax_ + i], b[q_ + i], b[R_c_ + i])

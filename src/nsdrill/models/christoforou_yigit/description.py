@@ -11,7 +11,7 @@ from nsdrill.models.christoforou_yigit.options import is_used
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
 from nsdrill.models.christoforou_yigit.relations import ORDERS, relations
 from nsdrill.models.christoforou_yigit.steepness import explicit_only, friction_rates
-from nsdrill.models.description import Description, Drawn, Grazing, Panel
+from nsdrill.models.description import STICK_ONSET, Description, Drawn, Grazing, Panel
 from nsdrill.models.drilling import DRILLED
 from nsdrill.models.leaves import values_at
 from nsdrill.variables import MODEL
@@ -89,6 +89,7 @@ DESCRIPTION = Description(
             102, "wall_reached", "wall", "reached", "the collar comes to touch the wall: the first impacts", "wall"
         ),
         Grazing(103, "wall_lost", "wall", "lost", "the collar begins to leave the wall that it was held against"),
+        STICK_ONSET,
     ),
     compiled=("bit.lobes",),
     friction_rates=friction_rates,

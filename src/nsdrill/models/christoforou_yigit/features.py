@@ -271,10 +271,17 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
         z_turns, speed_turns = both_sets(z_speed)
         twist_turns, u_turns = both_sets(twist_u)
         torque_tops, rho_turns = both_sets(torque_rho)
+        if apart and seen != 0:
+            # A bit that is held creeps, and its speed turns where its acceleration has no sign but that of rounding.
+            for i in range(W):
+                counts = b[bb_ + i] * b[slope_ + i] * b[moves_ + i] * b[window_ + i] > HOLDS
+                speed = b[speed1_ + i]
+                b[speed_min_ + i] = min(b[speed_min_ + i], speed if counts else b[speed_min_ + i])
+                b[speed_max_ + i] = max(b[speed_max_ + i], speed if counts else b[speed_max_ + i])
         if apart and (speed_turns | torque_tops) != 0:
             # Where friction holds the bit at the end of a step much longer than it has an own time, the polynomial of
-            # the step undershoots, as its acceleration jumps inside. The speed turns at the ends then, if at all, and
-            # a bit that is held all the while has the torque that balances the string's, which has no top inside.
+            # the step undershoots, as its acceleration jumps inside; the speed at the end counts. And a bit that is
+            # held all the while has the torque that balances the string's, which has no top inside.
             for i in range(W):
                 holds = b[bb_ + i] * b[slope_ + i] > HOLDS
                 stays = holds and abs(b[eps_ + i] * b[speed0_ + i]) < CREEPS

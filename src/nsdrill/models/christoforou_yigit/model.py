@@ -9,7 +9,7 @@ import numpy as np
 
 from nsdrill.abi import Rows
 from nsdrill.errors import InputError
-from nsdrill.models.base import Array, Model, Ramps, Symmetry, Variant
+from nsdrill.models.base import Array, Level, Model, Ramps, Symmetry, Variant
 from nsdrill.models.christoforou_yigit import classify, compare, features, layout, ramp, reduce, rhs, section, tangent
 from nsdrill.models.christoforou_yigit.ensemble import starting_states
 from nsdrill.models.christoforou_yigit.forces import forces
@@ -67,6 +67,17 @@ class ChristoforouYigit(Model):
 
     def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
         return tangent.make_contacts(lanes, Options(*variant), place)
+
+    def released(self, table: Array, contact: str) -> Array | None:
+        if contact != "wall":
+            return None
+        made = table.copy()
+        made[:, rhs.PARAMETERS.index("wall_stiffness")] = 0.0
+        return made
+
+    def levels(self, variant: Variant) -> tuple[Level, ...]:
+        states = self.states(variant)
+        return (Level("bit", states.index("bit_speed"), rhs.PARAMETERS.index("stuck_below")),)
 
     def symmetry(self, points: Values) -> Symmetry:
         """The lobes tell directions apart, the weight of an inclined collar does: without either there are none."""

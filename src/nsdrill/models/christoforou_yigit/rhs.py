@@ -16,6 +16,8 @@ from numba import types
 from nsdrill.abi import BUFFER, Rows, compiled
 from nsdrill.elementary import fma, sincos
 from nsdrill.models.christoforou_yigit.apart import OWN, make_solve
+from nsdrill.models.christoforou_yigit.apart_along import ALONG
+from nsdrill.models.christoforou_yigit.apart_held import HELD
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
 from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.friction import bit_arm, bit_factors, shared, slip_factors
@@ -63,8 +65,9 @@ MOTOR_STATES = ("motor_impulse", "motor_torque")
 MOTOR_PARAMETERS = ("motor_damping", "per_circuit_time")
 # The law of its voltage, where it has gains.
 REGULATOR_PARAMETERS = tuple(f"regulator_{name}" for name in Regulator._fields)
-PUSHED = 0b1011  # friction acts on the slopes of vx, vy and the bit speed
 CONTACTS = 2  # rock and wall
+# Friction acts on the slopes of vx, vy and the bit speed; some kinds of it act on vz as well.
+PUSHED, PUSHED_ALONG = 0b1011, 0b1111
 UNSEEN = 1e30  # the size of a state that has no say in the steps
 
 
@@ -91,7 +94,9 @@ def columns_of(options: Options) -> tuple[str, ...]:
 
 def aux_of(options: Options) -> tuple[str, ...]:
     """The names of the auxiliary outputs."""
-    return (*AUX, *OWN) if options.apart else AUX
+    if not options.apart:
+        return AUX
+    return (*AUX, *OWN, *(HELD if options.stabilizer else ()), *(ALONG if options.axial_friction else ()))
 
 
 def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, columns: int | None = None) -> Rows:
@@ -100,7 +105,7 @@ def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, colum
     states = len(states_of(options))
     companions = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
-    apart = PUSHED if options.apart else 0
+    apart = (PUSHED_ALONG if options.axial_friction else PUSHED) if options.apart else 0
     aux = len(aux_of(options))
     if tangent and options.differenced:
         aux += rows_to_keep(states, states // 2, apart, CONTACTS)
@@ -214,7 +219,7 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
 
         # The stabilisers carry the restoring force of the bent span, with friction of its size. What that takes from
         # the bit goes where the wall's friction is, as a force at the surface of the collar.
-        if stabilizer and touching != 0:
+        if stabilizer and not apart and touching != 0:
             for i in range(W):
                 x, vx, y, vy, r = b[x_ + i], b[vx_ + i], b[y_ + i], b[vy_ + i], b[radius_ + i]
                 stiffness = fma(-b[soft_F_ + i], b[force_ + i], fma(-b[soft_T_ + i], b[torque_ + i], b[bend_ + i]))

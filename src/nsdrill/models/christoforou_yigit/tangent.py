@@ -51,11 +51,11 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     rows = rows_of(options, tangent=True)
     if options.differenced:
         motion = make_right_hand_side(lanes, options, tangent=True)
-        own = {name: rows.aux_now + AUX.index(name) for name in ("force", "radius")}
+        force, radius = (rows.aux_now + AUX.index(name) for name in ("force", "radius"))
         gap = rows.parameter + columns_of(options).index("gap")
         return make_differences(
             motion, lanes, rows, rows.aux_now + len(aux_of(options)), *options, place,
-            touches=((own["force"], -1), (own["radius"], gap)), place=place,
+            touches=((force, -1), (radius, gap)), place=place,
         )  # fmt: skip
     W, own, hertz, lobes, driven = lanes, len(states_of(options)), options.hertz, options.lobes, options.driven
     law_of_bit = options.friction

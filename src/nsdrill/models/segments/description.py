@@ -48,26 +48,17 @@ _INNER = (
 )  # fmt: skip
 
 
-def explicit_only(parameters: Parameters) -> str | None:
-    """Why the friction of this string cannot be integrated implicitly, None where it can."""
-    if parameters.bit.cutting.speed == "live":
-        return (
-            "the cutting torque is not steep at rest where the depth of cut follows the bit speed (bit.cutting.speed: "
-            "live)"
-        )
-    return None
-
-
 def friction_rates(points: Values) -> dict[str, Any]:
     """How fast the cutting torque under the weight on bit brakes the bit [1/s], at its steepest; see
     :mod:`nsdrill.models.segments.rhs`."""
     bit, (depth, wob, speed) = points.parameters.bit, points.operation
     cut = bit.cutting
+    speed = speed if cut.speed == "mean" else 0.0 * np.asarray(speed)  # the speed at which friction at rest cuts
     advance = np.maximum(cut.c1 * wob * np.sqrt(speed) + cut.c2, 0.0)
     deep = 2 * math.pi * advance / bit.radius / np.sqrt(np.square(speed) + cut.slow**2)
     torque = wob * bit.radius * cut.zeta * np.sqrt(deep)
     rate = 2 / math.pi * cut.smoothing * torque / string_of(points.parameters, depth).bit_inertia
-    return {"bit.cutting.smoothing": rate if cut.speed == "mean" else 0.0}
+    return {"bit.cutting.smoothing": rate}
 
 
 DESCRIPTION = Description(
@@ -77,7 +68,7 @@ DESCRIPTION = Description(
     initial=Initial,
     operation=SegmentsOperation,
     friction_rates=friction_rates,
-    explicit_only=explicit_only,
+    explicit_only=lambda parameters: None,
     meanings={
         "drillstring": "The string", "segments": "How the string is cut, and what there is at its ends",
         "segments.top": "What the string hangs from", "segments.kelly": "The kelly, a rigid body",

@@ -84,8 +84,10 @@ BIT = """        lobes, omega = b[lobes_ + i], b[w_n + i]
         b[torque_ + i] = force * fma(b[friction_arm + i], rubbing, b[cutting_arm + i] * cutting)
 """
 
-# The same with the cutting torque T apart: T(omega) = c F on(F) g(omega) with a force F that the bit's speed changes
-# too, as the rock is damped, and a depth of cut that does not follow the speed. Newton's method as in the other models.
+# The same with the steep part of the cutting torque apart: T(omega) = c F on(F) g(omega) sqrt(delta_0), with a force F
+# that the bit's speed changes too, as the rock is damped. The depth of cut delta_0 is that at the set speed, or at rest
+# where it follows the bit's speed: what sqrt(delta) is beyond it is zero at rest, so its product with g is not steep.
+# Newton's method as in the other models, with an iteration more, as the load follows the slip.
 BIT_APART = """        lobes, given = b[lobes_ + i], b[w_n + i]
         phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i], b[phase_ + i])
         sine, cosine = sincos(lobes * phi)
@@ -97,12 +99,17 @@ BIT_APART = """        lobes, given = b[lobes_ + i], b[w_n + i]
         spring = b[rock_stiffness + i] * max(b[interference_ + i], 0.0)
         follows, v = b[surface_amplitude + i] * lobes * b[cosine_ + i], b[v_n + i]
         factor, from_, per_width = b[closing_factor + i], b[threshold + i], b[per_threshold_width + i]
-        speed = b[set_speed + i]
+        speed = fma(-b[live_ + i], b[set_speed + i], b[set_speed + i])
         advance = max(fma(b[advance_ + i], np.sqrt(speed), b[advance_offset + i]), 0.0)
-        depth = b[cutting_factor + i] * advance / np.sqrt(fma(speed, speed, b[slow_square + i]))
-        arm, eps = b[cutting_arm + i] * np.sqrt(depth), b[smoothing + i]
+        root = np.sqrt(b[cutting_factor + i] * advance / np.sqrt(fma(speed, speed, b[slow_square + i])))
+        arm, eps = b[cutting_arm + i] * root, b[smoothing + i]
+        b[force_ + i] = root  # until the force is known
         load, more = load_of(given, spring, follows, v, factor, from_, per_width)
         omega = first_slip(given, relaxed * arm * load, eps, 0.0, 0.0, 1.0)
+        load, more = load_of(omega, spring, follows, v, factor, from_, per_width)
+        f, df = hyperbolic(omega, eps, 0.0, 0.0, 1.0)
+        rest = fma(-relaxed * arm, load * f, given - omega)
+        omega = kept(omega, omega + rest / fma(relaxed * arm, fma(load, df, more * f), 1.0))
         load, more = load_of(omega, spring, follows, v, factor, from_, per_width)
         f, df = hyperbolic(omega, eps, 0.0, 0.0, 1.0)
         rest = fma(-relaxed * arm, load * f, given - omega)
@@ -116,7 +123,11 @@ BIT_APART = """        lobes, given = b[lobes_ + i], b[w_n + i]
         b[falling + i] = b[per_bit_inertia + i] * arm * abs(more)
         b[w_n + i] = fma(-relaxed, torque, given)
     for i in range(n):
-        omega = b[w_n + i]
+        omega, live = b[w_n + i], b[live_ + i]
+        at = fma(live, omega - b[set_speed + i], b[set_speed + i])
+        advance = max(fma(b[advance_ + i], np.sqrt(abs(at)), b[advance_offset + i]), 0.0)
+        depth = b[cutting_factor + i] * advance / np.sqrt(fma(at, at, b[slow_square + i]))
+        beyond = live * (np.sqrt(depth) - b[force_ + i]) * direction(b[smoothing + i] * omega)
         closing = fma(b[surface_amplitude + i] * b[lobes_ + i] * b[cosine_ + i], omega, -b[v_n + i])
         force = b[rock_stiffness + i] * max(b[interference_ + i], 0.0)
         force = force * max(fma(b[closing_factor + i], closing, 1.0), 0.0)
@@ -124,9 +135,11 @@ BIT_APART = """        lobes, given = b[lobes_ + i], b[w_n + i]
         rubbing = 1.0 - 2.0 / (1.0 + exp2(2.885390081777926814719849 * held))
         rubbing = rubbing + b[hump + i] * omega / fma(b[narrowing + i] * omega, omega, 1.0)
         rubbing = fma(b[viscous + i], omega, rubbing)
+        on = min(max((force - b[threshold + i]) * b[per_threshold_width + i], 0.0), 1.0)
+        cutting = b[cutting_arm + i] * on * beyond
         b[closing_ + i] = closing
         b[force_ + i] = force
-        b[torque_ + i] = fma(force * b[friction_arm + i], rubbing, b[torque_ + i])
+        b[torque_ + i] = fma(force, fma(b[friction_arm + i], rubbing, cutting), b[torque_ + i])
 
 """
 

@@ -7,6 +7,7 @@ basins that lie apart in the whole may overlap there.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from nsdrill.analysis.attractors import Attractor, describe
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
+from nsdrill.models.starts import Starts, slice_values
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below, marker_entry
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
@@ -51,15 +53,20 @@ def draw(results: Results, units: str = "si", states: Sequence[str] | None = Non
     colours = tinted(found)
     figure = new_figure(page_width(), HEIGHT)
     axes = figure.add_subplot()
+    shown = (quantity(names[0], units), quantity(names[1], units))
     status, number = variables["status"][0], variables["attractor"][0].astype(int)
+    came = _Came(number, status, found, colours)
     if results.slice:
-        _draw_cells(axes, results, number, status, found, colours, names, units)
+        plane = slice_values(Starts(slice=results.slice), tuple(results["state"].tolist()))
+        x, y = (plane[name] / one.scale for name, one in zip(names, shown, strict=True))
+        _draw_cells(axes, x, y, came, turned=tuple(plane) == names)
     else:
         initial = np.asarray(results["initial_state"]).reshape(len(status), len(results["state"]))
         by_name = dict(zip(results["state"].tolist(), initial.T, strict=True))
-        _draw_dots(axes, by_name, number, status, found, colours, names, units)
-    axes.set_xlabel(quantity(names[0], units).label)
-    axes.set_ylabel(quantity(names[1], units).label)
+        x, y = (by_name[name] / one.scale for name, one in zip(names, shown, strict=True))
+        _draw_dots(axes, x, y, came)
+    axes.set_xlabel(shown[0].label)
+    axes.set_ylabel(shown[1].label)
     point = operating_point(fixed_values(results), units)
     put_title(figure, heading(results.attrs, f"{point}; {counts['starts']} starts"))
     legend_below(figure, _handles(found, counts, colours, cells=bool(results.slice)), 2)
@@ -95,28 +102,27 @@ def tinted(found: list[Attractor]) -> list[str]:
     return colours
 
 
-def _draw_cells(
-    axes: Axes,
-    results: Results,
-    number: Array,
-    status: Array,
-    found: list[Attractor],
-    colours: list[str],
-    names: tuple[str, str],
-    units: str,
-) -> None:
-    plane = {
-        name: np.linspace(a["from"], a["to"], a["points"])
-        for name in results["state"].tolist()
-        if (a := results.slice.get(name))
-    }
-    shape = tuple(len(values) for values in plane.values())
+@dataclass(frozen=True)
+class _Came:
+    """What became of the starts: of each the ``number`` of its attractor and its ``status`` [start]; the attractors
+    ``found``, the largest first, of which the first have ``colours``."""
+
+    number: Array
+    status: Array
+    found: list[Attractor]
+    colours: list[str]
+
+
+def _draw_cells(axes: Axes, x: Array, y: Array, came: _Came, *, turned: bool) -> None:
+    """A cell for each start, at the values ``x`` across and ``y`` up. The second state of the slice runs faster over
+    the starts: ``turned`` where that lies up."""
+    colours = came.colours
     # 0 others, 1 ... the named ones, then failed and waiting.
-    kind = sum((place * (number == one.number) for place, one in enumerate(found[: len(colours)], 1)), 0 * number)
-    kind = np.where(status == OK, kind, len(colours) + 1).reshape(shape)
-    if tuple(plane) == names:  # the first state down the rows of the array: turn it across
-        kind = kind.T
-    x, y = (edges(plane[name] / quantity(name, units).scale) for name in names)
+    named = enumerate(came.found[: len(colours)], 1)
+    kind = sum((place * (came.number == one.number) for place, one in named), 0 * came.number)
+    kind = np.where(came.status == OK, kind, len(colours) + 1)
+    kind = kind.reshape(len(x), len(y)).T if turned else kind.reshape(len(y), len(x))
+    x, y = edges(x), edges(y)
     cells = ListedColormap([OTHERS, *colours, FAILED], name="basins")
     axes.pcolormesh(
         x,
@@ -131,17 +137,9 @@ def _draw_cells(
     axes.set_ylim(y[0], y[-1])
 
 
-def _draw_dots(
-    axes: Axes,
-    initial: dict[str, Array],
-    number: Array,
-    status: Array,
-    found: list[Attractor],
-    colours: list[str],
-    names: tuple[str, str],
-    units: str,
-) -> None:
-    x, y = (initial[name] / quantity(name, units).scale for name in names)
+def _draw_dots(axes: Axes, x: Array, y: Array, came: _Came) -> None:
+    """A dot for each start, at ``x`` and ``y`` [start]."""
+    number, found, colours = came.number, came.found, came.colours
     size = float(np.clip(140 / np.sqrt(len(x)), 1.5, 5.0))
     for one, colour, marker in zip(found, colours, MARKERS, strict=False):
         chosen = number == one.number
@@ -167,7 +165,7 @@ def _draw_dots(
         markeredgewidth=0,
         gid="others",
     )
-    failed = has_failed(status)
+    failed = has_failed(came.status)
     axes.plot(x[failed], y[failed], "kx", markersize=size, markeredgewidth=0.7, linestyle="none", gid="failed")
 
 

@@ -19,7 +19,7 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.orbit import has_orbit
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLUE, REFERENCE, VERMILLION, new_figure, page_width, put_title, type_size
+from nsdrill.plot.style import BLUE, REFERENCE, VERMILLION, new_figure, page_width, put_title, say_over, type_size
 from nsdrill.plot.traces import check_length, shown_part, title_of
 
 ROCK, MUD, STEEL, EDGE = "#CDBFA9", "#F5F2EA", "#C3CCD4", "#5A6570"
@@ -134,7 +134,7 @@ def draw(trace: Trace, units: str = "si") -> Figure:
     scene = Scene(axes, trace, units)
     part, words = shown_part(trace)
     scene.show(float(trace.time[-1]), float(trace.time[part][0]))
-    axes.set_title(f"{words or 'path'}; collar and bit at the end")
+    say_over(axes, f"{words or 'path'}; collar and bit at the end")
     put_title(figure, title_of(trace, units, width=50))
     return figure
 

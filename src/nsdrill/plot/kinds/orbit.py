@@ -12,7 +12,17 @@ from matplotlib.patches import Circle
 from nsdrill.data import Array, Trace, frozen_modes
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLACK, BLUE, MANY_MARKERS, REFERENCE, VERMILLION, new_figure, page_width, put_title
+from nsdrill.plot.style import (
+    BLACK,
+    BLUE,
+    MANY_MARKERS,
+    REFERENCE,
+    VERMILLION,
+    new_figure,
+    page_width,
+    put_title,
+    say_over,
+)
 from nsdrill.plot.traces import check_length, shown_part, title_of
 
 STEP = 2  # samples between which the direction is taken
@@ -56,7 +66,7 @@ def draw_orbit(axes: Axes, trace: Trace, units: str) -> None:
     half = 1.06 * (reach or 1.0)
     axes.set(xlim=(-half, half), ylim=(-half, half), xlabel=across.label, ylabel=up.label)
     names = [words or "orbit", "red: on the wall" if on_wall.any() else "", "dot: the end"]
-    axes.set_title("; ".join(name for name in names if name))
+    say_over(axes, "; ".join(name for name in names if name))
 
 
 def draw_direction(axes: Axes, x: Array, y: Array, least: float) -> None:

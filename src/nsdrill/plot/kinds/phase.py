@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from nsdrill.data import Trace
-from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLUE, MANY_MARKERS, REFERENCE, new_figure, page_width, put_title, side_by_side
-from nsdrill.plot.traces import check_length, shown_part, title_of
+from nsdrill.plot.style import BLUE, MANY_MARKERS, REFERENCE, new_figure, page_width, put_title, say_over, side_by_side
+from nsdrill.plot.traces import check_length, planes_of, shown_part, title_of
 
 WIDTH = 2.2  # inches that a plane needs
+TICKS = 4  # intervals at most: numbers like -5.725 stand side by side
 
 
 def draw(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    planes = len(drawn_in(trace.attrs).planes)
+    planes = len(planes_of(trace))
     across = side_by_side(planes, WIDTH)
     down = -(-planes // across)
     figure = new_figure(page_width(), 0.7 + 2.2 * down)
@@ -30,7 +31,7 @@ def draw(trace: Trace, units: str = "si") -> Figure:
 def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
     """Velocity over position for each motion."""
     part, words = shown_part(trace)
-    for axes, (across, up) in zip(panels, drawn_in(trace.attrs).planes, strict=True):
+    for axes, (across, up) in zip(panels, planes_of(trace), strict=True):
         x, y = quantity(across, units), quantity(up, units)
         axes.plot(
             trace[across][part] / x.scale,
@@ -42,7 +43,8 @@ def draw_planes(panels: list[Axes], trace: Trace, units: str) -> None:
         )
         axes.set(xlabel=x.label, ylabel=y.label)
         if words:
-            axes.set_title(words)
+            say_over(axes, words)
+        axes.xaxis.set_major_locator(MaxNLocator(TICKS, steps=(1, 2, 2.5, 5, 10)))
         gap = trace.attrs.get("gap")
         if across == "radius" and gap is not None:
             low, high = axes.get_xlim()

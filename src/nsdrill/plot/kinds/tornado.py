@@ -59,8 +59,9 @@ def _panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
             value = row[end]["answer"] / scale
             axes.barh(number, value - middle, BAR, middle, color=colour, gid=f"{end}:{row['key']}")
         if row["first"] is not None:
+            told = f"{100 * row['first']:.0f} \u00b1 {100 * row['first_error']:.0f} %"
             axes.annotate(
-                f"{100 * row['first']:.0f} %", (1.0, number), (4, 0), xycoords=("axes fraction", "data"),
+                told, (1.0, number), (4, 0), xycoords=("axes fraction", "data"),
                 textcoords="offset points", va="center", fontsize=type_size(7), annotation_clip=False,
             )  # fmt: skip
     axes.axvline(middle, color=REFERENCE, linewidth=0.8, gid="mean")

@@ -8,21 +8,22 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from nsdrill.data import Trace
-from nsdrill.models.registry import drawn_in
-from nsdrill.plot.kinds.histories import draw_histories
+from nsdrill.plot.kinds.histories import ROOM, draw_histories, still
 from nsdrill.plot.kinds.orbit import draw_orbit, has_orbit
 from nsdrill.plot.kinds.phase import draw_planes
 from nsdrill.plot.registry import TRACE, Kind
 from nsdrill.plot.style import new_figure, page_width, put_title
-from nsdrill.plot.traces import check_length, room_for, title_of
+from nsdrill.plot.traces import check_length, planes_of, room_for, title_of
 
+ROW = 1.6  # inches of a plane
 TWO_COLUMNS = 5.0  # inches from which on the planes stand beside the histories
 
 
 def draw(trace: Trace, units: str = "si") -> Figure:
     check_length(trace)
-    planes, orbit = len(drawn_in(trace.attrs).planes), has_orbit(trace)
-    tall, heights = 8.6 + room_for(trace), [*[1.55] * orbit, *[1.0] * planes]
+    planes, orbit = len(planes_of(trace)), has_orbit(trace)
+    tall, heights = 8.6 + room_for(trace) - ROOM * len(still(trace)), [*[1.55] * orbit, *[1.0] * planes]
+    tall = max(tall, 0.7 + sum(heights) * ROW)
     if page_width() >= TWO_COLUMNS:
         figure = new_figure(page_width(), tall)
         left, right = cast("Any", figure.subfigures(1, 2, width_ratios=(1.6, 1.0)))

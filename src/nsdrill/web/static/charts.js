@@ -57,7 +57,8 @@ window.nsdrill = (() => {
   }
 
   function padded([low, high], part = 0.05) {
-    const room = (high - low) * part || Math.abs(high) * 0.02 || 1e-3;
+    // What varies by less than a thousandth is drawn as nearly level: its last digits are no news.
+    const room = Math.max((high - low) * part, high === low ? Math.abs(high) * 0.02 : Math.max(Math.abs(low), Math.abs(high)) * 5e-4) || 1e-3;
     return [low - room, high + room];
   }
 
@@ -72,6 +73,12 @@ window.nsdrill = (() => {
       label, size, labelSize: 16, labelGap: 0, gap: 3, font: FONT, labelFont: FONT, stroke: INK,
       grid: { stroke: GRID, width: 1 }, ticks: { stroke: "#999", width: 1, size: 4 }, ...more,
     });
+    // As many decimals as neighbours need to differ.
+    const ticks = (u, splits, which, space, step) => {
+      const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9) + (/[1-9]{2}/.test(step.toPrecision(3)) ? 1 : 0));
+      return splits.map((value) => (value == null ? "" : decimals > 6 ? digits(value, 4) : value.toFixed(decimals)));
+    };
+    const numbers = (log) => (log ? {} : { values: ticks });
     const plot = new uPlot(
       {
         width: Math.max(120, box.clientWidth), height: o.height, legend: { show: false }, padding: [o.title ? 17 : 6, 10, o.bare ? 4 : 0, 0],
@@ -85,8 +92,8 @@ window.nsdrill = (() => {
         },
         series: [{}, { points: { show: false }, paths: () => null }],
         axes: [
-          axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...o.xmarks, ...(o.bare ? { values: () => [] } : {}) }),
-          axis(o.ylabel, o.ymarks && o.ymarks.values ? 110 : 46, { space: 26, ...o.ymarks }),
+          axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...(o.bare ? { values: () => [] } : { ...numbers(o.log), ...o.xmarks }) }),
+          axis(o.ylabel, o.ymarks && o.ymarks.values ? 110 : 46, { space: 26, ...numbers(false), ...o.ymarks }),
         ],
         hooks: { draw: [draw], setSize: [fit], ready: [fit] },
       },
@@ -310,11 +317,14 @@ window.nsdrill = (() => {
           c.lineWidth = (stable ? 1.8 : 1.2) * dpr;
           c.setLineDash(stable ? [] : [4 * dpr, 3 * dpr]);
           c.beginPath();
-          for (let i = first; i + 1 < first + size; i++)
+          let pen = false; // a stretch is one line, or its dashes would begin anew at every point
+          for (let i = first; i + 1 < first + size; i++) {
             if ((curve.unstable[i] === 0 && curve.unstable[i + 1] === 0) === stable) {
-              c.moveTo(X(curve.x[i]), Y(curve.y[i]));
+              if (!pen) c.moveTo(X(curve.x[i]), Y(curve.y[i]));
               c.lineTo(X(curve.x[i + 1]), Y(curve.y[i + 1]));
-            }
+              pen = true;
+            } else pen = false;
+          }
           c.stroke();
         }
         first += size;
@@ -338,9 +348,10 @@ window.nsdrill = (() => {
         c.strokeStyle = "rgba(255, 255, 255, 0.85)";
         const late = place[0] > u.bbox.left + u.bbox.width - 75 * dpr;
         c.textAlign = late ? "right" : "left";
-        c.strokeText(words, place[0] + (late ? -6 : 6) * dpr, place[1] - 5 * dpr);
+        const at = [place[0] + (late ? -6 : 6) * dpr, place[1] + (place[1] < u.bbox.top + 16 * dpr ? 13 : -5) * dpr];
+        c.strokeText(words, ...at);
         c.fillStyle = "#000";
-        c.fillText(words, place[0] + (late ? -6 : 6) * dpr, place[1] - 5 * dpr);
+        c.fillText(words, ...at);
       }
     }
     // The peak nearest to a place in the plot; of none near, the nearest point along the axis.

@@ -6,7 +6,7 @@
   const token = location.hash.slice(1);
   let meta = null, view = null, motion = null, charts = [], local = null;
   // The present point: where it began, what was changed, and the state from which to go on.
-  const now = { place: null, changes: {}, state: null, values: {}, reply: null };
+  const now = { place: null, changes: {}, kept: {}, state: null, states: null, values: {}, reply: null };
 
   function banner(words) {
     $("banner").textContent = words || "";
@@ -304,6 +304,7 @@
     const reply = await ask("replay", { place, seconds: seconds() });
     now.place = place;
     now.changes = {};
+    now.kept = {};
     present(reply);
   });
 
@@ -312,23 +313,39 @@
     const reply = await ask("orbit", { point });
     now.place = d.place;
     now.changes = { ...reply.head.changes };
+    now.kept = { ...now.changes };
     present(reply);
   });
 
+  // A change that is refused is taken back, or all that come after it would be refused with it.
   const move = inTurn(async (question = {}) => {
-    const reply = await ask("live", {
-      place: now.place, changes: now.changes, state: now.state, seconds: Math.min(seconds(), 200), ...question,
-    });
+    const asked = { ...now.changes };
+    let reply;
+    try {
+      reply = await ask("live", {
+        place: now.place, changes: asked, state: now.state, states: now.states, seconds: Math.min(seconds(), 200), ...question,
+      });
+    } catch (error) {
+      for (const [key, value] of Object.entries(asked))
+        if (now.changes[key] === value && now.kept[key] !== value) {
+          if (key in now.kept) now.changes[key] = now.kept[key];
+          else delete now.changes[key];
+        }
+      sliders();
+      throw error;
+    }
+    now.kept = asked;
     present(reply);
   });
 
   function present(reply) {
     now.reply = reply;
     now.state = reply.head.state;
+    now.states = reply.head.states;
     now.values = reply.head.values;
     motion.show(reply);
     const h = reply.head, which = $("which");
-    const name = h.from ? h.from.map(([a, b]) => `${a} ${b}`).join(", ") : meta.usual.map((key) => slider(key)).filter(Boolean).map((one) => `${one.words} ${amount(now.values[one.key] / one.scale, one.unit, 5)}`).join(", ");
+    const name = h.from ? h.from.map(([a, b]) => `${a} ${b}`).join(", ") : meta.usual.map((key) => slider(key)).filter(Boolean).map((one) => `${one.words} ${one.choices ? now.values[one.key] : amount(now.values[one.key] / one.scale, one.unit, 5)}`).join(", ");
     which.replaceChildren(make("span", { class: "name" }, name), make("span", { class: "labels" }, h.labels.join(", ")));
     if (h.begins === "stored")
       which.append(
@@ -368,11 +385,23 @@
   const slider = (key) => meta.sliders.find((one) => one.key === key);
   const rows = new Map();
 
+  // A word of the study: one of its choices. What is compiled for it is made when it is first chosen.
+  function choice(key, one, id) {
+    const select = make("select", { id });
+    options(select, one.choices.map((word) => [word, word.replaceAll("_", " ")]), one.value);
+    const node = make("div", { class: "slider" }, make("label", { htmlFor: id, title: one.meaning }, one.words), select);
+    select.addEventListener("change", () => { now.changes[key] = select.value; move(); });
+    rows.set(key, { node, select, one });
+    $("sliders").append(node);
+    sliders();
+  }
+
   function row(key) {
     const one = slider(key);
     if (!one || rows.has(key)) return;
     const id = `s-${key.replaceAll(".", "-")}`;
-    const range = make("input", { type: "range", id, min: one.low, max: one.high, step: "any", value: one.value });
+    if (one.choices) { choice(key, one, id); return; }
+    const range = make("input", { type: "range", id, min: one.low, max: one.high, step: one.whole ? 1 : "any", value: one.value });
     const text = make("input", { type: "text", "aria-label": `${one.words}, a number with its unit`, spellcheck: false });
     const label = make("label", { htmlFor: id, title: one.meaning }, one.words);
     const node = make("div", { class: "slider" }, label, range, text);
@@ -396,9 +425,10 @@
   }
 
   function sliders() {
-    for (const [key, { node, range, text, one }] of rows) {
+    for (const [key, { node, range, text, select, one }] of rows) {
       const value = now.values[key] ?? one.value;
       node.classList.toggle("changed", key in now.changes);
+      if (select) { select.value = value; continue; }
       if (value < Number(range.min)) range.min = value;
       if (value > Number(range.max)) range.max = value;
       if (document.activeElement !== range) range.value = value;
@@ -412,7 +442,7 @@
   const around = inTurn(async (key) => {
     $("local-run").textContent = "Running …";
     try {
-      const reply = await ask("local", { place: now.place, changes: now.changes, state: now.state, key });
+      const reply = await ask("local", { place: now.place, changes: now.changes, state: now.state, states: now.states, key });
       draw(key, reply);
     } finally {
       $("local-run").textContent = "Draw diagram";
@@ -435,7 +465,7 @@
       for (const one of local.charts) one.choose(0, i);
       now.place = from.place;
       now.changes = { ...from.changes, [key]: head.exact[i] };
-      move({ state: head.state, settle: head.settle, observe: head.observe });
+      move({ state: head.state, states: head.states, settle: head.settle, observe: head.observe });
     };
     local.say = (i, value, d = all[0]) => {
       $("local-hover").textContent = `${head.x.words} ${amount(head.x.values[i], head.x.unit, 5)}: ${word(d.outcome[i])}${Number.isFinite(value) ? `, ${d.y.words} ${amount(value, d.y.unit)}` : ""}`;
@@ -476,7 +506,7 @@
     setTimeout(() => URL.revokeObjectURL(url), 10000);
   }
   $("save-study").addEventListener("click", inTurn(async () => {
-    const { text, name } = await ask("saved", { place: now.place, changes: now.changes, state: now.state });
+    const { text, name } = await ask("saved", { place: now.place, changes: now.changes, state: now.state, states: now.states });
     offer(name, new Blob([text], { type: "application/yaml" }));
   }));
   $("save-picture").addEventListener("click", () => {
@@ -503,10 +533,11 @@
     const others = meta.sliders.filter((one) => !meta.usual.includes(one.key));
     options($("more"), [["", "choose …"], ...others.map((one) => [one.key, one.words])], "");
     $("more").addEventListener("change", () => { row($("more").value); $("more").value = ""; });
-    options($("around"), meta.sliders.map((one) => [one.key, one.words]), meta.usual[0]);
-    $("around").value = (meta.choices && meta.choices.axes.length && slider(meta.choices.axes[0].key) ? meta.choices.axes[0].key : meta.usual[0]);
+    options($("around"), meta.sliders.filter((one) => !one.choices && !one.whole).map((one) => [one.key, one.words]), meta.usual[0]);
+    const along = meta.choices && meta.choices.axes.length && slider(meta.choices.axes[0].key);
+    if (along && !along.choices && !along.whole) $("around").value = along.key;
     $("seconds").addEventListener("change", () => (now.place && now.reply.head.begins === "stored" ? run(now.place) : now.state && move()));
-    $("again").addEventListener("click", () => { now.changes = {}; if (now.place) run(now.place); else move({ state: null }); });
+    $("again").addEventListener("click", () => { now.changes = {}; now.kept = {}; if (now.place) run(now.place); else move({ state: null }); });
     $("onward").addEventListener("click", () => move());
     $("local-run").addEventListener("click", () => around($("around").value));
     $("which").textContent = "No point is chosen yet.";

@@ -24,11 +24,18 @@
       N.cells(box, d, {
         procedure: what.procedure, height: 420, pick() {},
         move(hit) {
-          if (hit) said.textContent = `${d.x.words} ${amount(d.x.values[hit.i], d.x.unit, 5)}, ${d.y.words} ${amount(d.y.values[hit.j], d.y.unit, 5)}: ${word(hit.outcome)}`;
+          if (!hit) return;
+          const shown = hit.outcome < 0 ? word(hit.outcome) : d.classes ? (d.classes[hit.value] || {}).name || "–" : `${d.colour.words} ${amount(hit.value, d.colour.unit, 3)}`;
+          said.textContent = `${d.x.words} ${amount(d.x.values[hit.i], d.x.unit, 5)}, ${d.y.words} ${amount(d.y.values[hit.j], d.y.unit, 5)}: ${shown}`;
         },
       });
       const values = new Set(d.values);
-      legend.append(...d.classes.filter((_, code) => values.has(code)).map((one) => make("li", {}, N.swatch("s", one.colour), one.name)));
+      legend.append(
+        ...(d.classes
+          ? d.classes.filter((_, code) => values.has(code)).map((one) => make("li", {}, N.swatch("s", one.colour), one.name))
+          : [0, 0.25, 0.5, 0.75, 1].map((part) => make("li", {}, N.swatch("s", `rgb(${N.mix(part).join()})`), amount(d.limits[0] + part * (d.limits[1] - d.limits[0]), d.colour.unit, 3)))),
+      );
+      if (d.outcome.includes(-2)) legend.append(make("li", {}, N.swatch("X", "#000"), "failed"));
     } else {
       const all = replies.map(({ head, columns }) => ({ ...head, ...columns })), seen = new Set();
       all.forEach((d, number) => {

@@ -1,0 +1,301 @@
+"""Friction of bit and stations kept apart, for a stepper that treats it implicitly (:mod:`nsdrill.kernel.additive`).
+
+Stations rub on the same modes, so every friction load changes the slip at every other contact. With the tangent
+e_j = (y_j, -x_j)/r_j of station j, the torque's own forces t_n = n^3 k_T (x_n, y_n) on the modes, and
+
+    G_j = R + Q_j (e_jy cos phi - e_jx sin phi),    Q_j = sum_n q_n phi_jn,
+    G_b = 1 + sum_n q_n (t_ny cos phi - t_nx sin phi)
+
+of a unit load, a stage that moves velocities by c times the push has the slips (contact 0 is the bit)
+
+    v_a = v_a* - c sum_b K_ab L_b(v_b),   K_jk = sum_n phi_jn phi_kn e_j . e_k / m + G_j G_k / J_e,   K_0k = G_0k / J_e
+
+and K_j0 = G_j G_b / J_e + e_j . sum_n phi_jn t_n / m. Newton's method solves for all of them, by elimination without
+pivots (K is positive), in each lane until that is done; what a lane gets does not depend on its neighbours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from nsdrill.models.beam.options import Options, lateral, slopes_of
+
+if TYPE_CHECKING:
+    from nsdrill.models.beam.rhs import Writer
+
+MOST = 12  # iterations
+CLOSE, CLOSER = 1e-5, 1e-8  # of the loads, which one iteration more squares; where differences are taken
+OF_STATION = ("normal", "ex", "ey", "turn", "coupling")
+OF_CONTACT = ("free", "found", "load", "dload", "step")
+
+
+def aux_of(options: Options) -> tuple[str, ...]:
+    """The names of the auxiliary rows of the solve."""
+    stations, contacts = range(1, options.stations + 1), range(options.stations + 1)
+    found = ["turn_0"]
+    found += [f"{name}_{j}" for j in stations for name in OF_STATION]
+    found += [f"{name}_{c}" for c in contacts for name in OF_CONTACT]
+    return (*found, *(f"c_{a}_{b}" for a in contacts for b in contacts))
+
+
+def pushed(options: Options) -> int:
+    """A bit for each slope in which friction acts: all but the axial one."""
+    names = slopes_of(options.modes)
+    return sum(1 << k for k, name in enumerate(names) if name != "az")
+
+
+def velocities(options: Options) -> tuple[str, ...]:
+    """The names of the velocities that a push moves, in the order of the pushes."""
+    names = {"ax": 1, "ay": 3}
+    return tuple(
+        "bit_speed" if slope == "bit_acceleration" else lateral(int(slope[3:]))[names[slope[:2]]]
+        for slope in slopes_of(options.modes)
+        if slope != "az"
+    )
+
+
+class Solve:
+    """Writes the solve with the tools of a :class:`.rhs.Writer`, whose rows it has."""
+
+    def __init__(self, writer: Writer, closer: bool) -> None:
+        self.writer, self.options = writer, writer.options
+        self.modes, self.stations = writer.modes, writer.stations
+        self.close = CLOSER if closer else CLOSE
+
+    def lines(self) -> list[str]:
+        """From the places of the stations and the rock's force to the loads, the pushes and the moved velocities."""
+        loop = self.writer.loop
+        some = " | ".join(f"touching_{j}" for j in self.stations)
+        found = [f"    {' = '.join(f'touching_{j}' for j in self.stations)} = 0", *loop(self._bit())]
+        for j in self.stations:
+            found += loop(self._station(j))
+        contacts = [0, *self.stations]
+        found += [
+            f"    touching = {some}",
+            "    if touching == 0:",
+            *self._deeper(loop(self._alone())),
+            *self._deeper(self._moved([0])),
+            "    else:",
+        ]
+        for j in self.stations:
+            found += self._deeper(loop(self._couplings(j)))
+        for j in self.stations:
+            found += self._deeper(loop(self._guess(j)))
+        found += self._deeper(loop(self._guess_of_bit()))
+        found += [f"        for _ in range({MOST}):", "            some = 0"]
+        for c in contacts:
+            found += self._deeper(self._deeper(loop(self._law(c))))
+        found += self._deeper(self._deeper(loop(self._newton(contacts, last=False))))
+        found += ["            if some == 0:", "                break"]
+        for c in contacts:
+            found += self._deeper(loop(self._law(c)))
+        found += self._deeper(loop(self._newton(contacts, last=True)))
+        return found + self._deeper(self._moved(contacts))
+
+    @staticmethod
+    def _deeper(lines: Iterable[str]) -> list[str]:
+        return [f"    {line}" for line in lines]
+
+    def _bit(self) -> list[str]:
+        """What a unit of torque does to the bit, and how fast the slip grows where friction falls with speed."""
+        load, store = self.writer.load, self.writer.store
+        lines = [*self.writer.rock(), *load("per_inertia")]
+        turn = "1.0"
+        if self.options.torque:
+            lines += load("softening_torque", *(x for n in self.options.eccentric for x in lateral(n)[::2]))
+            for n in self.options.eccentric:
+                x, _, y, _ = lateral(n)
+                lines += load(f"unbalance_arm_{n}")
+                arm = f"{float(n**3)!r} * softening_torque * unbalance_arm_{n}"
+                turn = f"fma({arm}, fma({y}, c, -({x} * s)), {turn})"
+        return [
+            *lines,
+            f"turn = {turn}",
+            *store(turn_0="turn", force="force", cosine="c", sine="s", friction="0.0", pressed="0.0", slipping="0.0",
+                   free_0="bit_speed", falling="turn * per_inertia * force * bit_rise * bit_decay"),
+        ]  # fmt: skip
+
+    def _station(self, j: int) -> list[str]:
+        """Place, slip without friction and normal force; what a unit of friction does to the bit."""
+        load, total = self.writer.load, self.writer.total
+        shapes = {n: f"phi_{j}_{n}" for n in self.modes}
+        lines = load(*shapes.values(), *(name for n in self.modes for name in lateral(n)))
+        for k, name in enumerate(("px", "vx", "py", "vy")):
+            lines.append(f"{name} = {total([(shapes[n], lateral(n)[k]) for n in self.modes])}")
+        arms = [f"unbalance_arm_{n}" for n in self.options.eccentric]
+        lever = total(list(zip(arms, (shapes[n] for n in self.options.eccentric), strict=True))) if arms else "0.0"
+        return [
+            *lines,
+            *load(*arms, f"gap_{j}", f"wall_stiffness_{j}", "collar_radius", "bit_speed", "cosine", "sine"),
+            "reach = np.sqrt(max(fma(px, px, py * py), 1e-60))",
+            f"touching_{j} |= 1 if reach > gap_{j} else 0",
+            "per = 1.0 / reach",
+            "ex, ey = py * per, -(px * per)",
+            f"penetration = max(reach - gap_{j}, 0.0)",
+            f"normal = wall_stiffness_{j} * penetration",
+            *(["normal = normal * np.sqrt(penetration)"] if self.options.hertz else []),
+            f"turn = fma({lever}, fma(ey, cosine, -(ex * sine)), collar_radius)",
+            *self.writer.store(**{
+                f"ex_{j}": "ex", f"ey_{j}": "ey", f"normal_{j}": "normal", f"turn_{j}": "turn",
+                f"free_{j}": "fma(bit_speed, collar_radius, -fma(ex, vx, ey * vy))",
+            }),
+        ]  # fmt: skip
+
+    def _alone(self) -> list[str]:
+        """The torque of the bit alone, as no station touches: two iterations, which are enough for one contact."""
+        load, store = self.writer.load, self.writer.store
+        once = "f, df = hyperbolic(v, bit_smoothing, bit_decay, bit_rise, bit_dynamic)"
+        step = "(free_0 - fma(relaxed, f, v)) / fma(relaxed, df, 1.0)"
+        return [
+            *load("relax", "force", "turn_0", "per_inertia", "free_0", "bit_smoothing", "bit_decay", "bit_rise",
+                  "bit_dynamic"),
+            "relaxed = relax * turn_0 * per_inertia * force",
+            "v = first_slip(free_0, relaxed, bit_smoothing, bit_decay, bit_rise, bit_dynamic)",
+            once,
+            f"v = kept(v, v + {step})",
+            once,
+            f"f = fma(df, {step}, f)",
+            *store(load_0="force * f", **{f"load_{j}": "0.0" for j in self.stations}),
+        ]  # fmt: skip
+
+    def _couplings(self, j: int) -> list[str]:
+        """Row and column j of the matrix of couplings, times the time by which a stage relaxes."""
+        load, total = self.writer.load, self.writer.total
+        others = [k for k in self.stations if k >= j]
+        names = [f"{name}_{k}" for k in others for name in ("ex", "ey", "turn")]
+        shapes = sorted({f"phi_{k}_{n}" for k in others for n in self.modes})
+        lines = load(*names, *shapes, "relax", "per_lateral_mass", "per_inertia", "turn_0", f"normal_{j}", "falling",
+                     "wall_rise", "wall_decay")  # fmt: skip
+        values = {}
+        for k in others:
+            shape = total([(f"phi_{j}_{n}", f"phi_{k}_{n}") for n in self.modes])
+            along = f"fma(ex_{j}, ex_{k}, ey_{j} * ey_{k})"
+            both = f"fma({shape}, {along} * per_lateral_mass, turn_{j} * turn_{k} * per_inertia)"
+            if k == j:
+                lines.append(f"own = {both}")
+                values["falling"] = f"fma(own * normal_{j}, wall_rise * wall_decay, falling)"
+            values[f"c_{j}_{k}"] = f"relax * {'own' if k == j else both}"
+            if k > j:
+                values[f"c_{k}_{j}"] = self.writer.row[f"c_{j}_{k}"]
+        values[f"c_0_{j}"] = f"relax * turn_{j} * per_inertia"
+        back = f"turn_{j} * turn_0 * per_inertia"
+        if self.options.torque:
+            lines += load("softening_torque", *(x for n in self.modes for x in lateral(n)[::2]))
+            bent = [(f"{float(n**3)!r} * phi_{j}_{n}", f"fma(ex_{j}, x_{n}, ey_{j} * y_{n})") for n in self.modes]
+            back = f"fma(softening_torque * per_lateral_mass, {total(bent)}, {back})"
+        values[f"c_{j}_0"] = f"relax * ({back})"
+        values["c_0_0"] = "relax * turn_0 * per_inertia"
+        return [*lines, *self.writer.store(**values)]
+
+    def _guess(self, j: int) -> list[str]:
+        law = "wall_smoothing, wall_decay, wall_rise, wall_dynamic"
+        return [
+            *self.writer.load(f"free_{j}", f"c_{j}_{j}", f"normal_{j}", *law.split(", ")),
+            f"v = first_slip(free_{j}, c_{j}_{j} * normal_{j}, {law})",
+            f"f, df = hyperbolic(v, {law})",
+            *self.writer.store(**{f"found_{j}": "v", f"load_{j}": f"normal_{j} * f"}),
+        ]
+
+    def _guess_of_bit(self) -> list[str]:
+        law = "bit_smoothing, bit_decay, bit_rise, bit_dynamic"
+        rubbed = self.writer.total([(f"c_0_{j}", f"load_{j}") for j in self.stations])
+        couplings = [f"{name}_{j}" for j in self.stations for name in ("c_0", "load")]
+        return [
+            *self.writer.load("free_0", "c_0_0", "force", *couplings, *law.split(", ")),
+            *self.writer.store(found_0=f"first_slip(free_0 - {rubbed}, c_0_0 * force, {law})"),
+        ]
+
+    def _law(self, c: int) -> list[str]:
+        side, scale = ("bit", "force") if c == 0 else ("wall", f"normal_{c}")
+        law = f"{side}_smoothing, {side}_decay, {side}_rise, {side}_dynamic"
+        return [
+            *self.writer.load(f"found_{c}", scale, *law.split(", ")),
+            f"f, df = hyperbolic(found_{c}, {law})",
+            *self.writer.store(**{f"load_{c}": f"{scale} * f", f"dload_{c}": f"{scale} * df"}),
+        ]
+
+    def _newton(self, contacts: list[int], *, last: bool) -> list[str]:
+        """One iteration: the slips move, or, in the ``last``, the loads follow their tangents."""
+        load, total = self.writer.load, self.writer.total
+        rows = [f"c_{a}_{b}" for a in contacts for b in contacts]
+        lines = load(*rows, *(f"{name}_{c}" for c in contacts for name in ("free", "found", "load", "dload")))
+        if not last:
+            scales = ["force", *(f"normal_{j}" for j in self.stations)]
+            lines += load(*scales, "bit_rise", "bit_dynamic", "wall_rise", "wall_dynamic")
+            lines += [
+                f"most_{c} = {self.close!r} * {scale} * ({side}_rise + {side}_dynamic)"
+                for c, (scale, side) in enumerate(zip(scales, ["bit", *["wall"] * len(self.stations)], strict=True))
+            ]
+        lines += [
+            f"rest_{a} = free_{a} - fma(1.0, found_{a}, {total([(f'c_{a}_{b}', f'load_{b}') for b in contacts])})"
+            for a in contacts
+        ]
+        if not last:
+            far = "0.0"
+            for a in contacts:
+                allowed = total([(f"abs(c_{a}_{b})", f"most_{b}") for b in contacts], f"1e-14 * abs(free_{a})")
+                far = f"max(abs(rest_{a}) - {allowed}, {far})"
+            lines += [f"far = {far}", "more = 1.0 if far > 0.0 else 0.0", "some |= 1 if far > 0.0 else 0"]
+        lines += [
+            f"m_{a}_{b} = {f'fma(c_{a}_{b}, dload_{b}, 1.0)' if a == b else f'c_{a}_{b} * dload_{b}'}"
+            for a in contacts
+            for b in contacts
+        ]
+        for p in contacts:
+            lines.append(f"per_{p} = 1.0 / m_{p}_{p}")
+            for a in contacts[p + 1 :]:
+                lines.append(f"l = -(m_{a}_{p} * per_{p})")
+                lines += [f"m_{a}_{b} = fma(l, m_{p}_{b}, m_{a}_{b})" for b in contacts[p + 1 :]]
+                lines.append(f"rest_{a} = fma(l, rest_{p}, rest_{a})")
+        for a in reversed(contacts):
+            known = [(f"m_{a}_{b}", f"step_{b}") for b in contacts[a + 1 :]]
+            lines.append(f"step_{a} = {f'(rest_{a} - {total(known)})' if known else f'rest_{a}'} * per_{a}")
+        if last:
+            return [
+                *lines,
+                *self.writer.store(**{f"load_{c}": f"fma(dload_{c}, step_{c}, load_{c})" for c in contacts}),
+            ]
+        moved = {f"found_{c}": f"kept(found_{c}, fma(more, step_{c}, found_{c}))" for c in contacts}
+        return [*lines, *self.writer.store(**moved)]
+
+    def _moved(self, contacts: list[int]) -> list[str]:
+        """The pushes and the velocities that they move, the bit's last as its acceleration enters all others."""
+        loop, load, total = self.writer.loop, self.writer.load, self.writer.total
+        names = velocities(self.options)
+        turned = total([(f"turn_{c}", f"load_{c}") for c in contacts])
+        at = names.index("bit_speed")
+        found = loop([
+            *load(*(f"{name}_{c}" for c in contacts for name in ("turn", "load")), "per_inertia"),
+            *self.writer.store(**{f"push_{at}": f"-({turned}) * per_inertia", "torque": "load_0"}),
+        ])  # fmt: skip
+        stations = contacts[1:]
+        for n in self.modes:
+            x, vx, y, vy = lateral(n)
+            eccentric = n in self.options.eccentric
+            lines = load(vx, vy, "relax", "per_lateral_mass")
+            lines += load(*(f"{name}_{j}" for j in stations for name in ("ex", "ey", "load")))
+            lines += load(*(f"phi_{j}_{n}" for j in stations))
+            lines += load("cosine", "sine", f"unbalance_arm_{n}", f"push_{at}") if eccentric else []
+            lines += [f"rub_{j} = phi_{j}_{n} * load_{j}" for j in stations]
+            if self.options.torque:
+                lines += [
+                    *load("softening_torque", "torque", x, y),
+                    f"twisted = {float(n**3)!r} * softening_torque * torque",
+                ]
+            values = {}
+            for axis, place, velocity in (("x", x, vx), ("y", y, vy)):
+                terms = [(f"rub_{j}", f"e{axis}_{j}") for j in stations]
+                terms += [("twisted", place)] if self.options.torque else []
+                push = f"({total(terms)}) * per_lateral_mass" if terms else "0.0"
+                if eccentric:
+                    trig = "sine" if axis == "x" else "-cosine"
+                    push = f"fma(unbalance_arm_{n} * push_{at}, {trig}, {push})"
+                lines.append(f"push_{axis} = {push}")
+                values[f"push_{names.index(velocity)}"] = f"push_{axis}"
+                values[f"moved_{names.index(velocity)}"] = f"fma(relax, push_{axis}, {velocity})"
+            found += loop([*lines, *self.writer.store(**values)])
+        return found + loop([
+            *load("relax", "bit_speed", f"push_{at}"),
+            *self.writer.store(**{f"moved_{at}": f"fma(relax, push_{at}, bit_speed)"}),
+        ])  # fmt: skip

@@ -1,0 +1,175 @@
+"""An interrupted fit goes on: with the same bits as one that was not, and only with the runs that are missing."""
+
+from __future__ import annotations
+
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import nsdrill
+from nsdrill.analysis.fitting import Measured
+from nsdrill.app.rounds import Rounds
+from nsdrill.errors import FileError, InputError
+
+from .helpers import Call, finish, start
+
+STUDY = """\
+model: torsion
+simulation: {transient: 20 s, observe: 20 s}
+uncertain:
+  bit.friction.static: {uniform: [0.2, 0.8]}
+  bit.friction.dynamic: {uniform: [0.05, 0.2]}
+"""
+DATA = """\
+rotary_speed [rad/s], wob [kN], stick_slip_index [%], surface_torque_max [kN*m]
+2, 30, 150, 4
+4, 50, 60, 4
+9, 60, 3, 2
+"""
+HOW = {"batch": 16, "rounds": 4, "samples": 16}
+OPTIONS = [word for name, value in HOW.items() for word in (f"--{name}", value)]
+
+
+@pytest.fixture(autouse=True)
+def inputs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("study.yaml").write_text(STUDY, encoding="utf-8")
+    Path("rig.csv").write_text(DATA, encoding="utf-8")
+
+
+def fit_until(runs: int, path: str = "adjusted.yaml", **more: object) -> int:
+    """Fit; an interrupt comes as soon as so many runs are done. Gives how many this call has made."""
+    made = 0
+
+    def tell(progress: nsdrill.Progress) -> None:
+        nonlocal made
+        made = progress.done
+        if progress.done >= runs:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt, match=r"runs are safe in adjusted.yaml.part.*resume=True"):
+        nsdrill.fit("study.yaml", "rig.csv", path, progress=tell, **{**HOW, **more})
+    return made
+
+
+def test_a_fit_goes_on_with_the_same_bits():
+    whole = nsdrill.fit("study.yaml", "rig.csv", progress=False, **HOW)
+    first = 3 * 2 * HOW["batch"]  # the first round, three operating points
+    fit_until(first + 1)
+    assert Path("adjusted.yaml.part").exists()
+    assert not Path("adjusted.yaml").exists()
+    seen: list[int] = []
+    fit_until(first + 100, resume=True)  # once more, in a later round
+    again = nsdrill.fit("study.yaml", "rig.csv", "adjusted.yaml", resume=True, workers=1,
+                        progress=lambda progress: seen.append(progress.done), **HOW)  # fmt: skip
+    assert min(seen) >= first  # the runs of the first round were not made again
+    assert again.study == whole.study == Path("adjusted.yaml").read_text(encoding="utf-8")
+    assert again.note == whole.note
+    assert not Path("adjusted.yaml.part").exists()
+
+
+def test_only_the_runs_that_are_missing_are_made():
+    calls: list[int] = []
+
+    def model(z):
+        calls.append(len(z))
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return z * z
+
+    study = nsdrill.load_study("study.yaml")
+    values = {"stick_slip_index": np.ones(3)}
+    measured = Measured("made up", {"wob": np.ones(3)}, values, values, ("a", "b", "c"))
+    samples = [np.full((n, 2), float(n)) for n in (5, 4, 3)]
+    kept = Rounds.beside("new.yaml", study, measured, 16)
+
+    def fit():
+        with kept.guarding():
+            return [remembered(z).tolist() for z in samples]
+
+    remembered = kept.of(model)
+    with pytest.raises(KeyboardInterrupt, match="27 runs are safe"):
+        fit()
+    kept = Rounds.beside("new.yaml", study, measured, 16, resume=True)
+    remembered = kept.of(model)
+    assert fit() == [(z * z).tolist() for z in samples]
+    assert calls == [5, 4, 3, 3]
+    with pytest.raises(FileError, match="not those that these versions"):
+        Rounds.beside("new.yaml", study, measured, 16, resume=True).of(model)(samples[1])
+
+
+def test_more_rounds_go_on_from_fewer():
+    """A round does not know how many there may be."""
+    whole = nsdrill.fit("study.yaml", "rig.csv", progress=False, **{**HOW, "rounds": 5})
+    fit_until(3 * (2 * 16 + 20 + 16) + 1, rounds=3)
+    again = nsdrill.fit("study.yaml", "rig.csv", "adjusted.yaml", resume=True, progress=False, **{**HOW, "rounds": 5})
+    assert again.study == whole.study
+
+
+def test_what_is_there_is_not_taken_for_another_fit(call: Call):
+    fit_until(3 * 2 * 16 + 1)
+    part = Path("adjusted.yaml.part").read_bytes()
+    words = ("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", "--quiet", *OPTIONS)
+    answer = call(*words)
+    assert answer.code == 2
+    assert "adjusted.yaml.part: an unfinished fit is there. Go on with it by --resume, or" in answer.err
+    for other in (("--set", "uncertain.seed=2"), ("--error", "stick_slip_index=20"), ("--batch", "20")):
+        answer = call(*words, "--resume", *other)
+        assert answer.code == 2
+        assert "made from another study, from other data or with another --batch" in answer.err
+    assert call(*words, "--resume", "--overwrite").code == 2
+    assert Path("adjusted.yaml.part").read_bytes() == part
+    assert not Path("adjusted.yaml").exists()
+    answer = call("run", "study.yaml", "--set", "sweep={wob: [10 kN]}", "-o", "adjusted.yaml", "--resume")
+    assert answer.code == 2
+    assert "adjusted.yaml.part" in answer.err
+    assert call(*words, "--overwrite").code == 0
+    assert not Path("adjusted.yaml.part").exists()
+    answer = call(*words, "--resume")
+    assert answer.code == 2
+    assert "adjusted.yaml: this fit is finished; nothing is left to run" in answer.err
+
+
+@pytest.mark.parametrize("damage", [b"", b"PK\x03\x04 cut off", b"no file of ours\n" * 100])
+def test_a_damaged_file_is_told(call: Call, damage):
+    Path("adjusted.yaml.part").write_bytes(damage)
+    answer = call("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", "--resume")
+    assert answer.code == 2
+    assert "adjusted.yaml.part: cannot be read as an unfinished fit" in answer.err
+    assert Path("adjusted.yaml.part").read_bytes() == damage
+
+
+def test_nothing_is_kept_without_an_output(call: Call):
+    answer = call("fit", "study.yaml", "--data", "rig.csv", "--resume")
+    assert answer.code == 2
+    assert "--resume: found without -o" in answer.err
+    with pytest.raises(InputError, match="resume: found without a path"):
+        nsdrill.fit("study.yaml", "rig.csv", resume=True)
+    with pytest.raises(KeyboardInterrupt, match="nothing was written"):
+        nsdrill.fit("study.yaml", "rig.csv", progress=interrupt, **HOW)
+    assert sorted(one.name for one in Path().iterdir()) == ["rig.csv", "study.yaml"]
+
+
+def interrupt(progress: nsdrill.Progress) -> None:
+    raise KeyboardInterrupt
+
+
+def test_a_signal_ends_the_command_with_130_and_it_goes_on():
+    words = ("fit", "study.yaml", "--data", "rig.csv", "-o", "adjusted.yaml", "--batch", 100, "--rounds", 40,
+             "--set", "simulation.observe=600 s")  # fmt: skip
+    process = start(*words)
+    until = time.monotonic() + 120.0
+    while not Path("adjusted.yaml.part").exists() and time.monotonic() < until:
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.02)
+    process.send_signal(signal.SIGINT)
+    answer = finish(process)
+    assert answer.code == 130, answer.err
+    assert "runs are safe in adjusted.yaml.part. Go on with the same command and --resume." in answer.err
+    assert not Path("adjusted.yaml").exists()
+    answer = finish(start(*words, "--resume", "--rounds", 2, "--quiet"))
+    assert answer.code == 0, answer.err
+    assert nsdrill.load_study("adjusted.yaml").samples == 128

@@ -1,0 +1,88 @@
+"""Friction kept apart in models of several masses: the same slopes to rounding, velocities that agree with loads."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from nsdrill.models.leaves import Values
+from nsdrill.models.registry import model_named
+from nsdrill.observe.thresholds import Thresholds
+from nsdrill.study import parse_study
+
+W, RELAX = 8, 1e-3
+
+BEAM = "model: beam\nwell: {friction: {smoothing: EPS s/m}}\nbit: {friction: {smoothing: EPS s/rad}}"
+SEGMENTS = "model: segments\nbit: {cutting: {smoothing: EPS s/rad, speed: live, c2: C2}}"
+CASES = {
+    "beam": BEAM,
+    "beam, few modes": f"{BEAM}\nbeam: {{modes: 2, stations: [{{at: 0.3}}, {{at: 0.5}}, {{at: 0.6}}], torque: cy}}",
+    "beam, one station": f"{BEAM}\nbeam: {{modes: 1, stations: [{{at: 0.5}}]}}",
+    "cutting from rest": SEGMENTS.replace("C2", "0.001"),
+    "cutting from a speed on": SEGMENTS.replace("C2", "-0.00019"),
+}
+
+
+def buffer_of(text: str, apart: bool, seed: int, relax: float = 0.0) -> Any:
+    """(buffer, rows, variant) of random states, about a half of the contacts closed."""
+    study = parse_study(text)
+    model, rng, at = model_named(study.model), np.random.default_rng(seed), study.operation
+    variant = model.variant(study.parameters)
+    variant = model.apart(variant) if apart else variant
+    rows = model.rows(variant)
+    points = Values(study.parameters, study.initial, tuple(np.full(W, v) for v in (at.depth, at.wob, at.rotary_speed)))
+    table = model.pack(points, Thresholds())
+    b = np.zeros((rows.total, W))
+    b[rows.parameter : rows.parameter + rows.parameters] = table.T
+    size = model.sizes(table, variant)
+    start = model.starts(points, 0)[:, : rows.own]
+    b[rows.stage : rows.stage + rows.own] = (start + rng.normal(size=(W, rows.own)) * size).T
+    if study.model == "beam":
+        b[rows.stage] += rng.choice([0.0, 0.09], W)
+    else:
+        z = model.states(variant).index("z")
+        b[rows.stage + z] -= 15.0 * size[:, z]
+    b[rows.phase], b[rows.stage_time] = 1.0, 0.3
+    if apart:
+        b[rows.relax] = relax
+    return b, rows, model.right_hand_side(W, variant)
+
+
+def slopes_of(b: np.ndarray, rows: Any) -> np.ndarray:
+    return b[rows.acceleration : rows.acceleration + rows.slopes]
+
+
+@pytest.mark.parametrize("smoothing", ["500", "1e5"])
+@pytest.mark.parametrize("case", CASES)
+def test_slopes_are_the_same_to_rounding_where_nothing_is_relaxed(case: str, smoothing: str) -> None:
+    found = []
+    for apart in (False, True):
+        b, rows, function = buffer_of(CASES[case].replace("EPS", smoothing), apart, 3)
+        function(b.ravel())
+        found.append(slopes_of(b, rows).copy())
+    assert found[1] == pytest.approx(found[0], rel=1e-11, abs=1e-12 * np.abs(found[0]).max())
+
+
+@pytest.mark.parametrize("smoothing", ["500", "1e5"])
+@pytest.mark.parametrize("case", CASES)
+def test_the_velocities_of_a_stage_agree_with_its_loads(case: str, smoothing: str) -> None:
+    """They have moved by ``relax`` times the push, and at these velocities the ordinary slopes are those found, but for
+    what Newton's method leaves of the greatest push."""
+    text = CASES[case].replace("EPS", smoothing)
+    b, rows, function = buffer_of(text, True, 5, RELAX)
+    free = b.copy()
+    function(b.ravel())
+    pushed = [2 * slope + 1 for slope in rows.pushed]
+    pushes = b[rows.push : rows.push + len(pushed)]
+    for push, state in zip(pushes, pushed, strict=True):
+        assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + RELAX * push, rel=1e-12, abs=1e-13)
+    plain, ordinary, function = buffer_of(text, False, 5)
+    plain[ordinary.stage : ordinary.stage + rows.own] = b[rows.stage : rows.stage + rows.own]
+    function(plain.ravel())
+    if case != "cutting from a speed on":
+        assert np.abs(pushes).max() > 0.0
+    # The slip is as exact as the velocities; steepness amplifies what rounding leaves of it.
+    noise = 1e-15 * float(smoothing) * 10
+    assert slopes_of(b, rows) == pytest.approx(slopes_of(plain, ordinary), abs=(3e-5 + noise) * np.abs(pushes).max())
