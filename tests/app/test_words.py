@@ -181,3 +181,25 @@ def test_studies_with_words_have_digests_of_all_that_counts() -> None:
 def test_a_word_that_is_not_there_is_told(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(InputError, match="found soft_torque; allowed: ideal, stiff, as the sweep"):
         replay(path, rotary_speed=5.0, at={"drive.kind": 2.0, "drive.inertia": 2500.0})
+
+
+def test_pictures_and_pages_have_the_words(path: Path) -> None:
+    """A curve for each word, a row of a map for each, a panel for each; text in place of numbers on a page."""
+    from nsdrill.web.diagrams import choices, plane
+
+    one = nsdrill.open_results(path).sel(drive_inertia=1500.0)
+    curves = nsdrill.plot(one, kind="stick_slip_index")
+    assert [text.get_text() for text in curves.legends[0].get_texts()] == ["ideal", "stiff"]
+    drawn = {line.get_gid() for line in curves.axes[0].lines}
+    assert {"stick_slip_index:ideal", "stick_slip_index:stiff"} <= drawn
+    area = nsdrill.plot(one, kind="map").axes[0]
+    assert [text.get_text() for text in area.get_yticklabels()] == ["ideal", "stiff"]
+    assert area.get_ylim() == (2.5, 0.5), "the first word on top"
+    titles = [axes.get_title() for axes in nsdrill.plot(path, kind="window").axes]
+    assert "drive kind ideal" in titles
+    held = read_results(path)
+    (words,) = (axis for axis in choices(held, "si")["axes"] if axis["key"] == "drive.kind")
+    assert words["texts"] == ["ideal", "stiff"]
+    head, columns = plane(held, "si", "stick_slip_index", "rotary_speed", "drive_kind")
+    assert head["y_edges"].tolist() == [0.5, 1.5, 2.5]
+    assert columns["values"].shape == (1, 2, 2)
