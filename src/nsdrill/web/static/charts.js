@@ -40,6 +40,10 @@ window.nsdrill = (() => {
   }
 
   const amount = (value, unit, count) => `${digits(value, count)}${unit ? ` ${unit}` : ""}`;
+  // A value of an axis `d`, by its number: with its unit, or the word that stands there.
+  const valueOf = (d, i, count) => (d.texts ? d.texts[i] : amount(d.values[i], d.unit, count));
+  // The marks along an axis of words.
+  const marks = (d) => (d.texts ? { splits: () => [...d.values], values: () => d.texts, grid: { show: false } } : {});
 
   function limits(...arrays) {
     let low = Infinity, high = -Infinity;
@@ -94,8 +98,8 @@ window.nsdrill = (() => {
         },
         series: [{}, { points: { show: false }, paths: () => null }],
         axes: [
-          axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...(o.bare ? { values: () => [] } : numbers(o.log)) }),
-          axis(o.ylabel, 46, { space: 26, ...numbers(false) }),
+          axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...(o.bare ? { values: () => [] } : { ...numbers(o.log), ...o.xmarks }) }),
+          axis(o.ylabel, o.ymarks && o.ymarks.values ? 110 : 46, { space: 26, ...numbers(false), ...o.ymarks }),
         ],
         hooks: { draw: [draw], setSize: [fit], ready: [fit] },
       },
@@ -228,7 +232,7 @@ window.nsdrill = (() => {
     for (const line of d.lines || [])
       if (line.y[1] <= range[1] + 1.5 * (range[1] - range[0])) range = limits(range, line.y);
     const frame = {
-      x: d.edges || padded(limits(xs)), y: padded(range), xlabel: d.x.label, ylabel: d.y.label, log: d.x.log, bare: o.bare,
+      x: d.edges || padded(limits(xs)), y: padded(range), xlabel: d.x.label, ylabel: d.y.label, log: d.x.log, bare: o.bare, xmarks: marks(d.x),
       height: o.height || 260, sync: o.sync, cross: false,
       draw(c, X, Y, u) {
         const dpr = ratio();
@@ -418,6 +422,7 @@ window.nsdrill = (() => {
     const [, ny, nx] = d.values.shape, xe = d.x_edges, ye = d.y_edges, p = o.procedure;
     const frame = {
       x: [xe[0], xe[nx]], y: [ye[0], ye[ny]], xlabel: d.x.label, ylabel: d.y.label, log: d.x.log, height: o.height || 460,
+      xmarks: marks(d.x), ymarks: marks(d.y),
       cross: false, zoom: true,
       draw(c, X, Y) {
         for (let j = 0; j < ny; j++)
@@ -792,5 +797,5 @@ window.nsdrill = (() => {
     return cut;
   }
 
-  return { branchWords, unpack, make, digits, decimals, amount, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
+  return { branchWords, unpack, make, digits, decimals, amount, valueOf, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
 })();
