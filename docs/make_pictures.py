@@ -28,7 +28,7 @@ STUDIES = {
 }  # fmt: skip
 DRIVES = {
     "torsional": "torsional_speed", "soft_torque": "soft_torque_speed_67kN", "tuning": "soft_torque_tuning",
-    "friction": "friction_laws",
+    "friction": "friction_laws", "drives": "drives_speed_67kN",
 }  # fmt: skip
 SEGMENTS = {"segments_rest": "segments_speed_100kN", "segments_down": "segments_speed_down"}
 LATERAL = ("whirl_clearance", "inclination")

@@ -123,14 +123,28 @@ def frozen_modes(attrs: Mapping[str, Any]) -> tuple[str, ...]:
     """The motions that the string of a file with the root attributes ``attrs`` does without: of axial, torsional and
     lateral."""
     modes = resolved_study(attrs).get("modes")
-    return tuple(name for name, word in modes.items() if word == "frozen") if isinstance(modes, dict) else ()
+    if not isinstance(modes, dict):
+        return ()
+    return tuple(name for name, word in modes.items() if _word(attrs, f"modes.{name}", word) == "frozen")
 
 
 def drive_kind(attrs: Mapping[str, Any]) -> str:
-    """The kind of drive in a file with the root attributes ``attrs``, as a study names it."""
+    """The kind of drive in a file with the root attributes ``attrs``, as a study names it; of a sweep over kinds that
+    of most studies, of which nothing is said."""
     drive = resolved_study(attrs).get("drive")
-    kind = drive.get("kind") if isinstance(drive, dict) else None
+    kind = _word(attrs, "drive.kind", drive.get("kind")) if isinstance(drive, dict) else None
     return kind if isinstance(kind, str) else "ideal"
+
+
+def _word(attrs: Mapping[str, Any], key: str, own: Any) -> Any:
+    """The word of a choice in a file, ``own`` in its study; None where the sweep has several. A trace says which."""
+    sweep = resolved_study(attrs).get("sweep")
+    if not isinstance(sweep, dict) or key not in sweep:
+        return own
+    try:
+        return json.loads(attrs.get("at") or "{}").get(key)
+    except (TypeError, ValueError, AttributeError):
+        return None
 
 
 def resolved_study(attrs: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from nsdrill.models.leaves import further_axes
+from nsdrill.models.leaves import further_axes, words_of
 from nsdrill.models.registry import NAMES, described
 from nsdrill.units import from_si, plain_units, readable, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of
@@ -123,13 +123,18 @@ class Quantity:
     label: str
     units: str
     shown: tuple[str, str]
+    choices: tuple[str, ...] = ()
+    """The words of a choice, whose values along an axis are their places among these."""
 
     def unit(self, system: str) -> str:
         """The unit in which people see it in the ``system``, "si" or "field"; "" for a plain number."""
         return self.shown[SYSTEMS.index(system)]
 
     def text(self, value: float, system: str, digits: int = 6) -> str:
-        """An SI ``value`` with its unit, in one in which it is neither large nor small where there is a choice."""
+        """An SI ``value`` with its unit, in one in which it is neither large nor small where there is a choice; of a
+        choice its word."""
+        if self.choices:
+            return self.choices[int(value)]
         if system == "si" and self.name not in (*AXES, *_SHOWN_OF_NAME):
             return readable(value, self.units, digits)
         return amount(value, self.unit(system), digits)
@@ -183,7 +188,7 @@ def _known(model: str) -> dict[str, Quantity]:
     for name, (key, units) in further_axes(model).items():
         words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
-        found[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown)
+        found[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown, words_of(key))
     return found
 
 

@@ -42,8 +42,6 @@ simulation: {transient: 100 s, observe: 40 s}
         ("modes: {lateral: frozen}\nstabilizer: {clearance: 1 mm}", "which modes.lateral: frozen"),
         ("modes: {lateral: frozen}\nsweep: {mud.swirl: [0, 0.5]}", "which modes.lateral: frozen"),
         ("modes: {axial: frozen}\nwell: {axial_friction: true}", "found true, which modes.axial: frozen"),
-        ("record: {exponent: true}\nwell: {axial_friction: true}", "record.exponent: .* not linearised"),
-        ("record: {exponent: true}\nsweep: {stabilizer.clearance: [0 mm, 5 mm]}", "record.exponent: .* not linearised"),
         ("well: {inclination: 91 deg}", "at least 0 and at most 90 deg"),
         ("well: {inclination: 30}", "without a unit"),
         ("well: {axial_friction: 1}", "true or false"),

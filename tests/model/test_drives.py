@@ -141,6 +141,7 @@ KINDS = [
     {"kind": "pi", "inertia": 1500.0, "stiffness": 900.0, "damping": 1500.0, "twist_gain": -300.0, "speed_gain": 70.0,
      "shaft_damping": 40.0}, {"kind": "stiff", "torque_limit": 30e3, "shaft_damping": 20.0},
     {"kind": "dc_motor", "shaft_damping": 20.0},
+    {"kind": "dc_motor", "shaft_damping": 20.0, "gains": (0.03, 42.0, 2.2, -33.0, 14.0)},
 ]  # fmt: skip
 
 
@@ -344,8 +345,9 @@ def test_a_motor_too_weak_for_the_rock_stalls_and_check_says_so() -> None:
 def test_a_limit_is_refused_where_it_means_nothing(text: str, said: str) -> None:
     with pytest.raises(nsdrill.StudyError, match=said):
         parse_study(text)
+    assert not Drive("z_torque", torque_limit=1.0).limited
     with pytest.raises(ValueError, match="torque_limit"):
-        Drive("z_torque", torque_limit=1.0)
+        Drive("soft_torque", compensated_inertia=9.0, torque_limit=1.0)
 
 
 def test_an_axis_over_the_limit_has_the_bits_of_single_runs() -> None:
@@ -427,7 +429,7 @@ def test_the_dc_motor_has_the_droop_the_modes_and_the_reflection_of_its_circuit(
 
 MOVING = """
 operation: {{wob: 0 kN, rotary_speed: {speed}}}
-drive: {{kind: dc_motor}}
+drive: {{kind: dc_motor{gains}}}
 drillstring: {{eccentricity: 0 mm}}
 bit: {{surface_amplitude: 0 mm}}
 initial: {{x: 0 mm, z: 0 mm, twist: 5 rad}}
@@ -435,17 +437,30 @@ simulation: {{rtol: 1.0e-10}}
 """
 
 
+# K_I, K_1, K_2, K_3, K_4 of the regulator of motor and string, with the weights that segments have.
+GAINS = (0.0272, 22.2, 1.138, -13.03, 15.6)
+
+
+@pytest.mark.parametrize("gains", [None, GAINS], ids=["constant", "regulated"])
 @pytest.mark.parametrize(("speed", "rate"), [("3 rad/s", 0.0), ("{ramp: [[0 s, 3 rad/s], [20 s, 7 rad/s]]}", 0.2)])
-def test_string_and_motor_move_as_circuit_and_springs_say(speed: str, rate: float) -> None:
-    """Off the rock, at a constant and at a rising voltage, against DOP853 on current, speeds and angles."""
-    found = nsdrill.simulate(parse_study(MOVING.format(speed=speed)), duration=20.0, sample=0.05)
+def test_string_and_motor_move_as_circuit_and_springs_say(speed: str, rate: float, gains: tuple | None) -> None:
+    """Off the rock, at a constant and at a rising voltage, without gains and with such on the deviations from steady
+    drilling, against DOP853 on current, speeds and angles."""
+    text = MOVING.format(speed=speed, gains="" if gains is None else f", gains: {list(gains)}")
+    found = nsdrill.simulate(parse_study(text), duration=20.0, sample=0.05)
     k = derive(driven(**MOTOR), 5000.0, 0.0, 3.0)
     L, R, n_K = 0.005, 0.01, 7.2 * 6.0
 
     def slope(t: float, y: np.ndarray) -> list[float]:
         top, top_speed, bit, bit_speed, current = y
         pipe = k.k_t * (top - bit)
-        voltage = n_K * (3.0 + rate * t)
+        target, turned = 3.0 + rate * t, 3.0 * t + 0.5 * rate * t * t
+        voltage = n_K * target
+        if gains is not None:
+            steady = 50.0 * target
+            deviations = (current - steady / n_K, top - turned, top_speed - target, bit - turned + steady / k.k_t,
+                          bit_speed - target)  # fmt: skip
+            voltage += R * steady / n_K - sum(K * one for K, one in zip(gains, deviations, strict=True))
         return [
             top_speed,
             (n_K * current - pipe) / 2122.32,
@@ -465,6 +480,36 @@ def test_string_and_motor_move_as_circuit_and_springs_say(speed: str, rate: floa
     assert found["bit_force"].values.max() == 0.0
 
 
+def test_a_regulated_motor_turns_with_the_set_speed_and_ends_stick_slip() -> None:
+    """Gains of a regulator: no droop, the eigenvalues of circuit and string, and steady drilling from a stuck bit where
+    the motor at constant voltage leaves it to stick and slip."""
+    study = "operation: {wob: 66.72 kN, rotary_speed: 4 rad/s}\nmodes: {axial: frozen, lateral: frozen}\n"
+    study += "initial: {bit_speed: 0 rad/s}\ndrive: {kind: dc_motor%s}\n"
+    free, held = (parse_study(study % more) for more in ("", f", gains: {list(GAINS)}"))
+    k = derive(held.parameters, 5000.0, 66.72e3, 4.0)
+    L, R, n_K, J_d = 0.005, 0.01, 7.2 * 6.0, 2122.32
+    K_I, K_1, K_2, K_3, K_4 = GAINS
+    matrix = [  # of current, lag, drive speed, twist, bit speed
+        [-(R + K_I) / L, -K_1 / L, -(n_K + K_2) / L, -K_3 / L, -K_4 / L],
+        [0, 0, 1, 0, 0],
+        [n_K / J_d, -k.k_t / J_d, 0, k.k_t / J_d, 0],
+        [0, 0, 0, 0, 1],
+        [0, k.k_t / k.J, 0, -k.k_t / k.J, -50.0 / k.J],
+    ]
+    found = np.linalg.eigvals(torsional_matrix(held.parameters, k))
+    assert np.sort_complex(found) == pytest.approx(np.sort_complex(np.linalg.eigvals(matrix)), rel=1e-9)
+    shown = figures(held.parameters, held.operation)
+    assert "droop" not in shown
+    assert shown["slope_held"].value > 2 * figures(free.parameters, free.operation)["slope_held"].value
+    ends = [nsdrill.simulate(one, duration=250.0, sample=0.1) for one in (free, held)]
+    late = ends[0].time.values > 200.0
+    swings = [np.ptp(one["bit_speed"].values[late]) for one in ends]
+    assert swings[0] > 4.0
+    assert swings[1] < 0.05
+    assert ends[1]["drive_speed"].values[-1] == pytest.approx(4.0, abs=1e-3)
+    assert ends[1]["lag"].values[-1] == pytest.approx(0.0, abs=2e-3)
+
+
 def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent() -> None:
     """Its states are in the results, lanes change no bit, and a replay has the bits of the sweep."""
     smooth = Simulation(transient=5.0, observe=10.0)
@@ -479,9 +524,13 @@ def test_a_motor_runs_in_sweeps_ensembles_and_with_its_exponent() -> None:
     assert list(swept["state"].values[-3:]) == ["motor_impulse", "motor_torque", "drive_angle"]
     with pytest.raises(nsdrill.StudyError, match="falls behind its set point"):
         parse_study("drive: {kind: dc_motor}\nrecord: {poincare: 20}")
+    parse_study(f"drive: {{kind: dc_motor, gains: {list(GAINS)}}}\nrecord: {{poincare: 20}}")
+    with pytest.raises(nsdrill.StudyError, match=r"drive\.gains: found 2 of them; allowed: five"):
+        parse_study("drive: {kind: dc_motor, gains: [1, 2]}")
 
 
-def test_the_deviation_follows_the_motor() -> None:
+@pytest.mark.parametrize("gains", [None, (0.01, 2.0, 0.5, -1.0, 0.7)], ids=["constant", "regulated"])
+def test_the_deviation_follows_the_motor(gains: tuple | None) -> None:
     simulation = Simulation(transient=0.0, observe=5.0, rtol=1e-8)
     work = work_for(Case(wob=66.72e3, speed=2.0, bit_smoothing=20.0), simulation)
     weak = Drive(
@@ -492,6 +541,7 @@ def test_the_deviation_follows_the_motor() -> None:
         torque_constant=4.0,
         resistance=0.02,
         inductance=0.006,
+        gains=gains,
     )
     work = replace(work, parameters=replace(work.parameters, drive=weak), record=Record(exponent=True))
 

@@ -131,12 +131,16 @@ class Plain:
     def bit(self, t: float, state: Any) -> tuple[float, float, float]:
         """Interference of bit and rock [m], force [N] and torque [N m]."""
         u, v, th, w, _ = self.parts(state)
-        phi = self.lobes * (th[-1] + self.speed * t)
+        phi = self.lobes * (th[-1] + self.turned(t))
         d = self.s0 * math.sin(phi) - u[-1]
         rate = self.s0 * self.lobes * math.cos(phi) * w[-1] - v[-1]
         chi = self.c_c / self.wob
         force = self.k_c * max(d, 0.0) * max(1 + chi * rate, 0.0)
         return d, force, self.bit_torque(force, w[-1]) if self.torques else 0.0
+
+    def turned(self, t: float) -> float:
+        """The angle of the set point."""
+        return self.speed * t
 
     def voltage(self, t: float, state: Any) -> float:
         _, _, th, w, current = self.parts(state)

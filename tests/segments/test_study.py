@@ -197,7 +197,6 @@ def test_names_of_states_tell_the_number_of_segments() -> None:
         ("well: {diameter: 150 mm}", "well.diameter", "above drillstring.collar.outer_diameter"),
         ("drive: {kind: stiff, control_weight: 3}", "drive.control_weight", "a drive of the kind stiff reads"),
         ("drive: {inductance: 5 ohm}", "drive.inductance", "H or mH"),
-        ("record: {exponent: true}", "record.exponent", "no Lyapunov exponent"),
         ("bit: {teeth: 3}", "bit.teeth", "rock_stiffness"),
     ],
 )

@@ -15,6 +15,7 @@ from nsdrill.analysis.outcome import known, text
 from nsdrill.analysis.probability import chances
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
+from nsdrill.models.leaves import as_told
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.variables import PENDING, SAMPLE
@@ -132,7 +133,7 @@ def _alone(a: Results | Trace, b: Results | Trace) -> dict[str, list[str]]:
 def point_of(coords: dict[str, Array], place: Sequence[int]) -> dict[str, Any]:
     """The coordinates of a point, as plain data."""
     return {
-        name: text(values[i]) if name == "procedure" else values[i].item()
+        name: text(values[i]) if name == "procedure" else as_told(name, values[i].item())
         for (name, values), i in zip(coords.items(), place, strict=True)
     }
 

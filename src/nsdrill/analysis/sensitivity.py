@@ -21,6 +21,7 @@ import numpy as np
 from nsdrill.analysis.probability import NORMAL, check_samples, independent, judged
 from nsdrill.data import Array, Results, overrides, resolved_study
 from nsdrill.errors import InputError
+from nsdrill.models.leaves import as_told
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.variables import OK, SAMPLE, Unknown
@@ -196,7 +197,7 @@ def sensitivity(results: Results, severity: int | None = None) -> dict[str, Any]
         "design": design,
         "dependent": dependent,
         "points": int(np.prod([len(results.coords[axis]) for axis in results.axes])),
-        "at": results.held,
+        "at": {axis: as_told(axis, value) for axis, value in results.held.items()},
         "swept": list(results.swept),
         "histories": len(results.coords["procedure"]),
         "answers": rows,

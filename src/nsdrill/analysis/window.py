@@ -27,6 +27,7 @@ from nsdrill.analysis.probability import (
 )
 from nsdrill.data import Array, Results, overrides
 from nsdrill.errors import InputError
+from nsdrill.models.leaves import in_words, words_along
 from nsdrill.variables import BIT_BOUNCE, SAMPLE, STICK_SLIP, WHIRL
 
 ACROSS = ("rotary_speed", "wob", "depth")  # the first of these that is swept lies across, the next one up
@@ -71,6 +72,18 @@ class Classes:
 YIELDS = ("rate_of_penetration", "mechanical_specific_energy")  # told of a point where the file has them
 
 
+def axes_of(results: Results) -> tuple[str, str | None, str | None] | None:
+    """The axes of the maps: x, y and the third one, of which each value has a map. Words have maps of their own, as
+    between them there is nothing. None where the axes of the sweep are not such."""
+    swept = [axis for axis in (*ACROSS, *results.axes[len(ACROSS) :]) if axis in results.swept]
+    words = [axis for axis in swept if words_along(axis)]
+    numbers = [axis for axis in swept if axis not in words]
+    if len(swept) > 3 or not numbers or len(words) > 1:
+        return None
+    third = words[0] if words else numbers[2] if len(numbers) == 3 else None
+    return numbers[0], numbers[1] if len(numbers) > 1 else None, third
+
+
 def classes(results: Results, severity: int | None = None, confidence: float | None = None) -> Classes:
     """Safe, rim or critical at every operating point. With ``severity`` a history is safe where none of the three
     severities exceeds it, whatever the response bits say. With ``confidence`` (0 to 1), of results with samples, a
@@ -78,26 +91,28 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
 
     An inferred point has a response, but no severity: by severity it is not known.
     """
-    swept = [axis for axis in (*ACROSS, *results.axes[len(ACROSS) :]) if axis in results.swept]
-    if not 1 <= len(swept) <= 3:
-        if not swept:
+    axes = axes_of(results)
+    if axes is None:
+        if not results.swept:
             raise InputError("window: found a single operating point; allowed: a sweep of at least one axis.")
-        raise InputError(f"window: found the axes {', '.join(swept)}; allowed: a sweep of at most three.")
+        raise InputError(
+            f"window: found the axes {', '.join(results.swept)}; allowed: a sweep of one to three, among them words as "
+            "one, beside one or two of numbers."
+        )
     runs = judged(results, severity)
-    third = swept[2] if len(swept) == 3 else None
-    y = swept[1] if len(swept) > 1 else None
+    x, y, third = axes
 
     def planes(array: Array) -> Array:
         """[third, y, x, history]: the axes not swept have length one and go first, together with a third one."""
         axes = results.axes
-        order = [axis for axis in axes if axis not in swept[:2]] + [axis for axis in (y, swept[0]) if axis]
+        order = [axis for axis in axes if axis not in (x, y)] + [axis for axis in (y, x) if axis]
         moved = np.moveaxis(array, 0, len(axes))
         moved = moved.transpose(*(axes.index(axis) for axis in order), *range(len(axes), array.ndim))
-        lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, swept[0])]
+        lengths = [len(results.coords[axis]) if axis else 1 for axis in (third, y, x)]
         return moved.reshape(*lengths, -1)
 
     if confidence is not None:
-        return _confident(results, severity, confidence, (swept[0], y, third), planes)
+        return _confident(results, severity, confidence, (x, y, third), planes)
     each = runs.safe
     safe, some, none = planes(each), planes(each).any(axis=-1), planes(runs.bad).any(axis=-1)
     state = np.where(
@@ -113,7 +128,7 @@ def classes(results: Results, severity: int | None = None, confidence: float | N
     yields = {name: _mean(planes(results[name])) for name in YIELDS if name in results.variables}
     return Classes(
         results,
-        swept[0],
+        x,
         y,
         third,
         state,
@@ -220,7 +235,8 @@ def find_window(results: Results, severity: int | None = None, confidence: float
     if found.third:
         everywhere = np.where((found.state == CRITICAL).any(axis=0), CRITICAL, found.state.min(axis=0))
         note["throughout"] = _map(found, everywhere, None)
-    return note
+    told: dict[str, Any] = in_words(note)
+    return told
 
 
 def unknown_words(note: dict[str, Any]) -> str:

@@ -14,7 +14,7 @@ from nsdrill.analysis.branches import Places, number
 from nsdrill.data import IN_MEMORY, Array, Results
 from nsdrill.errors import FileError
 from nsdrill.models.description import Description
-from nsdrill.models.leaves import values_at
+from nsdrill.models.leaves import as_told, in_parts, values_at
 from nsdrill.models.registry import described, model_in, model_named
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Attractors
@@ -56,16 +56,12 @@ def labels_of(study: Study, plan: Plan, variables: Mapping[str, Array], threshol
 
 def _numbers(study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], thresholds: Attractors) -> Array:
     """The attractors of the points of ``plan``; ``blocks`` have the variables of whole operating points in turn."""
-    model = model_named(study.model)
-    fixed = model.variant(study.parameters)
     groups, found, done = [], [], 0
     for block in blocks:
         variables = {name: values.reshape(-1, plan.starts) for name, values in block.items()}
         size = len(variables["status"])
         points = np.arange(done, done + size)
-        at = values_at(study.parameters, study.initial, plan.values(points * plan.starts))
-        table = model.pack(at, study.thresholds)
-        apart, along = model.coordinates(variables, table, fixed)
+        apart, along = _coordinates(study, variables, plan.values(points * plan.starts))
         group = label(variables, apart, thresholds.tolerance)
         place = places(variables, group, along)
         groups.append(group)
@@ -78,6 +74,22 @@ def _numbers(study: Study, plan: Plan, blocks: Iterable[Mapping[str, Array]], th
     begin = np.searchsorted(every.point, np.arange(len(group)))
     chosen = np.where(group > 0, begin[:, None] + group, 0)
     return np.concatenate([[0], numbers]).astype(np.int16)[chosen].ravel()
+
+
+def _coordinates(study: Study, variables: Mapping[str, Array], values: Mapping[str, Array]) -> tuple[Array, Array]:
+    """By which starts are told apart and matched along the axes (:meth:`nsdrill.models.base.Model.coordinates`), at
+    operating points with these ``values`` [points]."""
+    model = model_named(study.model)
+    places, several = [], []
+    for apart, there in in_parts(study.model, values):
+        at = values_at(study.parameters, study.initial, {key: value[there] for key, value in values.items()} | apart)
+        table = model.pack(at, study.thresholds)
+        here = {name: value[there] for name, value in variables.items()}
+        places.append(np.arange(len(values["depth"]))[there])
+        several.append(model.coordinates(here, table, model.variant(at.parameters)))
+    order = np.argsort(np.concatenate(places))
+    one, other = (np.concatenate(parts)[order] for parts in zip(*several, strict=True))
+    return one, other
 
 
 def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]:
@@ -105,7 +117,10 @@ def attractors(source: Results | str | os.PathLike[str]) -> list[dict[str, Any]]
     places = np.ndindex(*results.shape[1:-1])
     return [
         {
-            **{name: float(results.coords[name][i]) for name, i in zip(results.grid[1:-1], place, strict=True)},
+            **{
+                name: as_told(name, float(results.coords[name][i]))
+                for name, i in zip(results.grid[1:-1], place, strict=True)
+            },
             **counts,
             "attractors": [plain(one, sampled) for one in found],
         }

@@ -14,7 +14,7 @@ import numpy as np
 
 from nsdrill.app.planned import chosen_of, kept_of, plan_of
 from nsdrill.app.size import disk, memory
-from nsdrill.models.leaves import Values, values_at
+from nsdrill.models.leaves import Values, chosen_at, values_at, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described
 from nsdrill.models.schedule import Ramp
@@ -88,6 +88,9 @@ def check(study: Study, units: str = "si") -> Report:
     where a ramp stands in place of a sweep."""
     plan = plan_of(study)
     operation = operation_of(study)
+    parameters = study.parameters
+    if any(map(words_of, study.swept)):  # what other words read
+        parameters, _, _ = chosen_at(parameters, study.initial, {})
     own = checks_of(study.model)
     points, chains = (0, 0) if study.ramped and not study.swept else (plan.points, plan.chains)
     coarse = points
@@ -95,8 +98,8 @@ def check(study: Study, units: str = "si") -> Report:
         coarse = coarse // len(study.axes[axis]) * coarse_length(study, axis)
     return Report(
         operation,
-        own and own.coefficients(study.parameters, operation),
-        own.every_figure(study.parameters, operation) if own else {},
+        own and own.coefficients(parameters, operation),
+        own.every_figure(parameters, operation) if own else {},
         _warnings(study, units),
         points,
         chains,
@@ -181,7 +184,7 @@ def ends_of(study: Study, axis: str) -> tuple[float, float]:
 
 def _corners(study: Study) -> list[Values]:
     """What the points have at the ends of all axes and ramps, each with each, and of the samples."""
-    ends = [sorted(set(ends_of(study, axis))) for axis in study.axes]
+    ends = [study.axes[axis].tolist() if words_of(axis) else sorted(set(ends_of(study, axis))) for axis in study.axes]
     corners = [dict(zip(study.axes, values, strict=True)) for values in product(*ends)]
     found = [values_at(study.parameters, study.initial, corner) for corner in corners]
     # Of uncertain numbers the samples in which one of them is least or greatest, the others as they come.

@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,11 +18,13 @@ from nsdrill.app.planned import plan_of
 from nsdrill.app.provenance import provenance, versions
 from nsdrill.data import Array, Results, resolved_study
 from nsdrill.errors import InputError
+from nsdrill.models.leaves import is_apart, place_of, states_of_all, word_at, words_of
+from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import kind_of, read_results
 from nsdrill.study.keys import Keys, keys_of
 from nsdrill.study.resolved import axis_values, refined_axes, study_from_resolved
 from nsdrill.study.study import Study
-from nsdrill.study.written import changes, study_text
+from nsdrill.study.written import changes, study_text, value_text
 from nsdrill.variables import MODEL, POINT, dimension_of
 
 # What all have alike, as points of one depend on others of the same file, and why.
@@ -48,6 +50,8 @@ def combine(sources: Sequence[str | os.PathLike[str] | Results]) -> tuple[Result
     found = [_read(source, number) for number, source in enumerate(sources)]
     _check_made_alike(found)
     key, keys = _differing(found)
+    if words_of(key):
+        found = _with_all(found)
     _check_variables(found)
     study, places = _study(found, key, keys)
     whole = _joined([results for _, results in found], study, places, dimension_of(key))
@@ -120,6 +124,9 @@ def _differing(found: Sequence[Named]) -> tuple[str, Keys]:
     for section, hint in _WHOLE.items():
         if listed := [words for one, words in told.items() if one.startswith(section)]:
             raise InputError(f"combine: found {listed[0]}; allowed: {hint}.")
+    told = {
+        key: words for key, words in told.items() if key in _choices(told, keys) or not _one_reads(found, key, told)
+    }
     if len(told) > 1:
         raise InputError(f"combine: found {'; '.join(told.values())}; allowed: files that differ in one number.")
     ((key, words),) = told.items()
@@ -136,9 +143,54 @@ def _differing(found: Sequence[Named]) -> tuple[str, Keys]:
             f"combine: found {words}, which is refined: where it is divided depends on all of its values. Allowed: a "
             "number beside those that are refined; run the whole range as one study."
         )
-    if axis in keys.model.compiled and sweep["procedure"] != "same":
-        raise InputError(f"combine: found {words}, which is compiled in; allowed: with sweep.procedure: same.")
+    if is_apart(keys.model.name, axis) and sweep["procedure"] != "same":
+        raise InputError(
+            f"combine: found {words}, which no state is carried over; allowed: with sweep.procedure: same."
+        )
     return axis, keys
+
+
+def _choices(told: Iterable[str], keys: Keys) -> set[str]:
+    """Of these keys those of choices that may be an axis."""
+    return {key for key in told if words_of(key.removeprefix("sweep.")) and key.removeprefix("sweep.") in keys.axes}
+
+
+def _one_reads(found: Sequence[Named], key: str, told: Mapping[str, str]) -> bool:
+    """Whether the files whose strings read ``key`` have one value of it, where a word is among what they differ in."""
+    if not any(words_of(other) for other in told):
+        return False
+    values = [value_text(resolved_study(results.attrs), key) for _, results in found if key not in _unread(results)]
+    return len(set(values)) < 2
+
+
+def _unread(results: Results) -> frozenset[str]:
+    """The keys that the string of a file does not read."""
+    return frozenset(getattr(study_from_resolved(resolved_study(results.attrs)).parameters, "unread", ()))
+
+
+def _with_all(found: Sequence[Named]) -> list[Named]:
+    """The files with the states and the numbers that any of them has, NaN in the others: a drive has states that
+    another has not."""
+    states = states_of_all([tuple(results.coords["state"].tolist()) for _, results in found])
+    shapes = {
+        name: (values.shape[len(results.shape) :], values.dtype)
+        for _, results in found
+        for name, values in results.variables.items()
+    }
+    return [(name, _filled(results, states, shapes)) for name, results in found]
+
+
+def _filled(results: Results, states: tuple[str, ...], shapes: Mapping[str, tuple[tuple[int, ...], Any]]) -> Results:
+    places = [states.index(name) for name in results.coords["state"].tolist()]
+    variables = dict(results.variables)
+    for name, (own, kind) in shapes.items():
+        if name not in variables and kind.kind == "f":
+            variables[name] = np.full((*results.shape, *own), np.nan)
+        elif BY_NAME[name].room == "states":
+            variables[name] = np.full((*results.shape, len(states)), np.nan)
+            variables[name][..., places] = results.variables[name]
+    order = {name: variables[name] for name in [*shapes, *variables] if name in variables}
+    return replace(results, coords={**results.coords, "state": np.array(states)}, variables=order)
 
 
 def _there(value: str | None) -> str:
@@ -152,11 +204,14 @@ def _study(found: Sequence[Named], key: str, keys: Keys) -> tuple[Study, list[Ar
     if len(every) < sum(map(len, values)):
         raise InputError(f"combine: found a value of {key} in two files; allowed: each value in one of them.")
     resolved = copy.deepcopy(resolved_study(found[0][1].attrs))
+    if words_of(key):
+        _take_what_is_read(resolved, found)
     sweep = resolved["sweep"]
     axes = {name: axis for name, axis in sweep.items() if name not in ("procedure", "along", "refine")}
     rest = {name: sweep[name] for name in sweep if name not in axes}
     whole = keys.axes[key].kind == "whole"
-    resolved["sweep"] = {**axes, key: [int(one) if whole else one for one in every.tolist()], **rest}
+    told = [word_at(key, one) if words_of(key) else int(one) if whole else one for one in every.tolist()]
+    resolved["sweep"] = {**axes, key: told, **rest}
     study = study_from_resolved(resolved)
     head = [f"Made by nsdrill combine of {', '.join(name for name, _ in found)}"]
     study = replace(study, text=study_text(resolved, head), source="nsdrill combine")
@@ -165,16 +220,28 @@ def _study(found: Sequence[Named], key: str, keys: Keys) -> tuple[Study, list[Ar
     return study, [np.searchsorted(every, one) for one in values]
 
 
+def _take_what_is_read(resolved: dict[str, Any], found: Sequence[Named]) -> None:
+    """Put into ``resolved``, that of the first file, what it does not read and another one does."""
+    for key in _unread(found[0][1]):
+        readers = [results for _, results in found if key not in _unread(results)]
+        if readers:
+            *sections, name = key.split(".")
+            inside, other = resolved, resolved_study(readers[0].attrs)
+            for section in sections:
+                inside, other = inside[section], other[section]
+            inside[name] = other[name]
+
+
 def _values(resolved: dict[str, Any], key: str, keys: Keys, name: str) -> Array:
     """The values of ``key`` in a study, ascending."""
     if key in resolved["sweep"]:
-        return axis_values(resolved["sweep"][key])
+        return axis_values(resolved["sweep"][key], choice=key if words_of(key) else "")
     value: Any = resolved
     for part in keys.axes[key].key.split("."):
         value = value[part]
     if value is None:
         raise InputError(f"{name}: found {key}: null; allowed: a number, as the others have.")
-    return np.array([float(value)])
+    return np.array([place_of(key, value) if words_of(key) else float(value)])
 
 
 def _refinement(parts: Sequence[Mapping[str, Any]]) -> dict[str, Any]:

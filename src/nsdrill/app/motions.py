@@ -18,12 +18,12 @@ import numpy as np
 
 from nsdrill.app.planned import chosen_of, plan_of
 from nsdrill.app.run import processors
-from nsdrill.app.trajectory import run_at, traced
+from nsdrill.app.trajectory import own_state, run_at, traced
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError, StudyError
 from nsdrill.kernel.gang import Runs, choose_lanes
 from nsdrill.kernel.settings import Simulation
-from nsdrill.models.leaves import OPERATION, Values, values_at
+from nsdrill.models.leaves import OPERATION, Values, values_at, word_at, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import model_named
 from nsdrill.models.schedule import Schedule
@@ -119,7 +119,9 @@ class Motions:
             inside = resolved
             for section in sections:
                 inside = inside[section]
-            inside[name] = int(value) if leaves[key].kind == "whole" else value
+            inside[name] = (
+                word_at(key, value) if words_of(key) else int(value) if leaves[key].kind == "whole" else value
+            )
         return resolved
 
     def start(self, study: Study) -> Array:
@@ -173,14 +175,13 @@ class Motions:
                 f"This point took {steps} steps, which is too long to wait for here. Use the command line below."
             )
         here = values_at(self.study.parameters, self.study.initial, values)
-        study = replace(self.study, parameters=here.parameters)
-        initial = np.asarray(point["initial_state"], dtype=float)
+        study = replace(self.study, parameters=here.parameters, initial=here.initial)
+        names = self.results.coords["state"]
+        initial, final = (own_state(study, names, point[name]) for name in ("initial_state", "final_state"))
         number = np.array([np.ravel_multi_index(place, self.plan.grid)])
         simulation = _by(study.simulation, bool(chosen_of(self.study).points(number)[0]))
         motion = _motion(study, Operation(*here.operation), simulation, initial, seconds, sample)
-        same = motion.status == int(point["status"]) and np.array_equal(
-            motion.final, point["final_state"], equal_nan=True
-        )
+        same = motion.status == int(point["status"]) and np.array_equal(motion.final, final, equal_nan=True)
         return replace(motion, same_bits=bool(same))
 
     def glance(self, study: Study, state: Array) -> Motion:

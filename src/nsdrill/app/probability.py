@@ -8,8 +8,9 @@ import numpy as np
 
 from nsdrill.analysis.probability import EVERY, SAFE, Chances, chances
 from nsdrill.data import Results
+from nsdrill.models.leaves import as_told
 from nsdrill.models.registry import model_in
-from nsdrill.store.layout import coordinate_attributes
+from nsdrill.store.layout import coordinate_attributes, told_coordinate
 
 
 def dataset(results: Results, severity: int | None = None) -> Any:
@@ -33,7 +34,8 @@ def dataset(results: Results, severity: int | None = None) -> Any:
     )
     further = {axis.name: axis for axis in results.more}
     axes = {
-        name: ((name,), results.coords[name], coordinate_attributes(name, further.get(name))) for name in results.axes
+        name: ((name,), told_coordinate(name, results.coords[name]), coordinate_attributes(name, further.get(name)))
+        for name in results.axes
     }
     words = {
         "history": "procedure; every: safe in all of them, a response in any",
@@ -57,7 +59,9 @@ def rows(results: Results) -> list[dict[str, Any]]:
     made = []
     for number, history in enumerate(found.histories):
         for place in np.ndindex(*share.shape[2:]):
-            at = {axis: float(results.coords[axis][i]) for axis, i in zip(results.axes, place, strict=True)}
+            at = {
+                axis: as_told(axis, float(results.coords[axis][i])) for axis, i in zip(results.axes, place, strict=True)
+            }
             row: dict[str, Any] = {**at, "history": history}
             for which, outcome in enumerate(found.outcomes):
                 cell = (number, which, *place)

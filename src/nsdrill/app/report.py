@@ -20,7 +20,7 @@ from nsdrill.app.datasets import of_whole
 from nsdrill.app.planned import plan_of
 from nsdrill.data import IN_MEMORY, Results, Trace, drive_kind, frozen_modes, json_text, overrides
 from nsdrill.errors import InputError
-from nsdrill.models.leaves import values_at
+from nsdrill.models.leaves import in_parts, in_words, values_at, words_along
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.store import flag_words, read_results, rewrite_labels, variables_in
@@ -38,7 +38,8 @@ def needed() -> tuple[str, ...]:
 def summarize(data: Results | Trace) -> dict[str, Any]:
     """Plain data for ``show``: what the file is, its axes, counts of responses, ranges, failed points. Of a sweep it
     uses the variables :func:`needed`."""
-    return _summarize_trace(data) if isinstance(data, Trace) else _summarize_results(data)
+    found: dict[str, Any] = in_words(_summarize_trace(data) if isinstance(data, Trace) else _summarize_results(data))
+    return found
 
 
 def _summarize_results(results: Results) -> dict[str, Any]:
@@ -183,6 +184,8 @@ def trust_of(results: Results) -> dict[str, Any]:
 
 def _axis(results: Results, name: str) -> dict[str, Any]:
     values = results.coords[name]
+    if words_along(name):
+        return {"values": values.tolist(), "points": len(values)}
     return {"from": float(values[0]), "to": float(values[-1]), "points": len(values)}
 
 
@@ -202,7 +205,12 @@ def intervals(results: Results) -> list[dict[str, Any]]:
         status = np.where(status == INFERRED, OK, status)
         start = 0
         for end in range(1, len(values) + 1):
-            if end < len(values) and response[end] == response[start] and status[end] == status[start]:
+            if (
+                end < len(values)
+                and not words_along(axis)
+                and response[end] == response[start]
+                and status[end] == status[start]
+            ):
                 continue
             state = "response" if status[start] == OK else "status"
             word = flag_words(BY_NAME[state], int((response if state == "response" else status)[start]))
@@ -256,9 +264,14 @@ def _sizes(study: Study, results: Results) -> np.ndarray:
     axes = np.meshgrid(*(results.coords[name] for name in results.axes), *several, indexing="ij")
     values = dict(zip(study.axes, (axis.ravel() for axis in axes), strict=False))
     values |= {key: samples[axes[-1].ravel()] for key, samples in study.drawn.items()}
-    at = values_at(study.parameters, study.initial, values)
-    model = model_named(study.model)
-    size = model.sizes(model.pack(at, study.thresholds), model.variant(study.parameters)).reshape(1, *axes[0].shape, -1)
+    model, names = model_named(study.model), results.coords["state"].tolist()[:-1]
+    found = np.full((axes[0].size, len(names)), np.nan)  # a string without a state has no size of it
+    for apart, there in in_parts(study.model, values):
+        at = values_at(study.parameters, study.initial, {key: value[there] for key, value in values.items()} | apart)
+        variant = model.variant(at.parameters)
+        places = [names.index(name) for name in model.states(variant)]
+        found[np.ix_(np.arange(len(found))[there], places)] = model.sizes(model.pack(at, study.thresholds), variant)
+    size = found.reshape(1, *axes[0].shape, -1)
     if "start" in results.coords:
         size = size[..., np.newaxis, :]
     return np.broadcast_to(size, (*results.shape, size.shape[-1]))

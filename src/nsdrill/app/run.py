@@ -25,7 +25,7 @@ from nsdrill.app.trust import any_failed, forget_failed, verified, verify
 from nsdrill.data import Results, json_text
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
-from nsdrill.models.leaves import values_at
+from nsdrill.models.leaves import in_parts, values_at
 from nsdrill.models.registry import model_named
 from nsdrill.models.steepness import advice
 from nsdrill.store import (
@@ -162,8 +162,11 @@ def _advice(study: Study, plan: Plan, log: Sink) -> str:
     points = np.flatnonzero(log.status() == STEP_LIMIT)
     if not len(points):
         return ""
-    at = values_at(study.parameters, study.initial, plan.values(points))
     explicit = not chosen_of(study).points(points).all()
+    values = plan.values(points)
+    apart, there = next(in_parts(study.model, values))
+    here = {key: value[there] for key, value in values.items()} | apart
+    at = values_at(study.parameters, study.initial, here)
     return advice("explicit" if explicit else "implicit", study.model, at)
 
 

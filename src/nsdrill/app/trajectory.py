@@ -19,7 +19,7 @@ from nsdrill.data import IN_MEMORY, Array, Results, Trace, json_text
 from nsdrill.errors import InputError, printable
 from nsdrill.kernel.gang import Compiled, Gang
 from nsdrill.kernel.settings import LONGEST, Simulation
-from nsdrill.models.leaves import OPERATION, Values, values_at
+from nsdrill.models.leaves import OPERATION, Values, as_told, chosen_at, values_at, word_in, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import described, model_named
 from nsdrill.models.schedule import Schedule
@@ -70,6 +70,9 @@ def simulate(
     if at_sample is not None:
         at_sample = _sample("the study", at_sample, study.samples)
         study = _of_sample(study, at_sample)
+    if any(map(words_of, study.swept)):  # what other words read
+        parameters, start_of_all, _ = chosen_at(study.parameters, study.initial, {})
+        study = replace(study, parameters=parameters, initial=start_of_all)
     given = {"depth": depth, "wob": wob, "rotary_speed": rotary_speed}
     try:
         schedule = scheduled(study, {name: None if value is None else float(value) for name, value in given.items()})
@@ -97,8 +100,10 @@ def simulate(
     initial = model_named(study.model).starts(_points(study, operation), number)[0]
     if state is not None:
         initial = state
-    extra = {"start": number} if study.initial.starts else {}
+    extra: dict[str, Any] = {"start": number} if study.initial.starts else {}
     extra |= {} if at_sample is None else {SAMPLE: int(at_sample)}
+    if words := [key for key in study.swept if words_of(key)]:
+        extra["at"] = json_text({key: word_in(study.parameters, study.initial, key) for key in words})
     return _trace(study, schedule, simulation, initial, sample, "simulate", extra)
 
 
@@ -159,10 +164,11 @@ def replay(
     implicit = bool(chosen_of(study).points(np.array([number]))[0])
     here = values_at(study.parameters, study.initial, found)
     one = {key: np.array([value]) for key, value in found.items()}
-    study = replace(study, parameters=here.parameters, axes=one, drawn={})
+    study = replace(study, parameters=here.parameters, initial=here.initial, axes=one, drawn={})
+    point = point | {name: own_state(study, there.coords["state"], point[name]) for name in names[1:]}
     schedule = Schedule(Operation(*here.operation), {})
     extra: dict[str, Any] = {"procedure": procedure, "replay_of": printable(str(path))}
-    if further := {key: value for key, value in found.items() if key not in OPERATION}:
+    if further := {key: as_told(key, value) for key, value in found.items() if key not in OPERATION}:
         extra["at"] = json_text(further)
     if plan.starts:
         extra["start"] = begun
@@ -224,7 +230,9 @@ def _not_run(status: Array, plan: Plan, number: int, units: Mapping[str, str]) -
     ran = np.argwhere(status[here[0]] != INFERRED)
     nearest = ran[np.argmin(np.sum((ran - here[1:]) ** 2, axis=1))]
     where = " ".join(
-        option_of(name, readable(values[i], units[name]).replace(" ", ""))
+        option_of(
+            name, str(as_told(name, values[i])) if words_of(name) else readable(values[i], units[name]).replace(" ", "")
+        )
         for (name, values), i in zip(plan.axes.items(), nearest, strict=True)
         if len(values) > 1
     )
@@ -239,6 +247,12 @@ def units_of(study: Study) -> dict[str, str]:
     return {"depth": "m", "wob": "N", "rotary_speed": "rad/s", **{axis.key: axis.units for axis in study.more}}
 
 
+def own_state(study: Study, names: Array, state: Array) -> Array:
+    """The states of one point with the ``study`` of this point, of those by the ``names`` that a file has of all."""
+    own = described(study.model).states(study.parameters)
+    return np.asarray(state, dtype=float)[[names.tolist().index(name) for name in own]]
+
+
 def option_of(key: str, value: str = "") -> str:
     """How the command line says at which value of an axis."""
     return f"--{key.replace('_', '-')} {value}".rstrip() if key in OPERATION else f"--at {key}={value or '...'}"
@@ -251,7 +265,14 @@ def _seconds(value: float) -> str:
 
 def _on_axis(path: str | os.PathLike[str], name: str, value: float, values: np.ndarray, units: str) -> float:
     """``value``, if the nearest of ``values`` may be meant by it: beyond the ends by half a step at most, and by one
-    percent where there is a single value."""
+    percent where there is a single value. A word has to be there."""
+    if words_of(name):
+        if value not in values:
+            there = ", ".join(str(as_told(name, one)) for one in values)
+            raise InputError(
+                f"{path}: {option_of(name)}: found {as_told(name, value)}; allowed: {there}, as the sweep."
+            )
+        return float(value)
     steps = np.diff(values)
     below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(values[0]),)
     if values[0] - below <= value <= values[-1] + above:

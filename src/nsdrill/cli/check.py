@@ -117,12 +117,16 @@ def _sweep(study: Study, chains: int, units: str) -> str:
     from nsdrill.app.check import coarse_length
     from nsdrill.cli.words import count as counted
     from nsdrill.cli.words import label_of, value_text
+    from nsdrill.models.leaves import as_told, words_of
 
     axes = []
     for name in study.swept:
         label = label_of(name)
         first, last = (value_text(name, float(study.axes[name][i]), units) for i in (0, -1))
         count = len(study.axes[name])
+        if words_of(name):
+            axes.append(f"{label} {', '.join(str(as_told(name, value)) for value in study.axes[name])}")
+            continue
         values = f"{count} values"
         if name in study.refined:
             values = f"{coarse_length(study, name)} values, refined to {count}"

@@ -142,6 +142,7 @@ at = click.option(
 
 def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
     """The values of ``--at``, and those of the options for the operation where they were given, in SI by their keys."""
+    from nsdrill.models.leaves import as_value, words_of
     from nsdrill.study.keys import SAMPLE_LEAF, axes_of_all, did_you_mean
     from nsdrill.units import QuantityError, asked
 
@@ -158,7 +159,11 @@ def values(at: tuple[str, ...], **apart: float | None) -> dict[str, float]:
         if key in found:
             raise InputError(f"--at {key}: found a second value of {key}; allowed: each key once.")
         try:
-            if leaves[key].kind == "quantity":
+            if leaves[key].kind in ("choice", "switch"):
+                if value not in (words := words_of(key)):
+                    raise QuantityError(f"{value!r}", ", ".join(words), did_you_mean(value, words))
+                found[key] = as_value(key, value)
+            elif leaves[key].kind == "quantity":
                 leaves[key].read(value)  # within its range
                 found[key] = asked(value, leaves[key].units)
             else:

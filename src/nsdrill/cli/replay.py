@@ -44,6 +44,7 @@ def command(
     options.keep_apart(results, output)
     from nsdrill.app.trajectory import DEFAULT_SAMPLE, replay
     from nsdrill.cli.words import as_asked, point_text
+    from nsdrill.models.leaves import as_value
     from nsdrill.store import claim_file
     from nsdrill.variables import SAMPLE
 
@@ -53,7 +54,8 @@ def command(
         results, at=asked, procedure=procedure, start=start, sample=DEFAULT_SAMPLE if sample is None else sample,
     )  # fmt: skip
     attrs = result.trace.attrs
-    point = {name: attrs[name] for name in ("depth", "wob", "rotary_speed")} | json.loads(attrs.get("at", "{}"))
+    further = {key: as_value(key, told) for key, told in json.loads(attrs.get("at", "{}")).items()}
+    point = {name: attrs[name] for name in ("depth", "wob", "rotary_speed")} | further
     near = any(abs(value - point[name]) > 1e-3 * abs(value) for name, value in asked.items() if name in point)
     which = "" if start is None else f", start {start}"
     which += f", sample {attrs[SAMPLE]}" if SAMPLE in attrs else ""

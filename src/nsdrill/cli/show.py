@@ -91,6 +91,9 @@ def _show_results(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
     yield from _show_overrides(s["overrides"])
     for name, axis in s["axes"].items():
         label = label_of(name)
+        if "values" in axis:  # words
+            yield f"  {label:14s} {', '.join(axis['values'])}"
+            continue
         text = value_text(name, axis["from"], units, both=axis["points"] == 1)
         if axis["points"] > 1:
             text += f" to {value_text(name, axis['to'], units)}, {axis['points']} values"
@@ -318,7 +321,7 @@ def _show_trace(file: str, s: dict[str, Any], units: str) -> Iterator[str]:
         elif name in s:
             yield f"  {label:14s} {value_text(name, s[name], units, both=True)}"
     for key, value in s.get("at", {}).items():
-        yield f"  {label_of(key):14s} {value_text(key, value, units)}"
+        yield f"  {label_of(key):14s} {value if isinstance(value, str) else value_text(key, value, units)}"
     yield from _show_string(s)
     yield from _show_method(s.get("method", "explicit"))
     if "procedure" in s:

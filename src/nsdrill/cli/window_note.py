@@ -38,7 +38,9 @@ class Writer:
         shown = from_si(value, unit) if unit else value
         return f"{shown:.0f}" if abs(shown) >= 1e4 else f"{shown:.4g}"
 
-    def value(self, axis: str, value: float) -> str:
+    def value(self, axis: str, value: float | str) -> str:
+        if isinstance(value, str):  # a word
+            return value
         return f"{self.number(axis, value)} {self.unit(axis)}".rstrip() + self._rpm(axis, value)
 
     def span(self, axis: str, ends: list[float]) -> str:
@@ -209,10 +211,11 @@ def _no_window(note: dict[str, Any], w: Writer) -> Iterator[str]:
 
 def _table(note: dict[str, Any], w: Writer) -> Iterator[str]:
     third = note["third"]
-    yield f"{name_of(third):>12s}{_heads(note)}   recommended, and how far from there"
     maps = note["maps"]
+    wide = max(12, *(len(w.value(third, one["at"][third])) for one in maps))
+    yield f"{name_of(third):>{wide}s}{_heads(note)}   recommended, and how far from there"
     for one in _some(maps):
-        yield f"{w.value(third, one['at'][third]):>12s}{_row(note, one)}   {_brief(note, one, w)}"
+        yield f"{w.value(third, one['at'][third]):>{wide}s}{_row(note, one)}   {_brief(note, one, w)}"
     if len(maps) > MOST_ROWS:
         yield f"  ({MOST_ROWS} of {len(maps)}; all with --json)"
 

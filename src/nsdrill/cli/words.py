@@ -33,9 +33,11 @@ def label_of(name: str) -> str:
     return quantity(name).words
 
 
-def value_text(name: str, value: float, units: str = "si", *, both: bool = False) -> str:
+def value_text(name: str, value: float | str, units: str = "si", *, both: bool = False) -> str:
     """A value of an axis with its unit, in the system ``units``, or in the unit in which it was asked for; with
     ``both`` in the other system as well."""
+    if isinstance(value, str):  # a word
+        return value
     one = quantity(name)
     text = amount(value, value.unit) if isinstance(value, Asked) else one.text(value, units)
     if both and one.name in AXES:
@@ -44,7 +46,7 @@ def value_text(name: str, value: float, units: str = "si", *, both: bool = False
     return text
 
 
-def point_text(point: Mapping[str, float], units: str = "si") -> str:
+def point_text(point: Mapping[str, float | str], units: str = "si") -> str:
     """An operating point: ``5000 m, 22.24 kN, 3 rad/s``, and the values of further axes with their names."""
     return ", ".join(
         value_text(name, value, units) if name in AXES else f"{label_of(name)} {value_text(name, value, units)}"

@@ -149,6 +149,10 @@ class Model(ABC):
         ended in is that of another operating point."""
         return ()
 
+    def undeviated(self, parameters: Any) -> tuple[str, ...]:
+        """The names of the states in which the deviation of a Lyapunov exponent begins without a part."""
+        return ()
+
     @abstractmethod
     def sizes(self, table: Array, variant: Variant) -> Array:
         """The natural size of each state, shape (n, states): the absolute tolerance is ``rtol`` times this."""

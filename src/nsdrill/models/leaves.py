@@ -1,12 +1,20 @@
-"""Numbers inside trees of parameter records, by their dotted keys: what a sweep changes from point to point."""
+"""Values inside trees of parameter records, by their dotted keys: what a sweep changes from point to point.
+
+A choice, as the kind of a drive, is an axis as well. Along such an axis a value is the place of its word among
+:func:`words_of` the choice, so that points are numbers everywhere; studies, files and people see the words.
+"""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
-from dataclasses import dataclass
+import typing
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, is_dataclass
 from functools import lru_cache
-from typing import Any
+from itertools import product
+from typing import Any, Literal
+
+import numpy as np
 
 from nsdrill.models.operation import describe
 from nsdrill.models.registry import NAMES, described
@@ -14,6 +22,8 @@ from nsdrill.models.starts import Starts
 from nsdrill.variables import dimension_of
 
 OPERATION = ("depth", "wob", "rotary_speed")  # axes by their short keys
+SWITCH = ("false", "true")  # the words of what is on or off
+Array = np.ndarray[Any, np.dtype[Any]]
 
 
 @dataclass(frozen=True)
@@ -35,7 +45,7 @@ def further_axes(model: str) -> dict[str, tuple[str, str]]:
 
     def visit(key: str, value: Any, meta: Mapping[str, Any]) -> None:
         number = isinstance(value, float) or (value is None and "units" in meta and "most" not in meta)
-        if number or "words" in meta or key in told.compiled:
+        if number or "words" in meta or key in told.compiled or key in choices_of(model):
             units = next(iter(told.units_by[key][1].values())) if key in told.units_by else meta.get("units", "")
             found[dimension_of(key)] = (key, units)
 
@@ -45,6 +55,105 @@ def further_axes(model: str) -> dict[str, tuple[str, str]]:
     return found
 
 
+@lru_cache
+def choices_of(model: str) -> dict[str, tuple[str, ...]]:
+    """The words of each choice of the model of this name that a sweep may vary, by its key. A choice that decides the
+    units of a number is none, as that number cannot stand for all its words."""
+    told = described(model)
+    deciding = {choice for choice, _ in told.units_by.values()}
+    found: dict[str, tuple[str, ...]] = {}
+
+    def visit(cls: type, prefix: str) -> None:
+        hints = typing.get_type_hints(cls)
+        for item in fields(cls):
+            hint, key = hints[item.name], f"{prefix}{item.name}"
+            if is_dataclass(hint) and isinstance(hint, type):
+                visit(hint, f"{key}.")
+            elif key not in deciding and (hint is bool or typing.get_origin(hint) is Literal):
+                found[key] = SWITCH if hint is bool else typing.get_args(hint)
+
+    visit(told.parameters, "")
+    visit(told.initial, "initial.")
+    return found
+
+
+@lru_cache
+def words_of(key: str) -> tuple[str, ...]:
+    """The words of the choice at this dotted key, those of all models that have it; () for a number. The place of a
+    word among them is its value along an axis."""
+    return tuple(dict.fromkeys(word for model in NAMES for word in choices_of(model).get(key, ())))
+
+
+@lru_cache
+def words_along(name: str) -> tuple[str, ...]:
+    """As :func:`words_of`, by the name of the dimension."""
+    keys = (key for model in NAMES for key in choices_of(model) if dimension_of(key) == name)
+    return next(map(words_of, keys), ())
+
+
+def place_of(key: str, word: str | bool) -> float:
+    """The value of a word along an axis. ValueError for one that is none of the choice."""
+    return float(words_of(key).index(str(word).lower() if isinstance(word, bool) else word))
+
+
+def word_at(key: str, value: float) -> str | bool:
+    """The inverse of :func:`place_of`: a word, or whether a switch is on."""
+    words = words_of(key)
+    return bool(value) if words == SWITCH else words[int(value)]
+
+
+def as_told(key: str, value: float) -> float | str:
+    """A value along an axis as files and people have it: a number as it is, or a word."""
+    words = words_of(key) or words_along(key)
+    return words[int(value)] if words else value
+
+
+def as_value(key: str, told: Any) -> float:
+    """The inverse of :func:`as_told`. ValueError for what is no number, or no word of the choice."""
+    words = words_of(key) or words_along(key)
+    return float(words.index(told) if isinstance(told, str) and words else told)
+
+
+def in_words(data: Any, about: str = "") -> Any:
+    """Plain data with words in place of their values along axes: of keys that are such an axis, and of the ends of a
+    range that is told of one (``about``, by the key around it or the entry ``axis``)."""
+    if isinstance(data, list | tuple):
+        return [in_words(one, about) for one in data]
+    if isinstance(data, dict):
+        here = str(data.get("axis", about))
+        return {
+            key: in_words(one, str(key) if _choice(str(key)) else here if key in _ENDS else "")
+            for key, one in data.items()
+        }
+    return _choice(about)[int(data)] if isinstance(data, float) and _choice(about) else data
+
+
+_ENDS = ("from", "to", "values")
+
+
+def _choice(name: str) -> tuple[str, ...]:
+    return words_along(dimension_of(name)) if name else ()
+
+
+def is_apart(model: str, key: str) -> bool:
+    """Whether the points of each value along this axis have code of their own: those of a choice, or of a number that
+    is compiled in."""
+    return key in described(model).compiled or bool(words_of(key))
+
+
+def in_parts(model: str, values: Mapping[str, Any]) -> Iterator[tuple[dict[str, Any], Array | slice]]:
+    """The points with these ``values``, arrays [points], in parts in which each axis that :func:`is_apart` has one
+    value: those values by key, and the places of the points, all in one part where there is no such axis."""
+    keys = [key for key in values if is_apart(model, key)]
+    if not keys:
+        yield {}, slice(None)
+        return
+    every, which = np.unique([np.atleast_1d(values[key]) for key in keys], axis=1, return_inverse=True)
+    for number, row in enumerate(every.T):
+        whole = {key: float(value) if words_of(key) else int(value) for key, value in zip(keys, row, strict=True)}
+        yield whole, np.flatnonzero(which.ravel() == number)
+
+
 def is_further_axis(key: str) -> bool:
     """Whether a sweep of any model may vary the number at this dotted key."""
     name = dimension_of(key)
@@ -52,12 +161,69 @@ def is_further_axis(key: str) -> bool:
 
 
 def values_at(parameters: Any, initial: Starts, values: Mapping[str, Any]) -> Values:
-    """``parameters`` and ``initial`` with the ``values`` of the axes, among which are those of the operation."""
+    """``parameters`` and ``initial`` with the ``values`` of the axes, among which are those of the operation. Of a
+    choice there is one value, and what its word does not read has the defaults."""
+    if chosen := {key: value for key, value in values.items() if words_of(key)}:
+        parameters, initial, unread = chosen_at(parameters, initial, chosen)
+        values = {key: value for key, value in values.items() if key not in chosen and key not in unread}
     own = {key: value for key, value in values.items() if key not in OPERATION}
     start = {key.removeprefix("initial."): value for key, value in own.items() if key.startswith("initial.")}
     rest = {key: value for key, value in own.items() if not key.startswith("initial.")}
     depth, wob, rotary_speed = (values[name] for name in OPERATION)
     return Values(with_values(parameters, rest), with_values(initial, start), (depth, wob, rotary_speed))
+
+
+def part_at(parameters: Any, initial: Starts, apart: Mapping[str, Any]) -> tuple[Any, Starts]:
+    """``parameters`` and ``initial`` of one of the :func:`in_parts`, with its values ``apart``."""
+    chosen = {key: value for key, value in apart.items() if words_of(key)}
+    parameters = with_values(parameters, {key: value for key, value in apart.items() if key not in chosen})
+    if chosen:
+        parameters, initial, _ = chosen_at(parameters, initial, chosen)
+    return parameters, initial
+
+
+def parts_of(model: str, parameters: Any, initial: Starts, axes: Mapping[str, Any]) -> list[tuple[Any, Starts]]:
+    """The parameters and the start of every one of the parts of a sweep of these ``axes``, other axes left aside."""
+    apart = {key: np.unique(values).tolist() for key, values in axes.items() if is_apart(model, key)}
+    return [part_at(parameters, initial, dict(zip(apart, row, strict=True))) for row in product(*apart.values())]
+
+
+def states_of_all(several: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
+    """All states of several strings of one model, the angle of the drive last."""
+    most = max(several, key=len)
+    more = dict.fromkeys(name for names in several for name in names if name not in most)
+    return (*most[:-1], *more, most[-1])
+
+
+def chosen_at(parameters: Any, initial: Starts, chosen: Mapping[str, Any]) -> tuple[Any, Starts, frozenset[str]]:
+    """``parameters`` and ``initial`` with the words at these places of choices, by key; and the keys that a string with
+    these words does not read, which have their defaults in both."""
+    words = {key: word_at(key, float(np.unique(place).item())) for key, place in chosen.items()}
+    start = {key.removeprefix("initial."): word for key, word in words.items() if key.startswith("initial.")}
+    parameters = with_values(parameters, {key: word for key, word in words.items() if not key.startswith("initial.")})
+    initial = with_values(initial, start)
+    unread = frozenset(getattr(parameters, "unread", ()))
+    default, first = type(parameters)(), type(initial)()
+    for key in unread:
+        if key.startswith("initial."):
+            name = key.removeprefix("initial.")
+            initial = with_values(initial, {name: getattr(first, name)})
+        else:
+            parameters = with_values(parameters, {key: _value_at(default, key)})
+    return parameters, initial, unread
+
+
+def word_in(parameters: Any, initial: Starts, key: str) -> str:
+    """The word of the choice at this key, of the parameters or of the start."""
+    start = key.startswith("initial.")
+    word = _value_at(initial if start else parameters, key.removeprefix("initial.") if start else key)
+    return str(word).lower() if isinstance(word, bool) else str(word)
+
+
+def _value_at(tree: Any, key: str) -> Any:
+    for name in key.split("."):
+        tree = getattr(tree, name)
+    return tree
 
 
 def with_values(tree: Any, values: Mapping[str, Any]) -> Any:

@@ -115,7 +115,12 @@ class ScalarModel(Model):
         companions = states if tangent else 0
         width = len(names.parameters) if columns is None else columns
         apart = self.pushed(variant) if len(variant) > self.fixed else 0
-        return Rows(states + companions, len(names.aux), width, observed, companions, self.singles, apart=apart)
+        aux = len(names.aux) + (self.kept_meanwhile(states, apart) if tangent else 0)
+        return Rows(states + companions, aux, width, observed, companions, self.singles, apart=apart)
+
+    def kept_meanwhile(self, states: int, apart: int) -> int:
+        """How many rows more the tangent dynamics has, for a right-hand side of lanes that is not linearised."""
+        return 0
 
     def pushed(self, variant: Variant) -> int:
         """A bit for the slope in which friction acts."""

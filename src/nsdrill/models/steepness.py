@@ -17,7 +17,7 @@ from nsdrill.models.registry import described
 
 Array = np.ndarray[Any, np.dtype[Any]]
 STEEP = 6000.0  # 1/s
-METHODS: tuple[Literal["explicit"], Literal["implicit"]] = ("explicit", "implicit")  # by the values of the variable
+METHODS: tuple[Literal["explicit", "implicit"], ...] = ("explicit", "implicit")  # by the values of the variable
 
 
 def implicit(method: str, model: str, points: Values) -> Array:

@@ -74,7 +74,7 @@ def make_observer(lanes: int, rows: Rows, names: Names, declaration: Declaration
     for what, found, wanted in (
         ("states", len(names.states), rows.own),
         ("slopes", len(names.slopes), rows.own_slopes),
-        ("aux", len(names.aux), rows.aux),
+        ("aux", len(names.aux), min(len(names.aux), rows.aux)),  # others may keep numbers after them
         ("parameters", len(names.parameters), rows.parameters),
     ):
         if found != wanted:

@@ -37,6 +37,16 @@ def scratch_size(rows: Rows, contacts: int) -> int:
     return rows.total + ROOTS * contacts
 
 
+def _nothing(lanes: int, rows: Rows, first: int, *variant: int) -> Any:
+    """The observer of a model without contacts."""
+
+    @compiled(types.void(BUFFER, BUFFER), lanes, *astuple(rows), first, *variant)
+    def no_landing(b, store):  # type: ignore[no-untyped-def]
+        pass
+
+    return no_landing
+
+
 @lru_cache
 def make_landing(
     lanes: int,
@@ -53,11 +63,10 @@ def make_landing(
     ``first`` is the place of its rows among those of the observer; ``measure(b)`` puts the contact functions and their
     rates at the end of the step into the second half of them, and the right-hand side ``tangent(b)``, of one lane,
     takes a contact as closed where the value in the first half is positive. ``scheme`` is that of the run's stepper.
-    ``variant`` tells models and steppers apart. ValueError where there are states of first order, which have no
-    contacts yet.
+    ``variant`` tells models and steppers apart.
     """
-    if rows.singles:
-        raise ValueError(f"singles: found {rows.singles}, allowed: 0")
+    if not contacts:
+        return _nothing(lanes, rows, first, *variant)
     W, N, M, own, P = lanes, rows.states, rows.slopes, rows.own, rows.parameters
     of_contacts = RATES * contacts
     before, zeros = rows.observer + first, rows.total
@@ -78,8 +87,12 @@ def make_landing(
     stages, diagonal = len(rates), scheme.diagonal
     # The push of each slope, -1 where it has none.
     push_of = np.array([rows.pushed.index(p) if p in rows.pushed else -1 for p in range(M)])
+    own_slopes = rows.own_slopes
     relax, apart, A = rows.relax, rows.apart != 0, M + len(rows.pushed)
     own_pushes = len(rows.pushed) // 2
+    # The first state of each slope, and whether it is a position, whose velocity follows.
+    state_of = np.array([f + o * k for o, count, f, _ in rows.blocks for k in range(count)], np.int64)
+    second = np.array([o == 2 for o, count, _, _ in rows.blocks for _ in range(count)])
 
     @compiled(types.void(BUFFER), *astuple(rows), first, *variant)
     def part(s):  # type: ignore[no-untyped-def]
@@ -88,7 +101,7 @@ def make_landing(
         for n in range(stages):
             s[stage_time] = s[time] + nodes[n] * h
             for p in range(M):
-                x, v = start + 2 * p, start + 2 * p + 1
+                x, v, own_ = start + state_of[p], start + state_of[p] + 1, stage + state_of[p]
                 rate = bend = 0.0
                 for m in range(n + 1):
                     rate += rates[n, m] * s[slopes[m] + p]
@@ -97,8 +110,11 @@ def make_landing(
                     for m in range(n + 1):
                         rate += more_rates[n, m] * s[pushes[m] + push_of[p]]
                         bend += more_positions[n, m] * s[pushes[m] + push_of[p]]
-                s[stage + 2 * p] = s[x] + h * (nodes[n] * (s[v] + s[drift + p]) + h * bend)
-                s[stage + 2 * p + 1] = s[v] + h * rate
+                if second[p]:
+                    s[own_] = s[x] + h * (nodes[n] * (s[v] + s[drift + p]) + h * bend)
+                    s[own_ + 1] = s[v] + h * rate
+                else:
+                    s[own_] = s[x] + h * rate
             if apart:
                 s[relax] = diagonal * h
             if apart or n < stages - 1:
@@ -177,7 +193,7 @@ def make_landing(
         for c in range(contacts):
             s[before + RATES * c] = b[(now + RATES * c) * W + i]
         tangent(s)
-        for p in range(own // 2, M):
+        for p in range(own_slopes, M):
             b[(slope + p) * W + i] = s[slope + p]
         for p in range(M + own_pushes, A):
             b[(slope + p) * W + i] = s[slope + p]

@@ -21,7 +21,8 @@ from nsdrill.data import Results
 from nsdrill.plot.doubts import doubt_handles, draw_doubts
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import marker_entry, response_entries
-from nsdrill.plot.slices import Line, edges, line, spaced
+from nsdrill.plot.registry import longest
+from nsdrill.plot.slices import Line, edges, line, name_words, spaced
 from nsdrill.plot.style import RESPONSES, SHADE, new_figure, page_width, put_title, seamless
 
 ROW_OF_STRIP = 0.13  # inches for each procedure
@@ -31,8 +32,8 @@ RESPONSE_NORM = BoundaryNorm(np.arange(-0.5, len(RESPONSES)), len(RESPONSES))
 
 
 def lines_of(results: Results) -> list[Line]:
-    """One line for each column: along the longest axis, at every value of the other one if that is swept."""
-    axes = sorted(results.swept, key=lambda name: -len(results.coords[name])) or ["rotary_speed"]
+    """One line for each column: along the longest axis of numbers, at every value of the other one if that is swept."""
+    axes = sorted(results.swept, key=lambda name: name != longest(results)) or ["rotary_speed"]
     if len(axes) == 1:
         return [line(results, axes[0])]
     return [line(results, axes[0], **{axes[1]: number}) for number in range(len(results.coords[axes[1]]))]
@@ -58,6 +59,7 @@ def frame(results: Results, units: str, panels: int, height: float) -> tuple[Fig
         if number == len(lines) // 2 or _fits(x.label, rcParams["axes.labelsize"], len(lines)):
             column[-1].set_xlabel(x.label)
         spaced(column[-1], one.x)
+        name_words(column[-1], results, one.axis, units=units)
         column[-1].set_xlim(*(edges(one.x)[[0, -1]] / x.scale))
         draw_strip(column[0], one, x.scale, name_rows=number == 0)
         title = column_title(one, units)

@@ -14,14 +14,32 @@ from nsdrill.data import Results
 from nsdrill.plot.bands import bounds, words
 from nsdrill.plot.columns import frame, is_open, outcome_handles
 from nsdrill.plot.decimation import envelope
-from nsdrill.plot.labels import Shown, quantity
+from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
-from nsdrill.plot.slices import Line, robust_limits
-from nsdrill.plot.style import DIRECTION_COLOURS, REFERENCE, type_size
+from nsdrill.plot.registry import longest
+from nsdrill.plot.slices import Line, edges, line, robust_limits, spaced
+from nsdrill.plot.style import (
+    BLACK,
+    BLUE,
+    DIRECTION_COLOURS,
+    GREEN,
+    GREY,
+    ORANGE,
+    REFERENCE,
+    SKY,
+    VERMILLION,
+    WINE,
+    new_figure,
+    page_width,
+    put_title,
+    type_size,
+)
 from nsdrill.variables import INFERRED, OK
 
 BINS = 1500  # stretches of a curve: about one for each pixel of print
 MOST_MARKERS = 200
+WORDS = (BLACK, BLUE, VERMILLION, GREEN, WINE, ORANGE, SKY, GREY)  # colours of curves, each of one word
+MARKS = ("o", "s", "^", "D", "v", "P", "X", "*")
 SEVERITY_GREYS = ("#FFFFFF", "#F5F5F5", "#EBEBEB", "#DFDFDF", "#D2D2D2")
 
 
@@ -42,6 +60,36 @@ def draw_curves(results: Results, names: Sequence[str], units: str) -> Figure:
                 column[row].axhline(0.0, color=REFERENCE, linewidth=0.5, zorder=1)
         columns[0][row].set_ylabel(y.upright if len(names) == 1 else y.label)
     legend_below(figure, [*_direction_handles(lines[0]), *outcome_handles(lines, markers=False)], 4)
+    return figure
+
+
+def draw_words(results: Results, name: str, units: str) -> Figure:
+    """A curve for each word of one axis along the other one, whose values are numbers."""
+    axis = longest(results)
+    (word,) = (other for other in results.swept if other != axis)
+    x, y, told = quantity(axis, units), quantity(name, units), quantity(word, units)
+    figure = new_figure(page_width(), 3.2)
+    axes, lines = figure.add_subplot(), []
+    for number, value in enumerate(results.coords[word]):
+        one = line(results, axis, **{word: number})
+        lines.append(one)
+        for row, procedure in enumerate(one.procedures):
+            good, needed = one["status"][row] == OK, one["status"][row] != INFERRED
+            heights = np.where(good, one[name][row] / y.scale, np.nan)
+            at, heights = envelope(one.x[needed] / x.scale, heights[needed], BINS)
+            style = _style(procedure, one.procedures, len(at)) | {"color": WORDS[number % len(WORDS)]}
+            style |= {"marker": MARKS[number % len(MARKS)], "markerfacecolor": style["color"], "markersize": 3.5}
+            axes.plot(at, heights, gid=f"{name}:{told.value(value)}", label=told.value(value), **style)
+    spaced(axes, lines[0].x)
+    axes.set_xlim(*(edges(lines[0].x)[[0, -1]] / x.scale))
+    axes.set_xlabel(x.label)
+    axes.set_ylabel(y.label)
+    _limit([axes] * len(lines), lines, name, y, units)
+    if graded := bounds(results.attrs, name):
+        shade_severity(axes, [bound / y.scale for bound in graded], words(name), named=True)
+    handles, _ = axes.get_legend_handles_labels()
+    legend_below(figure, handles, 4)
+    put_title(figure, heading(results.attrs, operating_point(fixed_values(results), units)))
     return figure
 
 

@@ -12,6 +12,7 @@ from typing import Any
 from nsdrill import quantity as quantities
 from nsdrill.data import Results, drive_kind, frozen_modes, overrides
 from nsdrill.errors import InputError
+from nsdrill.models.leaves import as_value
 from nsdrill.quantity import SYSTEMS
 from nsdrill.variables import AXES
 
@@ -26,6 +27,7 @@ class Shown:
     words: str
     unit: str
     scale: float
+    choices: tuple[str, ...] = ()
 
     @property
     def label(self) -> str:
@@ -37,7 +39,9 @@ class Shown:
         return textwrap.fill(self.label, LONGEST, break_long_words=False, break_on_hyphens=False)
 
     def value(self, si: float) -> str:
-        """A number with its unit for titles: ``22.24 kN``."""
+        """A number with its unit for titles: ``22.24 kN``; or a word."""
+        if self.choices:
+            return self.choices[int(si)].replace("_", " ")
         number = si / self.scale
         return f"{number:.0f} {self.unit}" if abs(number) >= 1e4 else f"{number:.4g} {self.unit}".strip()
 
@@ -55,7 +59,7 @@ def quantity(name: str, units: str = "si") -> Shown:
         return Shown(found.label, "%", 0.01)
     unit = found.unit(units)
     scale = 1.0 if unit in ("", "percent") else quantities.shown_scale(unit, found.units)
-    return Shown(found.label, quantities.sign(unit), scale)
+    return Shown(found.label, quantities.sign(unit), scale, found.choices)
 
 
 def operating_point(values: Mapping[str, Any], units: str) -> str:
@@ -66,7 +70,7 @@ def operating_point(values: Mapping[str, Any], units: str) -> str:
     for name in values:
         if name not in AXES:
             one = quantity(name, units)
-            found.append(f"{one.words.lower()} {one.value(float(values[name]))}")
+            found.append(f"{one.words.lower()} {one.value(as_value(name, values[name]))}")
     return ", ".join(found)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from nsdrill.data import Array, Results, Trace
 from nsdrill.errors import InputError
+from nsdrill.models.leaves import words_along
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.look import Ends, Look, value_of
 from nsdrill.plot.registry import Kind
@@ -72,6 +73,8 @@ def between(trace: Trace, ends: Ends, name: str = "time") -> Trace:
 
 def _cells_between(data: Results, axis: str, low: float, high: float) -> Results:
     """The points whose cells reach into the limits."""
+    if words_along(axis):
+        raise InputError(f"--xlim: found limits of {axis}, which has words; allowed: --at to select one of them.")
     values: Array = np.asarray(data.coords[axis], dtype=float)
     borders = edges(values)
     chosen = np.flatnonzero((borders[1:] > low) & (borders[:-1] < high))

@@ -22,6 +22,7 @@ from nsdrill.analysis.hysteresis import disagreement
 from nsdrill.analysis.outcome import FAILED_POINT, PENDING_POINT, outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.models.leaves import words_along
 from nsdrill.observe.trust import verdict
 from nsdrill.plot import equal
 from nsdrill.plot.bands import bounds
@@ -31,7 +32,7 @@ from nsdrill.plot.hatching import hatch
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
 from nsdrill.plot.registry import MAX_PANELS
-from nsdrill.plot.slices import edges, robust_limits, spaced
+from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
 from nsdrill.plot.style import (
     GREY,
     MOTIONS,
@@ -71,13 +72,14 @@ class Planes:
 
     @classmethod
     def of(cls, results: Results) -> Planes:
-        across = (*ACROSS, *results.axes[len(ACROSS) :])
+        across = (*ACROSS, *sorted(results.axes[len(ACROSS) :], key=lambda axis: bool(words_along(axis))))
         swept = [axis for axis in across if axis in results.swept]
         if len(swept) > 3:
             raise InputError(f"a map has at most three axes; found {', '.join(swept)}. Give values of the others.")
         # The panels are over the axis that is not swept, else over the shortest.
         still = [axis for axis in results.axes if axis not in swept]
-        panel = min(swept, key=lambda axis: len(results.coords[axis])) if len(swept) == 3 else still[0]
+        shortest = sorted(swept, key=lambda axis: (not words_along(axis), len(results.coords[axis])))
+        panel = shortest[0] if len(swept) == 3 else still[0]  # words rather than numbers
         chosen = [axis for axis in swept if axis != panel]
         x, y = (chosen + [axis for axis in across if axis not in (*chosen, panel)])[:2]
         return cls(results, x, y, panel)
@@ -94,6 +96,11 @@ class Planes:
     @property
     def procedures(self) -> tuple[str, ...]:
         return tuple(text(name) for name in self.results.coords["procedure"])
+
+    @property
+    def worded(self) -> bool:
+        """Whether words lie along a panel, between which there is nothing."""
+        return any(words_along(axis) for axis in (self.x, self.y) if len(self.results.coords[axis]) > 1)
 
     @property
     def panel_values(self) -> Array:
@@ -158,7 +165,7 @@ def _draw(results: Results, variable: str, name: str | None, units: str) -> Figu
             hatch(
                 grid[row][column], cells, outcomes[column, row] == FAILED_POINT, "xxxxxx", "white", "#000000", "failed"
             )
-            if plain and RATE in results.variables:
+            if plain and RATE in results.variables and not planes.worded:
                 x, y = (results.coords[axis] / quantity(axis, units).scale for axis in (planes.x, planes.y))
                 lines |= equal.draw_lines(grid[row][column], x, y, planes[RATE][column, row], units)
         if differs is not None and name is None:
@@ -199,9 +206,11 @@ def _frame(planes: Planes, units: str, *, extra: bool, valued: bool) -> tuple[Fi
         axes.set_title(_panel_title(planes, *divmod(number, columns), units, valued))
         panels.append(axes)
     across, down = _cells(planes, units)
-    spaced(panels[0], planes.results.coords[planes.x], planes.results.coords[planes.y])
+    spaced(panels[0], positions(planes.results, planes.x), positions(planes.results, planes.y))
+    name_words(panels[0], planes.results, planes.x, planes.y, units)
     panels[0].set_xlim(across[0], across[-1])
-    panels[0].set_ylim((down[-1], down[0]) if planes.y == "depth" else (down[0], down[-1]))
+    downwards = planes.y == "depth" or bool(words_along(planes.y))
+    panels[0].set_ylim((down[-1], down[0]) if downwards else (down[0], down[-1]))
     put_title(figure, heading(planes.results.attrs, operating_point(fixed_values(planes.results), units)))
     return figure, [panels[row * columns : (row + 1) * columns] for row in range(rows)]
 
@@ -220,11 +229,8 @@ def _panel_title(planes: Planes, row: int, column: int, units: str, valued: bool
 
 def _cells(planes: Planes, units: str) -> tuple[Array, Array]:
     """The edges of the cells across and down, in the shown units."""
-    coords = planes.results.coords
-    return (
-        edges(coords[planes.x]) / quantity(planes.x, units).scale,
-        edges(coords[planes.y]) / quantity(planes.y, units).scale,
-    )
+    x, y = (positions(planes.results, axis) for axis in (planes.x, planes.y))
+    return edges(x) / quantity(planes.x, units).scale, edges(y) / quantity(planes.y, units).scale
 
 
 def _draw_categories(
@@ -264,7 +270,7 @@ def _draw_values(
     if low < 0.0 < high:  # the sign says something: white at zero
         colours, high = DIVERGING, max(-low, high)
         low = -high
-    graded = bounds(planes.results.attrs, name) if name == "stick_slip_index" else ()
+    graded = bounds(planes.results.attrs, name) if name == "stick_slip_index" and not planes.worded else ()
     panels = [one for row in grid for one in row[: len(planes.procedures)]]
     mesh = _coloured(panels, planes, _in_order(shown), Normalize(low, high), colours, units)
     bar = _bar(figure, mesh, panels, value.label, shown, low, high)

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError, NsdrillError
 from nsdrill.models.description import Description
+from nsdrill.models.leaves import words_along
 from nsdrill.variables import SAMPLE, TRUST
 
 if TYPE_CHECKING:
@@ -160,8 +161,8 @@ def fits_columns(data: Any) -> bool:
     """Whether a sweep is drawn over one axis, with a column for each of the few values of a second one."""
     if not is_sweep(data):
         return False
-    lengths = sorted(len(data.coords[axis]) for axis in data.swept)
-    return len(lengths) < 2 or (len(lengths) == 2 and lengths[0] <= FEW)
+    others = [len(data.coords[axis]) for axis in data.swept if axis != longest(data)]
+    return not others or (len(others) == 1 and others[0] <= FEW)
 
 
 def is_plane(data: Any) -> bool:
@@ -170,8 +171,10 @@ def is_plane(data: Any) -> bool:
 
 
 def longest(data: Any) -> str:
-    """The axis across in pictures over one axis; of a single point the speed."""
-    return str(max(data.swept, key=lambda name: len(data.coords[name]), default="rotary_speed"))
+    """The axis across in pictures over one axis, of numbers rather than words; of a single point the speed."""
+    return str(
+        max(data.swept, key=lambda name: (not words_along(name), len(data.coords[name])), default="rotary_speed")
+    )
 
 
 def needs_one_axis(data: Any) -> str:

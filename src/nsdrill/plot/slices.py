@@ -12,6 +12,7 @@ import numpy as np
 from nsdrill.analysis.outcome import outcome, text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.models.leaves import as_told, words_along
 from nsdrill.observe.trust import verdict
 from nsdrill.plot.labels import quantity
 from nsdrill.quantity import amount
@@ -63,6 +64,11 @@ def one_start(results: Results, start: int) -> Results:
 
 def _index_of(axis: str, key: str, values: Array, wanted: float) -> int:
     """The nearest value, at most half a step beyond the ends of the axis; of a single value at most one percent off."""
+    if words_along(axis):
+        if wanted not in values:
+            there = ", ".join(str(as_told(key, value)) for value in values)
+            raise InputError(f"--at {key}: found {as_told(key, wanted)}; allowed: {there}, as the sweep.")
+        return int(np.flatnonzero(values == wanted)[0])
     ascending = np.sort(values)
     steps = np.diff(ascending)
     below, above = (steps[0] / 2, steps[-1] / 2) if len(steps) else 2 * (0.01 * abs(ascending[0]),)
@@ -89,7 +95,7 @@ class Line:
 
     @property
     def x(self) -> Array:
-        return np.asarray(self.results.coords[self.axis], dtype=float)
+        return positions(self.results, self.axis)
 
     @property
     def procedures(self) -> tuple[str, ...]:
@@ -111,6 +117,25 @@ class Line:
 def line(results: Results, axis: str, **held: int) -> Line:
     """The line along ``axis`` through the point numbers ``held`` of the other axes (0 where not given)."""
     return Line(results, axis, (slice(None), *(slice(None) if a == axis else held.get(a, 0) for a in results.axes)))
+
+
+def positions(results: Results, axis: str) -> Array:
+    """Where the values of an axis lie along a picture [n]: words stand side by side."""
+    values = np.asarray(results.coords[axis], dtype=float)
+    return np.arange(1.0, len(values) + 1.0) if words_along(axis) else values
+
+
+def name_words(axes: Any, results: Results, x: str | None = None, y: str | None = None, units: str = "si") -> None:
+    """Write the words of the axes ``x`` and ``y`` at their positions, where these are such."""
+    for name, axis in ((x, axes.xaxis), (y, axes.yaxis)):
+        if name is None or not words_along(name):
+            continue
+        one = quantity(name, units)
+        texts = [one.value(value) for value in results.coords[name]]
+        axis.set_ticks(positions(results, name), texts)
+        axis.set_tick_params(length=0)
+        if axis is axes.xaxis and sum(map(len, texts)) > 60:
+            axis.set_tick_params(rotation=30)
 
 
 def is_logarithmic(values: Array) -> bool:

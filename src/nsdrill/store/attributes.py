@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.errors import FileError, printable
-from nsdrill.models.leaves import is_further_axis
+from nsdrill.models.leaves import is_further_axis, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.registry import NAMES
 from nsdrill.models.schedule import Ramp
@@ -169,7 +169,7 @@ def _ramps(found: Any) -> bool:
 
 
 def _numbers_of_axes(found: Any) -> bool:
-    return all(_is_axis(name) and _number(value) for name, value in found.items())
+    return all(_is_axis(name) and (value in words_of(name) or _number(value)) for name, value in found.items())
 
 
 def _is_axis(key: Any) -> bool:

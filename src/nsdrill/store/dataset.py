@@ -13,6 +13,7 @@ from nsdrill.errors import FileError
 from nsdrill.files import reason
 from nsdrill.models.description import Description
 from nsdrill.models.kept import Kept
+from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.store import hdf5
@@ -24,6 +25,7 @@ from nsdrill.store.layout import (
     layout_of,
     root_attributes,
     stored_attributes,
+    told_coordinate,
     variable_attributes,
 )  # fmt: skip
 from nsdrill.store.read import LATER, check_coordinates, check_file, checked, kept_of, read_results
@@ -95,7 +97,7 @@ def _results(results: Results) -> Any:
     axes = {axis.name: axis for axis in results.more}
     made: dict[str, Any] = {}
     for name in coordinate_names(layout, kept):
-        values = results.coords[name]
+        values = told_coordinate(name, results.coords[name])
         scalar = name in layout.grid and name not in layout.order
         made[name] = ((), values[0]) if scalar else ((name,), values)
         made[name] += (coordinate_attributes(name, axes.get(name)),)
@@ -186,7 +188,10 @@ def _states(model: Description, data: Any) -> tuple[str, ...]:
 
 def _axis(data: Any, name: str) -> Axis:
     told = dict(data.coords[name].attrs) if name in data.coords else {}
-    words = [told.get(item) for item in ("key", "units", "long_name")]
+    words = [
+        told.get(item) or ("1" if item == "units" and words_along(name) else None)
+        for item in ("key", "units", "long_name")
+    ]
     if not all(isinstance(word, str) and word for word in words):
         raise FileError(f"{_NAME}: the axis {name} is missing or does not say what it is. {_GIVE}")
     key, units, long_name = map(str, words)
@@ -200,6 +205,8 @@ def _coordinate(data: Any, name: str) -> Array:
     values = np.atleast_1d(data.coords[name].values)
     if name in ("procedure", "state"):
         return np.array(values, dtype=str)
+    if words_along(name):
+        return hdf5.places_of_words(_NAME, name, np.array(values, dtype=str))
     whole = name in COUNTED
     if values.dtype.kind != ("i" if whole else "f") or not np.all(np.abs(values) <= LARGEST):
         raise FileError(f"{_NAME}: the coordinate {name} should have {'whole' if whole else 'finite'} numbers. {_GIVE}")

@@ -11,8 +11,10 @@ import numpy as np
 
 from nsdrill.data import Array, Results
 from nsdrill.files import replacing
+from nsdrill.models.leaves import words_along
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.store import hdf5
+from nsdrill.store.layout import told_coordinate
 from nsdrill.units import CF
 from nsdrill.variables import CHECKS, COORDINATES, INFERRED, OK, POINT, Variable
 
@@ -41,14 +43,15 @@ def to_csv(
     with replacing(path, overwrite=overwrite) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         units = {name: cf for name, (cf, _) in COORDINATES.items()} | {"sample": "", "start": ""}
-        units |= {axis.name: CF[axis.units] for axis in results.more}
+        units |= {axis.name: "" if words_along(axis.name) else CF[axis.units] for axis in results.more}
         drawn = [one for one in results.drawn if "sample" in results.grid]
         heads = [_heading(name, units[name]) for name in results.grid]
         heads += [_heading(one.name, CF[one.units]) for one in drawn]
         writer.writerow([*heads, *_headings(results, chosen)])
+        told = {name: told_coordinate(name, results.coords[name]) for name in results.grid}
         words = {v.name: _words(v) for v in chosen if v.flag_meanings is not None}
         for place in np.ndindex(*results.shape):
-            row: list[object] = [results.coords[n][i].item() for n, i in zip(results.grid, place, strict=True)]
+            row: list[object] = [told[name][i].item() for name, i in zip(results.grid, place, strict=True)]
             row += [results.drawn[one][place[results.grid.index("sample")]].item() for one in drawn]
             for variable in chosen:
                 value: Array = results.variables[variable.name][place]

@@ -26,6 +26,7 @@ import numpy as np
 from nsdrill.data import Array
 from nsdrill.errors import FileError, printable
 from nsdrill.files import reason
+from nsdrill.models.leaves import words_along
 from nsdrill.store.attributes import LARGEST, plain, text_of
 from nsdrill.store.forgiving import ForgivingFile
 from nsdrill.store.layout import stored_attributes, variable_attributes
@@ -335,11 +336,12 @@ def check_shape(path: str | os.PathLike[str], file: Any, name: str, shape: tuple
 
 
 def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array:
-    """The coordinate ``name``: float or int array or array of str [n]; 0-D where it does not vary."""
+    """The coordinate ``name``: float or int array or array of str [n]; 0-D where it does not vary. Words of a choice
+    are their places among all of it."""
     import h5py
 
-    scale = file.get(name)
-    kinds = "OS" if name in ("procedure", "state") else "i" if name in COUNTED else "f"
+    scale, choices = file.get(name), words_along(name)
+    kinds = "OS" if name in ("procedure", "state") or choices else "i" if name in COUNTED else "f"
     if not isinstance(scale, h5py.Dataset) or scale.shape is None or scale.ndim > 1 or scale.dtype.kind not in kinds:
         raise FileError(f"{path}: the coordinate {name} is missing or no list of values. Make the file again.")
     if kinds != "OS":
@@ -347,9 +349,18 @@ def read_coordinate(path: str | os.PathLike[str], file: Any, name: str) -> Array
         if not np.all(np.abs(values) <= LARGEST):
             raise FileError(f"{path}: the coordinate {name} has values that are no finite numbers. {EDITED}")
         return values
-    if scale.size > _MOST_NAMES[name]:  # text may be larger than the file: many values can be one
+    if scale.size > (len(choices) or _MOST_NAMES[name]):  # text may be larger than the file: many values can be one
         raise FileError(f"{path}: the coordinate {name} has {scale.size} values. Make the file again.")
-    return np.array(scale.asstr()[()], dtype=str)
+    found = np.array(scale.asstr()[()], dtype=str)
+    return places_of_words(path, name, found) if choices else found
+
+
+def places_of_words(path: str | os.PathLike[str], name: str, found: Array) -> Array:
+    """The places of these words of a choice among all of it; FileError for others."""
+    choices = words_along(name)
+    if strange := sorted(set(np.atleast_1d(found).tolist()) - {*choices}):
+        raise FileError(f"{path}: {name} is {printable(str(strange[0]))[:40]!r}; it should be of {', '.join(choices)}.")
+    return np.vectorize(choices.index, otypes=[float])(found)
 
 
 def read_axes(path: str | os.PathLike[str], file: Any, attribute: str = "axes") -> tuple[Axis, ...]:

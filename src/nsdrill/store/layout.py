@@ -15,6 +15,7 @@ import numpy as np
 from nsdrill.data import Array, json_text, resolved_study
 from nsdrill.errors import printable
 from nsdrill.models.kept import Kept
+from nsdrill.models.leaves import words_along
 from nsdrill.models.vocabulary import IN_TRACE
 from nsdrill.units import CF
 from nsdrill.variables import AXES, COORDINATES, FORMAT_VERSION, MODEL, POINT, Axis, Variable, dimension_of
@@ -75,16 +76,19 @@ def coordinate_names(layout: Layout, kept: Kept) -> list[str]:
     return [*layout.order, *scalar, *(name for name in ("peak", "crossing") if kept.length(name)), "state"]
 
 
+def told_coordinate(name: str, values: Array) -> Array:
+    """The values of a coordinate in memory [n] as a file has them: of a choice its words."""
+    words = words_along(name)
+    return np.array([words[int(value)] for value in values]) if words else values
+
+
 def coordinate_attributes(name: str, axis: Axis | None = None) -> dict[str, str]:
     """The attributes of the coordinate ``name``, of the swept ``axis`` if it is one beside those of the operation, or
     of the unknown."""
     units, long_name = (CF[axis.units], axis.long_name) if axis else COORDINATES[name]
+    text = name in ("procedure", "state") or bool(words_along(name))
     key = axis.key if axis else f"operation.{name}" if name in AXES else None
-    return {
-        "long_name": long_name,
-        **({"key": key} if key else {}),
-        **({} if name in ("procedure", "state") else {"units": units}),
-    }
+    return {"long_name": long_name, **({"key": key} if key else {}), **({} if text else {"units": units})}
 
 
 def variable_attributes(variable: Variable, states: Sequence[str] = ()) -> dict[str, Any]:

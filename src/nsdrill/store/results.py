@@ -13,7 +13,7 @@ from nsdrill.data import Array
 from nsdrill.files import replacing
 from nsdrill.models.kept import Kept
 from nsdrill.store import hdf5
-from nsdrill.store.layout import coordinate_attributes, coordinate_names, layout_of, root_attributes
+from nsdrill.store.layout import coordinate_attributes, coordinate_names, layout_of, root_attributes, told_coordinate
 from nsdrill.store.records import record_dtype, recorded
 from nsdrill.store.sink import Source, grid_shape
 from nsdrill.variables import POINT, Unknown
@@ -41,7 +41,8 @@ def write_results(path: str | os.PathLike[str], log: Source, attrs: Mapping[str,
         with hdf5.writing(temporary) as file:
             hdf5.put_attributes(file, root)
             for name in coordinate_names(layout, kept):
-                values = coords[name][0] if name in scalars else coords[name]
+                values = told_coordinate(name, coords[name])
+                values = values[0] if name in scalars else values
                 hdf5.add_coordinate(file, name, values, coordinate_attributes(name, axes.get(name)))
             for unknown, samples in drawn(log).items():
                 hdf5.add_samples(file, unknown.name, samples, coordinate_attributes(unknown.name, unknown))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from nsdrill.errors import Fault
+from nsdrill.models.leaves import is_apart, words_of
 from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import Keys, Leaf, did_you_mean, shown
 from nsdrill.units import QuantityError
@@ -119,11 +120,10 @@ class _Reader:
             example = self.keys.model.example_axis[0]
             self.fault(path, shown(raw), f"depth, wob, rotary_speed or another number by its key, as {example}", hint)
             return None
-        if name in self.keys.model.compiled:
-            self.fault(
-                path, f"{name}, a whole number that is compiled in", "a number that varies continuously",
-                f"Make a file for each of its values, with --set {name}=...",
-            )  # fmt: skip
+        if is_apart(self.keys.model.name, name):
+            what = "a choice" if words_of(name) else "a whole number that is compiled in"
+            hint = f"Make a file for each of its values, with --set {name}=..."
+            self.fault(path, f"{name}, {what}", "a number that varies continuously", hint)
             return None
         return axes[name]
 

@@ -16,6 +16,7 @@ from typing import Any, Literal
 from nsdrill import units as si
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.description import Description
+from nsdrill.models.leaves import choices_of, words_of
 from nsdrill.models.registry import NAMES, described
 from nsdrill.models.starts import Starts
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -230,8 +231,9 @@ class Keys:
     """The keys of a study of one ``model``, by their dotted names.
 
     ``sections`` are dataclasses, in file order; ``sweep`` is not among them. ``leaves`` are the keys that take a value,
-    the model's name first. ``axes`` are the numbers that a sweep may vary, by the names that they have there: those of
-    the operation by short ones, the others by their dotted keys; they are of the sections ``physical``. ``meanings``
+    the model's name first. ``axes`` are the numbers and choices that a sweep may vary, by the names that they have
+    there: those of the operation by short ones, the others by their dotted keys; numbers are of the sections
+    ``physical``. ``meanings``
     says what each key is, sections and groups among them.
     """
 
@@ -286,6 +288,7 @@ def keys_of(model: str = MODEL) -> Keys:
         for key, one in every.items()
         if (one.kind in ("quantity", "number") and key.partition(".")[0] in physical and key != "initial.spread")
         or key in found.compiled
+        or key in choices_of(model)
     }
     axes = dict(sorted(axes.items(), key=lambda item: "." in item[0]))
     groups = {".".join(parts[:end]) for key in every for parts in [key.split(".")] for end in range(1, len(parts))}
@@ -302,7 +305,10 @@ SAMPLE_LEAF = Leaf(SAMPLE, "whole", 0, low=0, high=10**6, meaning="Number of a s
 @lru_cache
 def axes_of_all() -> dict[str, Leaf]:
     """The axes of the studies of all models; a key means the same in every model that has it."""
-    return {name: leaf for model in reversed(NAMES) for name, leaf in keys_of(model).axes.items()}
+    found = {name: leaf for model in reversed(NAMES) for name, leaf in keys_of(model).axes.items()}
+    return {
+        name: replace(leaf, choices=words_of(name)) if leaf.kind == "choice" else leaf for name, leaf in found.items()
+    }
 
 
 def shown(raw: Any, remark: str = "") -> str:

@@ -6,13 +6,14 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import asdict
-from functools import reduce
+from functools import partial, reduce
 from itertools import pairwise
 from operator import getitem
 from pathlib import Path
 from typing import Any
 
 from nsdrill.errors import Fault, StudyError
+from nsdrill.models.leaves import is_apart, place_of, words_of
 from nsdrill.observe.thresholds import Thresholds
 from nsdrill.sampling import CUT, KINDS, NAMED
 from nsdrill.study import overrides as setting
@@ -253,8 +254,11 @@ def _no_axis(
     )
     if name.startswith("operation.") and name.removeprefix("operation.") in AXES:
         return f"{name} in full", allowed, f"Write {name.removeprefix('operation.')}."
-    if others == HOW and name in keys.model.compiled:
-        return f"{name}, which is compiled in", allowed, f"Sweep it: sweep.{name} with procedure: same."
+    if others == HOW and is_apart(keys.model.name, name):
+        found = "which is a choice" if words_of(name) else "which is compiled in"
+        return f"{name}, {found}", allowed, f"Sweep it: sweep.{name} with procedure: same."
+    if numbers := [key for key, (choice, _) in keys.model.units_by.items() if choice == name]:
+        return f"a choice on which the units of {' and '.join(numbers)} depend", allowed, "Run a study for each word."
     if leaf is None:
         return "an unknown key", allowed, _near_axis(name, keys)
     what = (
@@ -366,7 +370,9 @@ def _ascending(document: Document, path: KeyPath, value: Any) -> tuple[Any, Faul
             allowed = "linear, or values above 0"
             return None, Fault(f"{key}.spacing", found, allowed, place.line, place.column)
         return {"from": low, "to": high, "points": value["points"], "spacing": "log"}, None
-    values = sorted(value) if isinstance(value, list) else [value]
+    choice = str(path[-1]) if words_of(str(path[-1])) else ""
+    order = partial(place_of, choice) if choice else None
+    values = sorted(value, key=order) if isinstance(value, list) else [value]
     if not values:
         return None, Fault(key, "an empty list", "at least one value", place.line, place.column)
     for first, second in pairwise(values):

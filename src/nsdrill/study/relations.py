@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from itertools import pairwise
+from dataclasses import dataclass
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 
 from nsdrill.errors import Fault
 from nsdrill.models.description import Description, Order
+from nsdrill.models.leaves import is_apart, words_of
 from nsdrill.ranges import bound_text
 from nsdrill.study.document import Document, KeyPath, dotted
 from nsdrill.study.keys import SLICE, Leaf, shown
@@ -34,6 +37,11 @@ _ORDERS = tuple(
 )
 
 
+@dataclass(frozen=True)
+class Unread(Fault):
+    """A value or an axis that nothing reads; along an axis over words it is a fault where no word reads it."""
+
+
 class Checker:
     """Checks the relations of one study of a ``model``: ``resolved`` is complete, ``leaves`` are its keys, ``faulty``
     holds those already known to be wrong (their values are stand-ins, so nothing is said about them). A model has more
@@ -52,6 +60,7 @@ class Checker:
         self.model, self.document, self.resolved, self.leaves = model, document, resolved, leaves
         self.faulty = tuple(faulty)
         self.drawn = drawn or {}
+        self.words: dict[str, Any] = {}  # of the axes over words, where one of each is looked at
 
     def faults(self) -> Iterator[Fault]:
         """All of them."""
@@ -59,9 +68,45 @@ class Checker:
         yield from self._depths()
         yield from self._starts()
         yield from self._returns()
-        if self.model.relations is not None:
-            yield from self.model.relations(self)
+        yield from self._of_model()
         yield from self._sweep()
+
+    def _of_model(self) -> Iterator[Fault]:
+        """Those that the model tells. Where words are an axis they hold for every word; but what one word does not read
+        another may."""
+        if self.model.relations is None:
+            return
+        strings = list(self._with_words())
+        found = [list(self.model.relations(one)) for one in strings]
+        unread = [{one.key: one for one in faults if isinstance(one, Unread)} for faults in found]
+        for faults in found:
+            yield from (one for one in faults if not isinstance(one, Unread))
+        for key, one in unread[0].items():
+            if all(key in other for other in unread):
+                yield one
+
+    def _with_words(self) -> Iterator[Checker]:
+        """This study with one word of each axis over words, each with each; itself where there is no such axis."""
+        sweep = self.resolved["sweep"]
+        axes = {key: sweep[key] for key in sweep if words_of(key) and self.sound(f"sweep.{key}")}
+        if not axes:
+            yield self
+            return
+        chosen = [dict(zip(axes, words, strict=True)) for words in product(*axes.values())]
+        if any(map(self.given, axes)):  # a single simulation takes these
+            chosen.append({key: self.value(key) for key in axes})
+        for words in chosen:
+            one = copy.copy(self)
+            one.words = words
+            one.resolved = copy.deepcopy(self.resolved)
+            for key, word in words.items():
+                *sections, name = key.split(".")
+                inside = one.resolved
+                for section in sections:
+                    inside = inside[section]
+                inside[name] = word
+                del one.resolved["sweep"][key]
+            yield one
 
     def order(self, section: str = "") -> Iterator[Fault]:
         """Pairs of values of which one must be the smaller; only those of ``section`` where it is given."""
@@ -229,7 +274,15 @@ class Checker:
                 yield self.fault(
                     f"sweep.{axis}", "an axis over the start", "no several starts beside it", ("sweep", axis)
                 )
-        for axis in set(swept) & {*self.model.compiled}:
+        for axis in (axis for axis in swept if is_apart(self.model.name, axis)):
+            if words_of(axis):
+                if sweep["procedure"] != "same" and self.sound("sweep.procedure"):
+                    found = (
+                        f"an axis over the words of {axis}, with sweep.procedure: {sweep['procedure']}, which carries"
+                    )
+                    yield self.fault(f"sweep.{axis}", f"{found} the state on", "with sweep.procedure: same",
+                                     ("sweep", axis))  # fmt: skip
+                continue
             values = axis_values(sweep[axis], sweep["refine"] if axis in refined_axes(sweep) else 0)
             if odd := [value for value in values.tolist() if value != int(value)]:
                 found = f"the value {odd[0]:g}"
@@ -271,6 +324,8 @@ class Checker:
             table = path[-1] in self.resolved["uncertain"]["table"]
             path = ("uncertain", "table", path[-1]) if table else ("uncertain", path[-1])
             key, found = dotted(path), _of_unknown(found)
+        if path is None and key in self.words:
+            key, path = f"sweep.{key}", ("sweep", key)
         place = self.document.place(path if path is not None else tuple(key.split(".")))
         if place.override:
             found = f"{found} ({place.override})"
@@ -280,9 +335,16 @@ class Checker:
         """A fault where ``key``, which nothing reads, is an axis or has another value than its default; ``why`` says
         what it is that does not read it."""
         if self.axis(key):
-            yield self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key))
+            yield self.idle(self.fault(f"sweep.{key}", f"an axis over {key}, {why}", allowed, ("sweep", key)))
         elif self.value(key) != self.leaves[key].default:
-            yield self.fault(key, f"{self.text(key)}, {why}", allowed)
+            yield self.idle(self.fault(key, f"{self.text(key)}, {why}", allowed))
+
+    def idle(self, fault: Fault) -> Fault:
+        """``fault`` as one that says of a value or an axis that nothing reads it."""
+        if self.words:
+            allowed = f"a value that one of the words of {' and '.join(f'sweep.{key}' for key in self.words)} reads"
+            return Unread(**{**vars(fault), "allowed": allowed})
+        return Unread(**vars(fault))
 
     def sound(self, *keys: str) -> bool:
         return not any(key == bad or key.startswith((f"{bad}.", f"{bad}[")) for key in keys for bad in self.faulty)
@@ -309,6 +371,8 @@ class Checker:
             text = leaf.text(self.ends(key)[end]) if leaf.units in USUAL else f"{self.ends(key)[end]:g}"
             of = f"the samples of {axis}" if axis in self.drawn else f"sweep.{axis}"
             return f"{text} at {'the greatest' if end else 'the least'} of {of}"
+        if key in self.words:
+            return self.leaves[key].text(self.words[key])
         if self.given(key):
             return shown(self.raw(tuple(key.split("."))))
         leaf = self.leaves[key]

@@ -15,6 +15,7 @@ import numpy as np
 
 from nsdrill.errors import FileError
 from nsdrill.kernel.settings import Simulation
+from nsdrill.models.leaves import place_of, words_of
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import Ramp
 from nsdrill.observe.thresholds import Record, Thresholds
@@ -61,6 +62,7 @@ def study_from_resolved(
                 sweep[axis] if axis in sweep else [getattr(operation, axis)],
                 sweep["refine"] if axis in refined else 0,
                 most,
+                axis if words_of(axis) else "",
             )
             for axis in (*AXES, *(axis for axis in swept if axis not in AXES))
         }
@@ -76,17 +78,18 @@ def study_from_resolved(
             raise ValueError(f"sweep: found {sweep['procedure']} with {initial.starts} starts")
         if initial.starts and drawn:
             raise ValueError(f"uncertain: found with {initial.starts} starts")
+        parameters = keys.model.parameters(
+            **{
+                name: build(cls, known.get(name, {}), lenient=True)
+                if name in LATER
+                else build(cls, _known(known, name, cls))
+                for name, cls in keys.model.sections.items()
+            }
+        )
         return Study(
             title=str(resolved.get("title", "")),
             model=keys.model.name,
-            parameters=keys.model.parameters(
-                **{
-                    name: build(cls, known.get(name, {}), lenient=True)
-                    if name in LATER
-                    else build(cls, _known(known, name, cls))
-                    for name, cls in keys.model.sections.items()
-                }
-            ),
+            parameters=parameters,
             operation=operation,
             initial=initial,
             axes=axes,
@@ -177,9 +180,12 @@ def refined_axes(sweep: dict[str, Any]) -> tuple[str, ...]:
     return tuple(axis for axis, values in sweep.items() if isinstance(values, dict) and axis != sweep["along"])
 
 
-def axis_values(axis: Any, refine: int = 0, most: int = 10**8) -> np.ndarray:
+def axis_values(axis: Any, refine: int = 0, most: int = 10**8, choice: str = "") -> np.ndarray:
     """The values of a resolved axis: a list, or {from, to, points} with the spacing halved ``refine`` times. The values
-    that the axis has without refinement keep their bits: halving is exact. ValueError for more than ``most``."""
+    that the axis has without refinement keep their bits: halving is exact. Of an axis over the words of a ``choice``,
+    by its key, their places among these. ValueError for more than ``most``."""
+    if choice:
+        axis = [place_of(choice, word) for word in axis]
     if isinstance(axis, dict):
         points = (axis["points"] - 1) * 2**refine + 1
         if points > most or not axis["from"] < axis["to"]:
@@ -197,9 +203,9 @@ def axis_values(axis: Any, refine: int = 0, most: int = 10**8) -> np.ndarray:
 
 def digest(resolved: dict[str, Any]) -> str:
     """SHA-256 of what influences the numbers of a sweep: all but the title, the continuation, and the operating values
-    and ramps that swept axes replace."""
+    and ramps that swept axes replace. (Studies that sweep words are younger than all keys.)"""
     parts = {name: value for name, value in resolved.items() if name not in ("title", SECTION)}
-    if parts.get("model", MODEL_LEAF.default) == MODEL_LEAF.default:
+    if parts.get("model", MODEL_LEAF.default) == MODEL_LEAF.default and not any(map(words_of, parts["sweep"])):
         parts = _as_before(parts)
     for key in parts["sweep"]:
         *sections, name = key.split(".") if "." in key else ("operation", key)
@@ -229,6 +235,8 @@ def _as_before(parts: dict[str, Any]) -> dict[str, Any]:
         parts = _without(parts, ["drive"], "torque_limit")
     if parts.get("drive", {"on_at": 0.0}).get("on_at") is None:
         parts = _without(parts, ["drive"], "on_at")
+    if parts.get("drive", {"gains": 0.0}).get("gains") is None:
+        parts = _without(parts, ["drive"], "gains")
     if parts.get("drive", {}).get("kind") != "dc_motor":
         for name in ("inductance", "resistance", "torque_constant", "gear", "table_inertia", "motor_inertia"):
             parts = _without(parts, ["drive"], name)

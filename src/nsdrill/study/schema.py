@@ -24,6 +24,7 @@ from pydantic import (
     create_model,
 )
 
+from nsdrill.models.leaves import is_apart
 from nsdrill.sampling import CUT, NAMED
 from nsdrill.study.continuation import BORDERS, CURVE_POINTS, MOTIONS
 from nsdrill.study.continuation import POINTS as POINTS_OF_BRANCH
@@ -133,7 +134,7 @@ def description(found: Leaf) -> str:
 def _continue_schema(keys: Keys) -> dict[str, Any]:
     """The JSON Schema of the section ``continue``."""
     number = {"anyOf": [{"type": "string", "pattern": QUANTITY}, {"type": "number"}]}
-    axes = [name for name in keys.axes if not name.startswith("initial.") and name not in keys.model.compiled]
+    axes = [name for name in keys.axes if not name.startswith("initial.") and not is_apart(keys.model.name, name)]
 
     def several(one: dict[str, Any]) -> dict[str, Any]:
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]}
@@ -288,14 +289,20 @@ def along(keys: Keys) -> Leaf:
 
 
 def _axis(name: str, value: Leaf, keys: Keys) -> tuple[Any, Any]:
-    """An axis: {from, to, points}, a list of quantities, or one quantity."""
+    """An axis: {from, to, points}, a list of quantities, or one quantity; of words a list of these."""
     one = _number(value, keys)
+    meaning = MEANINGS.get(f"sweep.{name}") or f"{value.meaning} ({name})"
+    if value.kind in ("choice", "switch"):
+        words = Annotated[
+            Annotated[list[one], Tag("list")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
+            Discriminator(_form_of_words),
+        ]
+        return words, Field(default=None, alias=name, description=f"{meaning}: a list of words, with procedure: same.")
     span = _range(name.replace(".", "_"), one, spacing=True)
     annotated = Annotated[
         Annotated[span, Tag("range")] | Annotated[list[one], Tag("list")] | Annotated[one, Tag("value")],  # type: ignore[valid-type]
         Discriminator(_form),
     ]
-    meaning = MEANINGS.get(f"sweep.{name}") or f"{value.meaning} ({name})"
     units = f", in {value.units}" if value.units else ""
     text = f"{meaning}{units}: {{from, to, points}}, a list, or one value."
     return annotated, Field(default=None, alias=name, description=text)
@@ -318,7 +325,7 @@ def _uncertain_model(unknowns: frozenset[str] | None, keys: Keys) -> type[BaseMo
     members: dict[str, Any] = {}
     columns: dict[str, Any] = {}
     for name, value in keys.axes.items():
-        if (unknowns is None or name in unknowns) and name not in keys.model.compiled:
+        if (unknowns is None or name in unknowns) and not is_apart(keys.model.name, name):
             place, one = name.replace(".", "_"), _number(value, keys, SHORT)
             units = f", in {value.units}" if value.units else ""
             told = Field(default=None, alias=name, description=f"{value.meaning} ({name}){units}: its distribution.")
@@ -390,6 +397,10 @@ def _form(raw: Any) -> str:
     if isinstance(raw, list):
         return "list"
     return "range" if isinstance(raw, dict | BaseModel) else "value"
+
+
+def _form_of_words(raw: Any) -> str:
+    return "list" if isinstance(raw, list) else "value"
 
 
 def _empty(raw: Any) -> Any:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.errors import Fault
+from nsdrill.models.leaves import is_apart
 from nsdrill.sampling import (
     CUT,
     DESIGNS,
@@ -104,7 +105,7 @@ def draws(section: dict[str, Any], keys: Keys) -> dict[str, Array]:
     unknown = uncertain_of(section)
     if not unknown.keys:
         raise ValueError("uncertain: found no unknown")
-    if strange := [key for key in unknown.keys if key not in keys.axes or key in keys.model.compiled]:
+    if strange := [key for key in unknown.keys if key not in keys.axes or is_apart(keys.model.name, key)]:
         raise ValueError(f"uncertain: found {', '.join(strange)}, which are no numbers to sample")
     drawn = draw(unknown)
     for key, values in drawn.items():

@@ -18,12 +18,12 @@ Array = np.ndarray[Any, np.dtype[Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Again(Work):
-    """The points ``numbers`` (ascending) of a sweep, from the states ``states`` [points, 9]. A state that was carried
-    is given like any other, so there are no chains; but each point is integrated by the method of ``first``, that of
-    the sweep, in which a chain has one."""
+    """The points ``numbers`` (ascending) of a sweep, from the states ``begun`` [points, states]. A state that was
+    carried is given like any other, so there are no chains; each point is integrated by the method that ``first``, the
+    choice of the sweep, has for it."""
 
     numbers: Array
-    states: Array
+    begun: Array
     first: Chosen
 
     @classmethod
@@ -38,7 +38,7 @@ class Again(Work):
             Record(peaks=0),
             work.model,
             numbers=numbers,
-            states=states,
+            begun=states,
             first=work.chosen,
         )
 
@@ -48,7 +48,7 @@ class Again(Work):
 
     def prepare(self, points: Array) -> Runs:
         """The runs of these points."""
-        return replace(super().prepare(points), initial=self.states[np.searchsorted(self.numbers, points)])
+        return replace(super().prepare(points), initial=self.own(self.begun[np.searchsorted(self.numbers, points)]))
 
     def columns(self, done: Finished) -> dict[str, Array]:
         """Status and features of finished runs, and the scales in which their differences are measured."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.leaves import values_at
+from nsdrill.models.leaves import in_parts, values_at
 from nsdrill.models.starts import Starts
 from nsdrill.models.steepness import implicit
 from nsdrill.sweep.plan import Plan
@@ -30,8 +30,11 @@ class Chosen:
         """Whether each of these points is integrated implicitly, shape (n,): as the study asks, or as friction is steep
         there."""
         points = np.asarray(points)
-        at = values_at(self.parameters, self.initial, self.plan.values(points))
-        return np.broadcast_to(implicit(self.method, self.model, at), np.shape(points))
+        values, found = self.plan.values(points), np.zeros(np.shape(points), dtype=bool)
+        for apart, there in in_parts(self.model, values):
+            here = {key: value[there] for key, value in values.items()} | apart
+            found[there] = implicit(self.method, self.model, values_at(self.parameters, self.initial, here))
+        return found
 
     def words(self) -> tuple[str, ...]:
         """The methods that the whole plan uses: explicit, implicit, or both."""

@@ -17,7 +17,7 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.base import Model
 from nsdrill.models.base import Variant as Fixed
-from nsdrill.models.leaves import Values, values_at, with_values
+from nsdrill.models.leaves import Values, in_parts, is_apart, part_at, parts_of, states_of_all, values_at, words_of
 from nsdrill.models.registry import NAMES, described, model_named
 from nsdrill.models.starts import Starts
 from nsdrill.models.steepness import METHODS
@@ -87,24 +87,23 @@ class Work:
     def at(self, values: Mapping[str, Any]) -> Values:
         """What the points have at these values of the axes, scalars or arrays [points]; of what is compiled in all have
         what the parameters say (:meth:`parts`)."""
-        free = {key: value for key, value in values.items() if key not in self.compiled}
+        unread = getattr(self.parameters, "unread", ()) if any(map(words_of, self.compiled)) else ()
+        free = {key: value for key, value in values.items() if key not in self.compiled and key not in unread}
         return values_at(self.parameters, self.initial, free)
 
     @property
     def compiled(self) -> tuple[str, ...]:
         """The axes over what is fixed when the model is compiled."""
-        return tuple(key for key in described(self.model).compiled if key in self.plan.axes)
+        return tuple(key for key in self.plan.axes if is_apart(self.model, key))
 
     def parts(self, points: Array) -> Iterator[tuple[Self, Array]]:
         """These points by what is compiled in: the work of each part, with parameters of its own, and its points."""
         if not self.compiled:
             yield self, points
             return
-        values = self.plan.values(points)
-        every, which = np.unique([values[key] for key in self.compiled], axis=1, return_inverse=True)
-        for number, row in enumerate(every.T):
-            whole = {key: int(value) for key, value in zip(self.compiled, row, strict=True)}
-            yield replace(self, parameters=with_values(self.parameters, whole)), points[which.ravel() == number]
+        for apart, there in in_parts(self.model, self.plan.values(points)):
+            parameters, initial = part_at(self.parameters, self.initial, apart)
+            yield replace(self, parameters=parameters, initial=initial), points[there]
 
     @property
     def chosen(self) -> Chosen:
@@ -143,12 +142,35 @@ class Work:
         table = model.pack(at, self.thresholds)
         runs = model.runs(table, fixed, model.starts(at, self.plan.starts_of(points)))
         if self.record.exponent:  # the deviation stands between the states and the phase, and has no drift
-            initial = np.concatenate([runs.initial[:, :-1], seed_deviation(runs.sizes), runs.initial[:, -1:]], axis=1)
+            seeds = seed_deviation(runs.sizes)
+            names = model.states(fixed)
+            seeds[:, [names.index(name) for name in model.undeviated(self.parameters)]] = 0.0
+            initial = np.concatenate([runs.initial[:, :-1], seeds, runs.initial[:, -1:]], axis=1)
             still = np.zeros_like(runs.drifts)
             runs = replace(
                 runs, initial=initial, sizes=np.tile(runs.sizes, 2), drifts=np.concatenate([runs.drifts, still], axis=1)
             )
         return runs
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """The states of all points, the angle of the drive last; each may have only some of them."""
+        every = parts_of(self.model, self.parameters, self.initial, self.plan.axes)
+        return states_of_all([described(self.model).states(parameters) for parameters, _ in every])
+
+    def kept(self, state: Array) -> Array:
+        """States with the phase last [points, own states + 1] among the states of all points; NaN for others."""
+        names, own = self.states, described(self.model).states(self.parameters)
+        if names == own:
+            return state
+        found = np.full((len(state), len(names)), np.nan)
+        found[:, [names.index(name) for name in own]] = state
+        return found
+
+    def own(self, state: Array) -> Array:
+        """The inverse of :meth:`kept`."""
+        names, own = self.states, described(self.model).states(self.parameters)
+        return state if names == own else state[:, [names.index(name) for name in own]]
 
     @property
     def state_count(self) -> int:
@@ -207,8 +229,8 @@ class Work:
             "method": np.full(len(size), self.simulation.method == "implicit", np.int8),
             **({"attractor": np.zeros(len(size), np.int16)} if self.plan.starts else {}),  # known when all starts are
             **_where(ok, model.peaks(done.report, record)),
-            "initial_state": self.own_state(done.initial),
-            "final_state": self.own_state(done.final),
+            "initial_state": self.kept(self.own_state(done.initial)),
+            "final_state": self.kept(self.own_state(done.final)),
         }
 
     def _zero_one(self, returns: Array, size: Array) -> Array:

@@ -11,10 +11,11 @@ from nsdrill.analysis.hysteresis import differences, spans
 from nsdrill.analysis.outcome import text
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
+from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.labels import quantity
-from nsdrill.plot.slices import Line, edges, is_logarithmic, line, robust_limits
+from nsdrill.plot.slices import Line, edges, is_logarithmic, line, positions, robust_limits
 from nsdrill.variables import OK, POINT
 from nsdrill.web.shown import classes, response_styles, told
 
@@ -54,11 +55,12 @@ def _first(chosen: Sequence[str], names: Sequence[str]) -> list[str]:
 
 def axis_of(results: Results, name: str, units: str) -> dict[str, Any]:
     """An axis as a page knows it: words and units, its place among the dimensions, and its values as they are shown."""
-    values = np.asarray(results.coords[name], dtype=float)
+    values, one = positions(results, name), quantity(name, units)
     keys = {axis.name: axis.key for axis in results.more}
+    texts = [one.value(value) for value in results.coords[name]] if one.choices else None
     return {
         **told(name, units), "key": keys.get(name, name), "dimension": results.grid.index(name),
-        "values": values / quantity(name, units).scale, "log": is_logarithmic(values),
+        "values": values / one.scale, "log": is_logarithmic(values), "texts": texts,
     }  # fmt: skip
 
 
@@ -155,7 +157,7 @@ def plane(
         low, high = robust_limits(values)
     elif colour != "response":
         values = np.where(cut("status") == OK, values, np.nan)
-    across, up = (np.asarray(results.coords[axis], dtype=float) for axis in (x, y))
+    across, up = (positions(results, axis) for axis in (x, y))
     head = {
         "x": axis_of(results, x, units), "y": axis_of(results, y, units), "colour": told(colour, units),
         "procedures": [text(name) for name in results.coords["procedure"]], "place": place,
@@ -167,8 +169,8 @@ def plane(
 
 
 def longest(results: Results) -> str:
-    """The axis with most values, as pictures take it."""
-    return max(results.swept or ["rotary_speed"], key=lambda name: len(results.coords[name]))
+    """The axis with most values, as pictures take it: of numbers rather than words."""
+    return max(results.swept or ["rotary_speed"], key=lambda name: (not words_along(name), len(results.coords[name])))
 
 
 def _held(results: Results, held: Mapping[str, int], member: int) -> list[int]:

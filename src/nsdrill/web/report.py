@@ -21,6 +21,7 @@ from nsdrill.analysis.outcome import outcome
 from nsdrill.app.overrides import study_of
 from nsdrill.data import Array, Results, json_text
 from nsdrill.errors import InputError, NsdrillError
+from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import Line, edges
@@ -126,6 +127,9 @@ def _asked(page: _Page, session: Session, results: Results) -> None:
     rows = [("File", session.path), ("Model", meta["model"])]
     for name in results.axes:
         one, values = told(name, session.units), results.coords[name] / quantity(name, session.units).scale
+        if words_along(name):
+            rows.append((one["words"], ", ".join(quantity(name).value(value) for value in results.coords[name])))
+            continue
         span = f"{values[0]:.6g} to {values[-1]:.6g}" if len(values) > 1 else f"{values[0]:.6g}"
         ends = f"{span} {one['unit']}".strip() + (f", {len(values)} values" if len(values) > 1 else "")
         rows.append((one["words"], ends))
@@ -155,7 +159,10 @@ def _asked(page: _Page, session: Session, results: Results) -> None:
 
 
 def _diagrams(page: _Page, session: Session, results: Results) -> None:
-    units, names = session.units, sorted(results.swept, key=lambda name: -len(results.coords[name]))
+    units, names = (
+        session.units,
+        sorted(results.swept, key=lambda name: (bool(words_along(name)), -len(results.coords[name]))),
+    )
     more = {"responses": response_styles()}
     if results.slice and not names:
         _areas(page, [basin_area(results, units)])

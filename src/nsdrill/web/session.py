@@ -22,6 +22,7 @@ import numpy as np
 
 from nsdrill.data import Array, Results, Trace, frozen_modes, overrides
 from nsdrill.errors import FileError, InputError
+from nsdrill.models.leaves import as_told, words_of
 from nsdrill.models.registry import described, drawn_in
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.plot.labels import operating_point, quantity, retold
@@ -149,7 +150,7 @@ class Session:
             "drawn": self._drawn(),
             "responses": response_styles(),
             "sliders": self._sliders(),
-            "usual": list(dict.fromkeys([*USUAL, *self.study.swept])),
+            "usual": list(dict.fromkeys([*USUAL, *(key for key in self.study.swept if not words_of(key))])),
             "command": f"nsdrill view {shlex.quote(self.path)}",
         }
         if self.results is not None:
@@ -574,7 +575,8 @@ class Session:
         for name in results.swept:
             key = keys.get(name, name)
             value = float(results.coords[name][place[results.grid.index(name)]])
-            parts.append(option_of(key, leaves[key].text(value).replace(" ", "")))
+            text = str(as_told(key, value)) if words_of(key) else leaves[key].text(value).replace(" ", "")
+            parts.append(option_of(key, text))
         if len(results.coords["procedure"]) > 1:
             parts.append(f"--procedure {results.coords['procedure'][place[0]]}")
         if member := members(results):

@@ -97,7 +97,7 @@ def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
             continue
         found = None
         if kind not in ("ideal", "lqr"):
-            found = reflection(gains(driven, k), float(impedance(driven)), frequency, circuit(driven))
+            found = reflection(gains(driven, k), float(impedance(driven)), frequency, circuit(driven, k))
         if kind == "ideal":
             reflected[kind] = np.ones_like(frequency)
         elif found is not None:

@@ -129,10 +129,9 @@ def _slow(study: Any, corners: list[Values], told: Told) -> str | None:
 
 def _rounded(study: Any, corners: list[Values], told: Told) -> str | None:
     """The smoothing takes the peak off the linear law, which has all its fall below the speed dynamic_from."""
-    law = study.parameters.bit.friction
-    if law.law != "linear":
+    laws = [law for at in corners if (law := at.parameters.bit.friction).law == "linear"]
+    if not laws:
         return None
-    laws = [at.parameters.bit.friction for at in corners]
     sharpness, law = min(((law.smoothing * law.dynamic_from, law) for law in laws), key=itemgetter(0))
     if sharpness >= SHARP:
         return None
@@ -145,13 +144,16 @@ def _rounded(study: Any, corners: list[Values], told: Told) -> str | None:
 
 def _overloaded(study: Any, corners: list[Values], told: Told) -> str | None:
     """A motor at its limit does not keep the set speed."""
-    if study.parameters.drive.torque_limit is None:
+    limited = [at for at in corners if at.parameters.drive.torque_limit is not None]
+    if not limited:
         return None
     torque, limit = max(
         (
-            (mean_torque(at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)), limit)
-            for at in corners
-            if (limit := at.parameters.drive.torque_limit) is not None
+            (
+                mean_torque(at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)),
+                at.parameters.drive.torque_limit,
+            )
+            for at in limited
         ),
         key=lambda pair: pair[0] - pair[1],
     )
@@ -185,7 +187,7 @@ def _speeds(study: Any, corners: list[Values]) -> tuple[float, float]:
 def _on_the_wall(study: Any, corners: list[Values], told: Told) -> str | None:
     """The collar reaches the wall below the slowest speed, at every corner: no point of the sweep is free of it."""
     slowest, fastest = _speeds(study, corners)
-    if study.parameters.modes.lateral == "frozen":
+    if any(at.parameters.modes.lateral == "frozen" for at in corners):
         return None
     reached = [
         (wall_speed(at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)), at)
@@ -291,11 +293,10 @@ def _part(name: str, critical: float | None, slowest: float, fastest: float) -> 
 
 def _unstable(study: Any, corners: list[Values], told: Told) -> str | None:
     """A drive that swings the string by itself, as gains of the wrong sign make it."""
-    if study.parameters.drive.ideal or study.parameters.modes.torsional == "frozen":
-        return None
+    driven = [at for at in corners if not at.parameters.drive.ideal and at.parameters.modes.torsional == "free"]
     found = [
         (root, at)
-        for at in corners
+        for at in driven
         if (root := growth_at_rest(at.parameters, derive(at.parameters, *at.operation))) is not None
     ]
     if not found:
@@ -307,7 +308,7 @@ def _unstable(study: Any, corners: list[Values], told: Told) -> str | None:
         f"Unstable: without any friction at the bit the string and its drive{depth} do not come to rest: an eigenvalue "
         f"is {root.real:.4g}{f' +- {abs(root.imag):.4g}i' if swing else ''} 1/s, so a deviation grows e-fold in "
         f"{1 / root.real:.3g} s{swing}. Look at the signs and sizes of the gains of drive: "
-        f"{study.parameters.drive.kind}."
+        f"{at.parameters.drive.kind}."
     )
 
 

@@ -17,6 +17,13 @@ constant K of the motor, at the constant voltage at which it idles with the set 
     L i' + R i = n K (Omega - omega_d)       that is       (L/R) T_m' = (n K)^2/R (Omega - omega_d) - T_m
     J omega_d' = T_m - T_p
 
+With ``gains`` the voltage follows the motion, so that steady drilling is at the set speed:
+
+    V = n K Omega + R I* - [K_I (i - I*) + K_1 lag + K_2 (omega_d - Omega) + K_3 (psi - psi*) + K_4 (omega - Omega)]
+
+with the current I* and the twist psi* of steady drilling; in terms of the torque each gain of the bracket is times
+n K/R (:func:`regulator`; Sarker, Rideout & Butt 2012).
+
 So ``motor_damping``, (n K)^2/R, and ``circuit_time``, L/R, say all that the circuit does (Sarker, Rideout & Butt 2012
 have such a motor; its numbers are those of Christoforou & Yigit as reported). Its states are motor_torque and, as
 states come in pairs, motor_impulse, the integral of that torque (n K times the charge), on which nothing depends.
@@ -38,6 +45,7 @@ import numpy as np
 
 from nsdrill.errors import InputError
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, power
+from nsdrill.models.christoforou_yigit.laws import bit_arm
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
@@ -76,25 +84,71 @@ def impedance(parameters: Parameters) -> Any:
     return polar * np.sqrt(steel.density * steel.shear_modulus)
 
 
-def reflection(law: Gains, pipe: float, frequency: Any, motor: tuple[float, float] | None = None) -> Any:
+def reflection(law: Gains, pipe: float, frequency: Any, motor: Circuit | None = None) -> Any:
     """What share of the velocity of a torsional wave from below comes back from the drive, complex, at a ``frequency``
     w [rad/s], a number or an array: (z - Z) / (z + Z) with the impedance z of the ``pipe`` [N m s/rad] and
-    Z = K_p + i (w J - K_i / w) of the drive; of a DC ``motor`` with this :func:`circuit` i w J + K / (1 + i w T). None
-    where the law has gains on the motion of the bit: the drive is no impedance then. Source: continuity of speed and
-    torque of the wave at the top, where the drive's torque is Z times its speed."""
-    if law.twist_gain or law.speed_gain:
+    Z = K_p + i (w J - K_i / w) of the drive; of a DC ``motor`` with this :func:`circuit` it is
+    i w J + (K + S / (i w)) / (1 + i w T). None where the law has gains on the motion of the bit: the drive is no
+    impedance then. Source: continuity of speed and torque of the wave at the top, where the drive's torque is Z times
+    its speed."""
+    if law.twist_gain or law.speed_gain or (motor is not None and motor.of_bit):
         return None
     drive = law.damping + 1j * (frequency * law.inertia - law.stiffness / frequency)
     if motor is not None:
-        damping, time = motor
-        drive = drive + damping / (1.0 + 1j * frequency * time)
+        stiffness = motor.stiffness / (1j * frequency) if motor.stiffness else 0.0
+        drive = drive + (motor.damping + stiffness) / (1.0 + 1j * frequency * motor.time)
     return (pipe - drive) / (pipe + drive)
 
 
-def circuit(parameters: Parameters) -> tuple[float, float] | None:
-    """(motor damping K [N m s/rad], time constant T of the circuit [s]) of a DC motor; None of other drives."""
+class Circuit(NamedTuple):
+    """A DC motor seen from the string: its damping K [N m s/rad], the time constant T of the circuit [s], the stiffness
+    S with which it holds its angle [N m/rad], and whether it acts on the motion of the bit."""
+
+    damping: float
+    time: float
+    stiffness: float = 0.0
+    of_bit: bool = False
+
+
+def circuit(parameters: Parameters, k: Coefficients) -> Circuit | None:
+    """That of a DC motor, with its gains where it has such; None of other drives."""
     drive = parameters.drive
-    return (float(drive.motor_damping), float(drive.circuit_time)) if drive.kind == "dc_motor" else None
+    if drive.kind != "dc_motor":
+        return None
+    if not drive.regulated:
+        return Circuit(float(drive.motor_damping), float(drive.circuit_time))
+    law = regulator(parameters, k, 0.0, 0.0)
+    own = 1.0 + law.torque
+    damping, stiffness = (drive.motor_damping + law.drive_speed) / own, law.lag / own
+    return Circuit(float(damping), float(drive.circuit_time / own), float(stiffness), law.of_bit)
+
+
+class Regulator(NamedTuple):
+    """What the voltage of a motor makes of the motion, as torque at the string: numbers, or arrays over operating
+    points. The torque of steady drilling [N m] and its twist [rad]; then of the deviation of torque [1], lag [N m/rad],
+    drive speed [N m s/rad], twist [N m/rad] and bit speed [N m s/rad]."""
+
+    steady_motor_torque: Any
+    steady_twist: Any
+    torque: Any
+    lag: Any
+    drive_speed: Any
+    twist: Any
+    bit_speed: Any
+
+    @property
+    def of_bit(self) -> bool:
+        """Whether the bit is measured."""
+        return bool(np.any(self.twist) or np.any(self.bit_speed))
+
+
+def regulator(parameters: Parameters, k: Coefficients, wob: Any, rotary_speed: Any) -> Regulator:
+    """The law of the voltage of a DC motor with gains, at a weight on bit [N] and a rotary speed [rad/s]."""
+    drive = parameters.drive
+    torque = wob * bit_arm(parameters, k, rotary_speed) + parameters.drillstring.torsional_damping * rotary_speed
+    per_volt = drive.gear * drive.torque_constant / drive.resistance
+    current, *others = drive.gains or (0.0,) * 5
+    return Regulator(torque, -torque / k.k_t, current / drive.resistance, *(per_volt * gain for gain in others))
 
 
 def gains(parameters: Parameters, k: Coefficients) -> Gains:

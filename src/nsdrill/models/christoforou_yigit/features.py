@@ -280,8 +280,8 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
                 b[speed_max_ + i] = max(b[speed_max_ + i], speed if counts else b[speed_max_ + i])
         if apart and (speed_turns | torque_tops) != 0:
             # Where friction holds the bit at the end of a step much longer than it has an own time, the polynomial of
-            # the step undershoots, as its acceleration jumps inside; the speed at the end counts. And a bit that is held
-            # all the while has the torque that balances the string's, which has no top inside.
+            # the step undershoots, as its acceleration jumps inside; the speed at the end counts. And a bit that is
+            # held all the while has the torque that balances the string's, which has no top inside.
             for i in range(W):
                 holds = b[bb_ + i] * b[slope_ + i] > HOLDS
                 stays = holds and abs(b[eps_ + i] * b[speed0_ + i]) < CREEPS

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.drives import Gains, circuit, gains, impedance, reflection
+from nsdrill.models.christoforou_yigit.drives import Gains, circuit, gains, impedance, reflection, regulator
 from nsdrill.models.christoforou_yigit.lateral import weights
 from nsdrill.models.christoforou_yigit.laws import bit_arm, onset
 from nsdrill.models.christoforou_yigit.parameters import Parameters
@@ -88,9 +88,11 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> d
     if law_of_drive is None:
         return found
     frequency = math.sqrt(float(k.k_t) / float(k.J))
-    reflected = reflection(law_of_drive, float(impedance(parameters)), frequency, circuit(parameters))
+    reflected = reflection(law_of_drive, float(impedance(parameters)), frequency, circuit(parameters, k))
     found |= {"pipe_impedance": Figure(float(impedance(parameters)), "N m s/rad", "torsional impedance of the pipe")}
-    if parameters.drive.kind == "dc_motor":
+    if parameters.drive.regulated:
+        pass  # the voltage makes the droop good
+    elif parameters.drive.kind == "dc_motor":
         per = 1.0 / float(parameters.drive.motor_damping)
         found["droop"] = Figure(
             mean_torque(parameters, operation, k) * per, "rad/s", "fall of the motor's speed under the steady torque"
@@ -143,9 +145,33 @@ def torsional_matrix(parameters: Parameters, k: Coefficients, law: Gains | None 
 
 def _with_motor(parameters: Parameters, k: Coefficients, c_t: float) -> np.ndarray:
     """The matrix of string and DC motor [4, 4]: (motor torque, drive speed, torque of the pipe's spring, bit speed).
-    The angle of the top, which nothing holds at constant voltage, is left out: its eigenvalue is 0."""
+    The angle of the top, which nothing holds at constant voltage, is left out: its eigenvalue is 0. With gains that
+    hold it [5, 5]: (motor torque, lag, drive speed, twist, bit speed)."""
     drive, J, k_t = parameters.drive, float(k.J), float(k.k_t)
     inertia, c_s, per_time = float(drive.top_inertia), float(drive.shaft_damping), 1.0 / float(drive.circuit_time)
+    if drive.regulated:
+        law = regulator(parameters, k, 0.0, 0.0)
+        damping = float(drive.motor_damping) + law.drive_speed
+        if law.lag + law.twist != 0.0:
+            return np.array(
+                [
+                    [-(1.0 + law.torque) * per_time, -law.lag * per_time, -damping * per_time, -law.twist * per_time,
+                     -law.bit_speed * per_time],
+                    [0.0, 0.0, 1.0, 0.0, 0.0],
+                    [1.0 / inertia, -k_t / inertia, -c_s / inertia, k_t / inertia, c_s / inertia],
+                    [0.0, 0.0, 0.0, 0.0, 1.0],
+                    [0.0, k_t / J, c_s / J, -k_t / J, -(c_t + c_s) / J],
+                ]
+            )  # fmt: skip
+        return np.array(
+            [
+                [-(1.0 + law.torque) * per_time, -damping * per_time, -law.lag / k_t * per_time,
+                 -law.bit_speed * per_time],
+                [1.0 / inertia, -c_s / inertia, -1.0 / inertia, c_s / inertia],
+                [0.0, k_t, 0.0, -k_t],
+                [0.0, c_s / J, 1.0 / J, -(c_t + c_s) / J],
+            ]
+        )  # fmt: skip
     return np.array(
         [
             [-per_time, -float(drive.motor_damping) * per_time, 0.0, 0.0],

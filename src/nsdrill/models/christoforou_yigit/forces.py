@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.drives import Gains, gains, motor_torque
+from nsdrill.models.christoforou_yigit.drives import Gains, gains, motor_torque, regulator
 from nsdrill.models.christoforou_yigit.lateral import rate_of_penetration, stabilizer_radius, weights
 from nsdrill.models.christoforou_yigit.laws import bit_arm, friction
 from nsdrill.models.christoforou_yigit.parameters import Friction, Parameters
@@ -151,7 +151,14 @@ def _power_of_drive(
     top, speed, omega = state["drive_speed"], operation.rotary_speed, state["bit_speed"]
     if "motor_torque" in state:  # V i - R i^2
         torque = state["motor_torque"]
-        fed = torque * (speed - torque / parameters.drive.motor_damping)
+        volts = speed  # over n K
+        if parameters.drive.regulated:
+            k = derive(parameters, operation.depth, operation.wob, speed)
+            r = regulator(parameters, k, operation.wob, speed)
+            asked = r.torque * (torque - r.steady_motor_torque) + r.lag * state["lag"] + r.drive_speed * (top - speed)
+            asked = asked + r.twist * (state["twist"] - r.steady_twist) + r.bit_speed * (omega - speed)
+            volts = speed + (r.steady_motor_torque - asked) / parameters.drive.motor_damping
+        fed = torque * (volts - torque / parameters.drive.motor_damping)
         return np.asarray(fed - law.shaft_damping * (top - omega) ** 2)
     torque = motor_torque(law, parameters.drive.torque_limit, state["lag"], top, state["twist"], omega, speed)
     spring = law.stiffness * state["lag"] * (top - speed)

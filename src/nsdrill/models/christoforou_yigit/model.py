@@ -87,9 +87,9 @@ class ChristoforouYigit(Model):
             held = rhs.pack(parameters, *points.operation)[0, rhs.columns_of(options).index("drive_stiffness")]
             if options.motor or held == 0.0:
                 raise InputError(
-                    f"drive.kind: found {parameters.drive.kind}, whose angle nothing holds to that of the set "
-                    "speed, so no motion repeats in that frame; allowed in a continuation: ideal, or a drive with an "
-                    "integral gain."
+                    f"drive.kind: found {parameters.drive.kind}, a motor or a drive whose angle nothing holds to that "
+                    "of the set speed, so that no motion repeats in that frame; allowed in a continuation: ideal, or a "
+                    "drive with an integral gain."
                 )
         smooth = parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
         folds = 1 if options.weight else 0 if smooth else options.lobes

@@ -15,7 +15,8 @@ class Options(NamedTuple):
 
     ``hertz``: the law of the wall is Hertz's; ``lobes`` of the rock's surface; ``driven``: the drive is not ideal;
     ``friction``: the number of the bit's friction law among :data:`.laws.LAWS`; ``limited``: the torque of the drive
-    has a limit; ``motor``: the drive is a DC motor, whose torque is a state; ``swirl``: the mud turns; ``stabilizer``:
+    has a limit; ``motor``: the drive is a DC motor, whose torque is a state; ``regulated``: its
+    voltage has gains on the motion; ``swirl``: the mud turns; ``stabilizer``:
     the stabilisers have room, or friction; ``weight``: the hole is inclined; ``axial_friction``: friction at the wall
     and the stabilisers acts along the axis too; ``apart``: the friction of bit and wall is kept apart, for a stepper
     that treats it implicitly.
@@ -27,11 +28,17 @@ class Options(NamedTuple):
     friction: int = 0
     limited: int = 0
     motor: int = 0
+    regulated: int = 0
     swirl: int = 0
     stabilizer: int = 0
     weight: int = 0
     axial_friction: int = 0
     apart: int = 0
+
+    @property
+    def differenced(self) -> bool:
+        """Whether a deviation is the difference of two right-hand sides, as these options are not linearised."""
+        return bool(self.stabilizer or self.axial_friction)
 
 
 def options_of(parameters: Parameters) -> Options:
@@ -42,8 +49,9 @@ def options_of(parameters: Parameters) -> Options:
         lobes=int(parameters.bit.lobes),
         driven=int(not parameters.drive.ideal),
         friction=LAWS.index(parameters.bit.friction.law),
-        limited=int(parameters.drive.torque_limit is not None),
+        limited=int(parameters.drive.limited),
         motor=int(parameters.drive.kind == "dc_motor"),
+        regulated=int(parameters.drive.regulated),
         swirl=is_used(parameters.mud.swirl),
         stabilizer=int(parameters.stabilizer.clearance is not None),
         weight=is_used(parameters.well.inclination),

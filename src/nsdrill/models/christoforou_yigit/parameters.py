@@ -12,6 +12,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Literal
 
+from nsdrill.models.christoforou_yigit.reads import READ_BY, unread
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter
@@ -309,6 +310,10 @@ class Drive(Checked):
         930.0, "kg m^2", "CY as reported", "low", low=1e-3, high=1e7, usual="200 to 2000 kg m^2"
     )
     motor_inertia: float = parameter(23.0, "kg m^2", "CY as reported", "low", high=1e6, usual="5 to 50 kg m^2")
+    gains: tuple[float, ...] | None = parameter(
+        None, "", low=-1e9, high=1e9, most=5,
+        meaning="K_I, K_1, K_2, K_3, K_4 of the motor's voltage, kind dc_motor; null: constant voltage",
+    )  # fmt: skip
     on_at: float | None = parameter(None, "s", high=1e7, usual="10 to 100 s into a simulation")
     torque_limit: float | None = parameter(
         None, "N m", "Simulator4nDOF has 60 kN m", "medium", high=1e9, usual="20 to 100 kN m at the string"
@@ -319,6 +324,16 @@ class Drive(Checked):
     def ideal(self) -> bool:
         """Whether the top turns with the set speed whatever the torque, without states of its own."""
         return self.kind == "ideal"
+
+    @property
+    def limited(self) -> bool:
+        """Whether the torque of the motor has a limit."""
+        return self.torque_limit is not None and "torque_limit" in READ_BY[self.kind]
+
+    @property
+    def regulated(self) -> bool:
+        """Whether the voltage of a DC motor follows the motion."""
+        return self.gains is not None and self.kind == "dc_motor"
 
     @property
     def motor_damping(self) -> float:
@@ -339,11 +354,10 @@ class Drive(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        own = self.kind not in ("ideal", "z_torque", "dc_motor") and not (
-            self.kind == "soft_torque" and self.compensated_inertia
-        )
-        if self.torque_limit is not None and not own:
-            raise ValueError(f"torque_limit: found {self.torque_limit:g} N m with a drive {self.kind}, allowed: none")
+        if self.torque_limit is not None and self.kind == "soft_torque" and self.compensated_inertia:
+            raise ValueError(
+                f"torque_limit: found {self.torque_limit:g} N m with a compensated_inertia, allowed: one of the two"
+            )
         if self.kind == "soft_torque" and not self.compensated_inertia < self.inertia:
             raise ValueError(
                 f"compensated_inertia: found {self.compensated_inertia:g} kg m^2, allowed: less than the inertia, "
@@ -362,6 +376,11 @@ class Parameters:
     modes: Modes = field(default_factory=Modes)
     drive: Drive = field(default_factory=Drive)
     stabilizer: Stabilizer = field(default_factory=Stabilizer)
+
+    @property
+    def unread(self) -> frozenset[str]:
+        """The keys of a study that a string with these choices does not read."""
+        return unread(self)
 
     def __post_init__(self) -> None:
         collar = self.drillstring.collar.outer_diameter

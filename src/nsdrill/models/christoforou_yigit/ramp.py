@@ -31,6 +31,7 @@ from nsdrill.models.christoforou_yigit.rhs import (
     INDEX,
     MAIN,
     PARAMETERS,
+    REGULATOR_PARAMETERS,
     columns_of,
     make_right_hand_side,
     pack,
@@ -73,6 +74,8 @@ def make_ramped(lanes: int, options: Options = MAIN) -> Any:
     twist_, speed_, lag_, top_ = (W * (rows.stage + i) for i in (6, 7, 8, 9))
     surge_, motor = W * (rows.acceleration + 5), options.motor
     steep_, per_time_ = (W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2))
+    regulated, P = options.regulated, {name: W * (rows.parameter + i) for i, name in enumerate(columns_of(options))}
+    _, _, _, g_lag_, g_top_, g_twist_, g_speed_ = (P.get(name, 0) for name in REGULATOR_PARAMETERS)
     limited, set_ = options.limited, W * rows.parameter
     motion = make_right_hand_side(lanes, options)
 
@@ -95,7 +98,12 @@ def make_ramped(lanes: int, options: Options = MAIN) -> Any:
                     more = min(max(law, -most), 0.0) - min(max(law - more, -most), 0.0)
                 b[pull_ + i] += more * b[iJ_d_ + i]
                 if motor:  # the voltage follows the set point
-                    b[surge_ + i] += b[steep_ + i] * faster * b[per_time_ + i]
+                    follows = b[steep_ + i] * faster
+                    if regulated:
+                        follows += fma(
+                            b[g_lag_ + i] + b[g_twist_ + i], ahead, (b[g_top_ + i] + b[g_speed_ + i]) * faster
+                        )
+                    b[surge_ + i] += follows * b[per_time_ + i]
             else:
                 more = b[k_t_ + i] * ahead * b[iJ_ + i]
                 b[alpha_ + i] += more

@@ -8,6 +8,7 @@ from typing import Any
 
 from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE, deepest
+from nsdrill.models.christoforou_yigit.reads import FROZEN, OFF, READ_BY, READ_BY_LAW
 from nsdrill.models.description import Order
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.units import format_quantity
@@ -23,70 +24,6 @@ ORDERS = (
     Order("drillstring.collar.length", "operation.depth", words="the length of the collars"),
 )
 
-_ALWAYS = ("inertia", "shaft_damping", "on_at")
-_OWN = (*_ALWAYS, "torque_limit")  # where the inertia is that of the machine
-# The keys of the drive that each kind reads.
-READ_BY: dict[str, tuple[str, ...]] = {
-    "ideal": (),
-    "stiff": _OWN,
-    "soft_torque": (*_OWN, "matching", "frequency", "compensated_inertia"),
-    "equal_damping": _OWN,
-    "z_torque": (*_ALWAYS, "a", "high_pass"),
-    "lqr": (*_OWN, "state_weight", "torque_weight"),
-    "dc_motor": (
-        "shaft_damping",
-        "inductance",
-        "resistance",
-        "torque_constant",
-        "gear",
-        "table_inertia",
-        "motor_inertia",
-    ),
-    "pi": (*_OWN, "stiffness", "damping", "twist_gain", "speed_gain"),
-}
-
-
-# The keys of the bit that each of its friction laws reads.
-_SMOOTHED = ("static", "dynamic", "smoothing")
-READ_BY_LAW: dict[str, tuple[str, ...]] = {
-    "hyperbolic": (*_SMOOTHED, "decay"),
-    "linear": (*_SMOOTHED, "dynamic_from"),
-    "exponential": (*_SMOOTHED, "decay"),
-    "rational": ("b0", "b1", "b2", "b3"),
-}
-
-
-# What only the motion of a mode depends on: its start, and numbers of the string.
-FROZEN: dict[str, tuple[str, ...]] = {
-    "axial": ("initial.z", "initial.vz", "bit.surface_amplitude", "drillstring.axial_damping"),
-    "torsional": ("initial.twist", "initial.bit_speed", "drillstring.torsional_damping"),
-    "lateral": (
-        "initial.x",
-        "initial.y",
-        "initial.vx",
-        "initial.vy",
-        "drillstring.eccentricity",
-        "drillstring.collar.span",
-        "well.stiffness",
-        "well.friction.static",
-        "well.friction.dynamic",
-        "well.friction.smoothing",
-        "well.friction.decay",
-        "mud.density",
-        "mud.added_mass",
-        "mud.drag",
-        "mud.swirl",
-        "well.inclination",
-        "stabilizer.clearance",
-    ),
-}
-# What acts on a mode that moves alone, and its value where it does not.
-OFF: dict[str, dict[str, Any]] = {
-    "axial": {"well.axial_friction": False},
-    "torsional": {},
-    "lateral": {"mud.swirl": 0.0, "well.inclination": 0.0, "well.axial_friction": False, "stabilizer.clearance": None},
-}
-
 
 def relations(check: Any) -> Iterator[Fault]:
     """All of them but the :data:`ORDERS`; ``check`` is the Checker of the study."""
@@ -95,7 +32,6 @@ def relations(check: Any) -> Iterator[Fault]:
     yield from _law(check)
     yield from _drive(check)
     yield from _stabilizer(check)
-    yield from _exponent(check)
 
 
 def _initial(check: Any) -> Iterator[Fault]:
@@ -155,16 +91,16 @@ def _modes(check: Any) -> Iterator[Fault]:
         for key in FROZEN[mode]:
             what = f"which modes.{mode}: frozen does without"
             if check.axis(key):
-                yield check.fault(
-                    f"sweep.{key}", f"an axis over {key}, {what}", "a number that changes the motion", ("sweep", key)
-                )
+                allowed = "a number that changes the motion"
+                yield check.idle(check.fault(f"sweep.{key}", f"an axis over {key}, {what}", allowed, ("sweep", key)))
             elif key.startswith("initial.") and check.given(key) and check.value(key) != check.leaves[key].default:
-                yield check.fault(key, f"{check.text(key)}, {what}", "left out")
+                yield check.idle(check.fault(key, f"{check.text(key)}, {what}", "left out"))
 
         for key, off in OFF[mode].items():
             if check.sound(key) and check.value(key) != off and not check.axis(key):
                 found = "true" if check.value(key) is True else check.text(key)
-                yield check.fault(key, f"{found}, which modes.{mode}: frozen does without", "left out")
+                what = f"{found}, which modes.{mode}: frozen does without"
+                yield check.idle(check.fault(key, what, "left out"))
 
 
 def _stabilizer(check: Any) -> Iterator[Fault]:
@@ -187,17 +123,6 @@ def _stabilizer(check: Any) -> Iterator[Fault]:
         allowed = f"below the gap between collar and wall, {format_quantity(gap, 'mm')}: stabilisers touch first"
         key, place = (f"sweep.{clearance}", ("sweep", clearance)) if axis else (clearance, None)
         yield check.fault(key, check.text(clearance, 1), allowed, place)
-
-
-def _exponent(check: Any) -> Iterator[Fault]:
-    """No Lyapunov exponent of equations that are not linearised here."""
-    if not check.sound("record", "stabilizer", "well") or not check.value("record.exponent"):
-        return
-    room = check.value("stabilizer.clearance") is not None or check.axis("stabilizer.clearance")
-    for key, there in (("stabilizer.clearance", room), ("well.axial_friction", check.value("well.axial_friction"))):
-        if there:
-            found = f"true with {key}, whose equations are not linearised"
-            yield check.fault("record.exponent", found, f"false; or without {key}")
 
 
 def _law(check: Any) -> Iterator[Fault]:
@@ -226,7 +151,12 @@ def _drive(check: Any) -> Iterator[Fault]:
         of_start = key in ("initial.lag", "initial.drive_speed") and kind == "ideal"
         if of_start or name not in (key, "kind", *READ_BY[kind]):
             yield from check.unread(key, f"which the drive {kind} does not read", allowed)
-    if kind == "dc_motor" and check.sound("record") and check.value("record.poincare") > 0:
+    gains = check.value("drive.gains")
+    if kind == "dc_motor" and gains is not None and len(gains) != 5:
+        yield check.fault("drive.gains", f"{len(gains)} of them", "five: K_I, K_1, K_2, K_3, K_4, or null")
+        return
+    held = gains is not None and gains[1] + gains[3] != 0.0  # on lag and twist
+    if kind == "dc_motor" and not held and check.sound("record") and check.value("record.poincare") > 0:
         found = f"{check.text('record.poincare')} with a DC motor, which falls behind its set point: no return repeats"
         yield check.fault("record.poincare", found, "0")
     if check.value("drive.on_at") is not None:

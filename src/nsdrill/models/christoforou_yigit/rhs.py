@@ -19,7 +19,7 @@ from nsdrill.models.christoforou_yigit.apart import OWN, make_solve
 from nsdrill.models.christoforou_yigit.apart_along import ALONG
 from nsdrill.models.christoforou_yigit.apart_held import HELD
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive, power
-from nsdrill.models.christoforou_yigit.drives import gains
+from nsdrill.models.christoforou_yigit.drives import Regulator, gains, regulator
 from nsdrill.models.christoforou_yigit.friction import bit_arm, bit_factors, shared, slip_factors
 from nsdrill.models.christoforou_yigit.lateral import (
     AXIAL_PARAMETERS,
@@ -32,6 +32,7 @@ from nsdrill.models.christoforou_yigit.laws import bit_numbers
 from nsdrill.models.christoforou_yigit.lobes import multiple_sine
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.differences import rows_to_keep
 
 STATES = ("x", "vx", "y", "vy", "z", "vz", "twist", "bit_speed")
 # Left by the right-hand side for the observer: cosine and sine of the bit angle, the smoothed direction of the bit
@@ -62,6 +63,9 @@ DRIVE_PARAMETERS = (
 # A DC motor has two states and two parameters more than other drives.
 MOTOR_STATES = ("motor_impulse", "motor_torque")
 MOTOR_PARAMETERS = ("motor_damping", "per_circuit_time")
+# The law of its voltage, where it has gains.
+REGULATOR_PARAMETERS = tuple(f"regulator_{name}" for name in Regulator._fields)
+CONTACTS = 2  # rock and wall
 # Friction acts on the slopes of vx, vy and the bit speed; some kinds of it act on vz as well.
 PUSHED, PUSHED_ALONG = 0b1011, 0b1111
 UNSEEN = 1e30  # the size of a state that has no say in the steps
@@ -77,6 +81,7 @@ def columns_of(options: Options) -> tuple[str, ...]:
     """The names of the lane parameters."""
     drive = (*DRIVE_PARAMETERS, "torque_limit") if options.limited else DRIVE_PARAMETERS
     drive = (*drive, *MOTOR_PARAMETERS) if options.motor else drive
+    drive = (*drive, *REGULATOR_PARAMETERS) if options.regulated else drive
     return (
         *PARAMETERS,
         *(drive if options.driven else ()),
@@ -101,7 +106,10 @@ def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, colum
     companions = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
     apart = (PUSHED_ALONG if options.axial_friction else PUSHED) if options.apart else 0
-    return Rows(states + companions, len(aux_of(options)), width, observed, companions, apart=apart)
+    aux = len(aux_of(options))
+    if tangent and options.differenced:
+        aux += rows_to_keep(states, states // 2, apart, CONTACTS)
+    return Rows(states + companions, aux, width, observed, companions, apart=apart)
 
 
 MAIN = Options()
@@ -140,6 +148,8 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
     limited, motor = options.limited, options.motor
     T_m_, surge_ = W * (rows.stage + 11), W * (rows.acceleration + 5)
     slope_, per_time_ = (W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2))
+    regulated = options.regulated
+    T_0_, psi_0_, g_T_, g_lag_, g_top_, g_twist_, g_speed_ = (P.get(name, 0) for name in REGULATOR_PARAMETERS)
     # The rows of further options, which are nowhere without them.
     swirl, stabilizer, weight, both = options.swirl, options.stabilizer, options.weight, options.axial_friction
     sigma_, momentum_ = (P.get(name, 0) for name in SWIRL_PARAMETERS)
@@ -270,6 +280,13 @@ def make_right_hand_side(lanes: int, options: Options = MAIN, *, tangent: bool =
                 if motor:
                     law = -b[T_m_ + i]
                     b[surge_ + i] = fma(b[slope_ + i], speed - top, law) * b[per_time_ + i]
+                    if regulated:
+                        fed = fma(
+                            b[g_lag_ + i], lag, fma(b[g_top_ + i], top - speed, b[g_speed_ + i] * (omega - speed))
+                        )
+                        fed = fma(b[g_twist_ + i], b[twist_ + i] - b[psi_0_ + i], fed)
+                        fed = fma(b[g_T_ + i], b[T_m_ + i] - b[T_0_ + i], fed)
+                        b[surge_ + i] += (b[T_0_ + i] - fed) * b[per_time_ + i]
                 if limited:  # the law is the torque of the motor with the other sign
                     law = min(max(law, -b[most_ + i]), 0.0)
                 b[pull_ + i] = (fma(b[k_t_ + i], twist, -damped) - law) * b[iJ_d_ + i]
@@ -345,6 +362,9 @@ def pack(parameters: Parameters, depth: Any, wob: Any, rotary_speed: Any, stuck_
             "motor_damping": drive.motor_damping,
             "per_circuit_time": 1 / drive.circuit_time,
         }
+        if options.regulated:
+            law_of_voltage = regulator(parameters, k, wob, rotary_speed)
+            values |= dict(zip(REGULATOR_PARAMETERS, law_of_voltage, strict=True))
     values |= lane_parameters(parameters, k, rotary_speed)
     names = columns_of(options)
     table = np.zeros((depth.size, len(names)))
@@ -412,6 +432,11 @@ def first_step(table: np.ndarray, options: Options = MAIN) -> np.ndarray:
     if options.motor:
         slope, per_time = table[:, len(PARAMETERS) + len(DRIVE_PARAMETERS) :][:, :2].T
         fastest = np.maximum(fastest, np.maximum(slope * per_time * inverse, per_time**2))
+    if options.regulated:
+        names = columns_of(options)
+        torque, lag, top = (table[:, names.index(f"regulator_{name}")] for name in ("torque", "lag", "drive_speed"))
+        square = np.maximum(((1 + torque) * per_time) ** 2, np.abs(slope + top) * per_time * inverse)
+        fastest = np.maximum(fastest, np.maximum(square, np.abs(lag * per_time * inverse) ** (2 / 3)))
     return 0.01 / np.sqrt(np.maximum(fastest, p["drive_speed"] ** 2))
 
 

@@ -27,6 +27,7 @@ from nsdrill.models.christoforou_yigit.rhs import (
     AUX,
     DRIVE_PARAMETERS,
     PARAMETERS,
+    REGULATOR_PARAMETERS,
     STATES,
     aux_of,
     columns_of,
@@ -34,6 +35,7 @@ from nsdrill.models.christoforou_yigit.rhs import (
     rows_of,
     states_of,
 )
+from nsdrill.models.differences import make_differences
 
 CONTACTS = ("rock", "wall")  # each has a function that is positive where it touches
 
@@ -43,11 +45,18 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     """The compiled right-hand side of the motion and of one deviation from it.
 
     The deviation stands after the states, in their order; its accelerations after theirs. The functions of the contacts
-    at the start of the step stand among the observer's rows, at ``place``. ValueError with options that have none.
+    at the start of the step stand among the observer's rows, at ``place``. With stabilisers, or with friction along the
+    axis, it is the difference of two right-hand sides (:mod:`nsdrill.models.differences`).
     """
-    if options.stabilizer or options.axial_friction:
-        raise ValueError("there are no tangent dynamics with stabilisers or with friction along the axis")
     rows = rows_of(options, tangent=True)
+    if options.differenced:
+        motion = make_right_hand_side(lanes, options, tangent=True)
+        force, radius = (rows.aux_now + AUX.index(name) for name in ("force", "radius"))
+        gap = rows.parameter + columns_of(options).index("gap")
+        return make_differences(
+            motion, lanes, rows, rows.aux_now + len(aux_of(options)), *options, place,
+            touches=((force, -1), (radius, gap)), place=place,
+        )  # fmt: skip
     W, own, hertz, lobes, driven = lanes, len(states_of(options)), options.hertz, options.lobes, options.driven
     law_of_bit = options.friction
     x_, vx_, y_, vy_, _, _, _, speed_ = (W * (rows.stage + i) for i in range(8))
@@ -61,13 +70,14 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
     twist_, lag_, top_ = (W * (rows.stage + i) for i in (6, 8, 9))
     dT_m_, dsurge_ = W * (rows.stage + own + 11), W * (rows.acceleration + own // 2 + 5)
     slope_, per_time_ = (W * (rows.parameter + len(PARAMETERS) + len(DRIVE_PARAMETERS) + i) for i in range(2))
-    motor = options.motor
+    motor, regulated = options.motor, options.regulated
     limited, set_ = options.limited, W * (rows.parameter + PARAMETERS.index("drive_speed"))
     # Of the right-hand side's notes those that no observer reads are overwritten by their deviations.
     cosine_, sine_, direction_, decay_, force_, torque_, radius_, slip_, radial_, tangential_, friction_ = (
         W * (rows.aux_now + i) for i in range(len(AUX))
     )
     P = {name: W * (rows.parameter + i) for i, name in enumerate(columns_of(options))}
+    _, _, g_T_, g_lag_, g_top_, g_twist_, g_speed_ = (P.get(name, 0) for name in REGULATOR_PARAMETERS)
     swirl, weight = options.swirl, options.weight
     sigma_, momentum_ = (P.get(name, 0) for name in SWIRL_PARAMETERS)
     weight_, eccentric_ = (P.get(name, 0) for name in WEIGHT_PARAMETERS)
@@ -212,6 +222,10 @@ def make_tangent(lanes: int, options: Options, place: int) -> Any:
                 if motor:
                     law = -b[dT_m_ + i]
                     b[dsurge_ + i] = fma(b[slope_ + i], -dtop, law) * b[per_time_ + i]
+                    if regulated:
+                        fed = fma(b[g_lag_ + i], dlag, fma(b[g_top_ + i], dtop, b[g_speed_ + i] * domega))
+                        fed = fma(b[g_T_ + i], b[dT_m_ + i], fma(b[g_twist_ + i], dphi, fed))
+                        b[dsurge_ + i] -= fed * b[per_time_ + i]
                 if limited:  # at its limits the torque of the motor does not change
                     lag, speed = b[lag_ + i], b[set_ + i]
                     pipe = fma(b[G_t_ + i], b[twist_ + i] - lag, b[G_w_ + i] * (omega - speed))

@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.models.base import Array, Variant
+from nsdrill.models.base import Array, Ramps, Variant
+from nsdrill.models.differences import rows_to_keep
 from nsdrill.models.drilling import drilled
 from nsdrill.models.leaves import Values
+from nsdrill.models.registry import NAMES
 from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.segments import names
 from nsdrill.models.segments.observed import DECLARATION
@@ -28,9 +30,15 @@ class Segments(ScalarModel):
     """Pairs of position and velocity from the surface to the bit, then angles and speeds, then the motor's current."""
 
     name = "segments"
+    contacts = ("rock",)
     singles = 1
     fixed = 2
-    ramps = None  # type: ignore[assignment]
+
+    @property
+    def ramps(self) -> Ramps:  # type: ignore[override]
+        from nsdrill.models.segments.ramp import SegmentsRamps
+
+        return SegmentsRamps(self)
 
     def variant(self, parameters: Parameters) -> Variant:
         return parameters.segments.pipe, parameters.segments.collar
@@ -48,6 +56,29 @@ class Segments(ScalarModel):
         from nsdrill.models.segments.rhs import make_right_hand_side
 
         return make_right_hand_side(lanes, self.rows(variant), *variant[:2])
+
+    def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
+        """By the difference of two right-hand sides."""
+        from nsdrill.models.differences import make_differences
+        from nsdrill.models.segments.rhs import make_right_hand_side
+
+        rows = self.rows(variant, tangent=True)
+        motion = make_right_hand_side(lanes, rows, *variant[:2])
+        aux = self.names(variant).aux
+        touch = rows.aux_now + aux.index("interference_"), -1
+        number = NAMES.index(self.name)
+        return make_differences(
+            motion, lanes, rows, rows.aux_now + len(aux), number, *variant, place, touches=(touch,), place=place
+        )
+
+    def contact_functions(self, lanes: int, variant: Variant, place: int) -> Any:
+        """The interference of bit and rock, its rate and second derivative."""
+        from nsdrill.models.segments.rhs import make_contact
+
+        return make_contact(lanes, self.rows(variant, tangent=True), place, *variant)
+
+    def kept_meanwhile(self, states: int, apart: int) -> int:
+        return rows_to_keep(states, (states + self.singles) // 2, apart, len(self.contacts))
 
     def pushed(self, variant: Variant) -> int:
         return 1 << (2 * sum(variant[:2]) + 1)  # that of the bit speed
@@ -139,6 +170,10 @@ class Segments(ScalarModel):
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
         return ("drive_speed", "current") if parameters.drive.kind == "stiff" else ()
+
+    def undeviated(self, parameters: Parameters) -> tuple[str, ...]:
+        """What a stiff drive keeps: a deviation of these would stay as well, and hide one that decays."""
+        return ("lag", *self.held(parameters)) if parameters.drive.kind == "stiff" else ()
 
     # What is observed
 

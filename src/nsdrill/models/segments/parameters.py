@@ -12,6 +12,7 @@ from typing import Literal
 
 from nsdrill.models.christoforou_yigit.parameters import Cutting, Material, Pipe, check_bore
 from nsdrill.models.operation import LARGEST_FORCE, Operation
+from nsdrill.models.segments.reads import unread
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter
 
@@ -247,6 +248,11 @@ class Parameters:
     well: Well = field(default_factory=Well)
     bit: Bit = field(default_factory=Bit)
     drive: Drive = field(default_factory=Drive)
+
+    @property
+    def unread(self) -> frozenset[str]:
+        """The keys of a study that a string with these choices does not read."""
+        return unread(self)
 
     def __post_init__(self) -> None:
         widest = max(self.drillstring.collar.outer_diameter, self.drillstring.pipe.outer_diameter)

@@ -32,7 +32,7 @@ from typing import Any
 import numpy as np
 from numba import types
 
-from nsdrill.abi import BUFFER, Rows, compiled, inlined
+from nsdrill.abi import BUFFER, RATES, Rows, compiled, inlined
 from nsdrill.elementary import direction, exp2, fma, sincos
 from nsdrill.generate import constants, define
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
@@ -255,6 +255,31 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> An
     known = {"np": np, "fma": fma, "sincos": sincos, "exp2": exp2, "direction": direction}
     if rows.apart:
         known |= {"first_slip": first_slip, "hyperbolic": hyperbolic, "kept": kept, "load_of": load_of}
-    return compiled(types.void(BUFFER), W, pipes, collars, int(rows.apart > 0))(
+    return compiled(types.void(BUFFER), W, pipes, collars, int(rows.apart > 0), int(rows.companions > 0))(
         define("right_hand_side", text, **known, **helpers)
     )
+
+
+@lru_cache
+def make_contact(lanes: int, rows: Rows, place: int, pipes: int, collars: int, *apart: int) -> Any:
+    """The compiled function that puts value, slope and second derivative of the interference of bit and rock at the end
+    of the step into the observer's rows at ``place``."""
+    W, last = lanes, pipes + collars
+    P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
+    A = {name: W * (rows.aux_now + i) for i, name in enumerate(AUX)}
+    sine_, cosine_, interference_, closing_ = (A[name] for name in ("sine_", "cosine_", "interference_", "closing_"))
+    amplitude_, lobes_ = P["surface_amplitude"], P["lobes_"]
+    speed_ = W * (rows.stage + 2 * (last + 1) + 2 * last + 1)
+    axial_, turning_ = W * (rows.acceleration + last), W * (rows.acceleration + 2 * last + 1)
+    value_, rate_, bend_ = (W * (rows.observer + place + k) for k in range(RATES))
+
+    @compiled(types.void(BUFFER), W, place, pipes, collars, *apart)
+    def rock(b):  # type: ignore[no-untyped-def]
+        for i in range(W):
+            turn = b[lobes_ + i] * b[speed_ + i]
+            around = b[lobes_ + i] * b[cosine_ + i] * b[turning_ + i] - b[sine_ + i] * turn * turn
+            b[value_ + i] = b[interference_ + i]
+            b[rate_ + i] = b[closing_ + i]
+            b[bend_ + i] = fma(b[amplitude_ + i], around, -b[axial_ + i])
+
+    return rock

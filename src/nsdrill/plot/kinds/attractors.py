@@ -20,7 +20,7 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import Shown, fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below, marker_entry, response_entries
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
-from nsdrill.plot.slices import edges, robust_limits, spaced
+from nsdrill.plot.slices import edges, name_words, positions, robust_limits, spaced
 from nsdrill.plot.starts import USED, along, has_starts, matched
 from nsdrill.plot.style import REFERENCE, RESPONSES, new_figure, page_width, put_title, type_size
 
@@ -32,7 +32,7 @@ LEAST = 0.05
 def draw(results: Results, units: str = "si") -> Figure:
     axis, found = along(results)
     x = quantity(axis, units)
-    centres = np.asarray(results.coords[axis], float) / x.scale
+    centres = positions(results, axis) / x.scale
     figure = new_figure(page_width(), HEIGHT)
     shown = drawn_in(results.attrs).attractors
     grid = figure.add_gridspec(len(shown), 1)
@@ -57,6 +57,7 @@ def draw(results: Results, units: str = "si") -> Figure:
         axes.tick_params(labelbottom=row == len(shown) - 1)
         panels.append(axes)
     spaced(panels[0], centres)
+    name_words(panels[0], results, axis, units=units)
     panels[0].set_xlim(*edges(centres)[[0, -1]])
     panels[-1].set_xlabel(x.label)
     figure.align_ylabels(panels)

@@ -19,12 +19,13 @@ from matplotlib.patheffects import Normal, Stroke
 from nsdrill.analysis.probability import EVERY, SAFE, Chances, chances, window_state
 from nsdrill.analysis.window import ACROSS, USUAL_CONFIDENCE
 from nsdrill.data import Array, Results
+from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import model_in
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
 from nsdrill.plot.maps import WRAP, lies_across
 from nsdrill.plot.registry import SAMPLES, Kind, has_samples, longest, needs_samples
-from nsdrill.plot.slices import edges, spaced
+from nsdrill.plot.slices import edges, name_words, positions, spaced
 from nsdrill.plot.style import BLACK, REFERENCE, RESPONSES, new_figure, page_width, put_title, seamless, type_size
 from nsdrill.variables import RESPONSES as NAMES
 from nsdrill.variables import SAMPLE
@@ -57,14 +58,15 @@ def _title(results: Results, found: Chances, units: str) -> str:
 
 
 def _maps(results: Results, found: Chances, units: str, confidence: float) -> Figure:
-    order = [axis for axis in (*ACROSS, *results.axes) if axis in results.swept]
+    numbers_first = sorted(results.axes, key=lambda axis: bool(words_along(axis)))
+    order = [axis for axis in (*ACROSS, *numbers_first) if axis in results.swept]
     across, up = dict.fromkeys(order)
     wrap = WRAP.get(len(found.outcomes), 4)
     deep = -(-len(found.outcomes) // wrap)
     figure = new_figure(page_width(), 1.3 + deep * 2.4)
     grid = figure.add_gridspec(deep, wrap)
     x, y = quantity(across, units), quantity(up, units)
-    columns, rows = (edges(results.coords[name]) / one.scale for name, one in ((across, x), (up, y)))
+    columns, rows = (edges(positions(results, name)) / one.scale for name, one in ((across, x), (up, y)))
 
     def plane(values: Array) -> Array:
         kept = [results.axes.index(up), results.axes.index(across)]
@@ -88,9 +90,11 @@ def _maps(results: Results, found: Chances, units: str, confidence: float) -> Fi
         axes.set_xlabel(x.label if lowest else "")
         axes.set_ylabel(y.label if leftmost else "")
         panels.append(axes)
-    spaced(panels[0], results.coords[across], results.coords[up])
+    spaced(panels[0], positions(results, across), positions(results, up))
+    name_words(panels[0], results, across, up, units)
     panels[0].set_xlim(columns[0], columns[-1])
-    panels[0].set_ylim((rows[-1], rows[0]) if up == "depth" else (rows[0], rows[-1]))
+    downwards = up == "depth" or bool(words_along(up))
+    panels[0].set_ylim((rows[-1], rows[0]) if downwards else (rows[0], rows[-1]))
     figure.colorbar(mesh, ax=panels, label="Probability [%]", aspect=30, pad=0.01)
     part = 100.0 * np.count_nonzero(inside) / inside.size
     words = f"safe with {100 * confidence:g} % or more ({part:.1f} % of the points)"
@@ -123,7 +127,7 @@ def _outline(axes: Axes, columns: Array, rows: Array, inside: Array) -> None:
 
 def _lines(results: Results, found: Chances, units: str, confidence: float) -> Figure:
     axis = results.swept[0]
-    shown, values = quantity(axis, units), np.asarray(results.coords[axis], dtype=float)
+    shown, values = quantity(axis, units), positions(results, axis)
     figure = new_figure(page_width(), 3.2)
     axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
     x, handles = values / shown.scale, []

@@ -24,7 +24,7 @@ from nsdrill.data import Array, Results
 from nsdrill.plot.labels import fixed_values, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below, marker_entry
 from nsdrill.plot.registry import STARTS, Kind, needs_starts
-from nsdrill.plot.slices import edges, spaced
+from nsdrill.plot.slices import edges, name_words, positions, spaced
 from nsdrill.plot.starts import USED, along, has_starts, matched
 from nsdrill.plot.style import RESPONSES, new_figure, page_width, put_title, type_size
 
@@ -38,7 +38,7 @@ MOST_BARS = 80  # with more operating points every second, third ... has its int
 def draw(results: Results, units: str = "si") -> Figure:
     axis, found = along(results)
     x = quantity(axis, units)
-    centres = np.asarray(results.coords[axis], float) / x.scale
+    centres = positions(results, axis) / x.scale
     borders = edges(centres)
     figure = new_figure(page_width(), HEIGHT)
     axes = figure.add_subplot()
@@ -54,6 +54,7 @@ def draw(results: Results, units: str = "si") -> Figure:
     if sampled:
         draw_intervals(axes, found, present, centres)
     spaced(axes, centres)
+    name_words(axes, results, axis, units=units)
     axes.set_xlim(borders[0], borders[-1])
     axes.set_ylim(0, 100)
     axes.set_xlabel(x.label)

@@ -8,8 +8,9 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from nsdrill.data import Results
+from nsdrill.models.leaves import words_along
 from nsdrill.models.vocabulary import BY_NAME
-from nsdrill.plot.curves import draw_curves
+from nsdrill.plot.curves import draw_curves, draw_words
 from nsdrill.plot.maps import draw_values_map, lies_across
 from nsdrill.plot.registry import VALUE, Kind, is_sweep, longest, needs_returns
 from nsdrill.variables import POINT
@@ -21,11 +22,18 @@ FIRST = ("stick_slip_index", *ALIASES, "whirl_ratio")  # the named ones before t
 def draw(variable: str, results: Results, units: str = "si") -> Figure:
     if len(results.swept) < 2:
         return draw_curves(results, (variable,), units)
+    if _over_words(results):
+        return draw_words(results, variable, units)
     return draw_values_map(results, variable, units)
 
 
 def _across(data: Any) -> str:
-    return longest(data) if len(data.swept) < 2 else lies_across(data)
+    return longest(data) if len(data.swept) < 2 or _over_words(data) else lies_across(data)
+
+
+def _over_words(data: Any) -> bool:
+    """Whether a curve is drawn for each of the words of an axis, beside one of numbers."""
+    return len(data.swept) == 2 and sum(bool(words_along(axis)) for axis in data.swept) == 1
 
 
 def _advice(variable: str, data: Any) -> str:

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from nsdrill.analysis.window import CRITICAL, RIM, SAFE, UNKNOWN, Classes, classes, find_window, unknown_words
+from nsdrill.analysis.window import CRITICAL, RIM, SAFE, UNKNOWN, Classes, axes_of, classes, find_window, unknown_words
 from nsdrill.data import Array, Results
 from nsdrill.plot import equal
 from nsdrill.plot.equal import RATE, drawn_of
@@ -181,7 +181,7 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
 
 
 def _place(data: Any) -> float | None:
-    return 50 if isinstance(data, Results) and 1 <= len(data.swept) <= 3 else None
+    return 50 if isinstance(data, Results) and axes_of(data) is not None else None
 
 
 KINDS = (

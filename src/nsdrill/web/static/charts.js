@@ -40,6 +40,10 @@ window.nsdrill = (() => {
   }
 
   const amount = (value, unit, count) => `${digits(value, count)}${unit ? ` ${unit}` : ""}`;
+  // A value of an axis `d`, by its number: with its unit, or the word that stands there.
+  const valueOf = (d, i, count) => (d.texts ? d.texts[i] : amount(d.values[i], d.unit, count));
+  // The marks along an axis of words.
+  const marks = (d) => (d.texts ? { splits: () => [...d.values], values: () => d.texts, grid: { show: false } } : {});
 
   function limits(...arrays) {
     let low = Infinity, high = -Infinity;
@@ -58,6 +62,13 @@ window.nsdrill = (() => {
     return [low - room, high + room];
   }
 
+  // How many decimals numbers have that stand a step apart; 7 for more.
+  function decimals(step) {
+    let count = 0;
+    while (count < 7 && Math.abs(step * 10 ** count - Math.round(step * 10 ** count)) > 1e-6 * step * 10 ** count) count += 1;
+    return count;
+  }
+
   // Axes around a drawing. `o.x`, `o.y` are the ranges, read again at every update; `o.draw(context, X, Y, chart)` draws, in
   // pixels of the canvas; `o.over` draws on a sheet above, which is cheap to draw anew.
   function chart(box, o) {
@@ -69,10 +80,9 @@ window.nsdrill = (() => {
       label, size, labelSize: 16, labelGap: 0, gap: 3, font: FONT, labelFont: FONT, stroke: INK,
       grid: { stroke: GRID, width: 1 }, ticks: { stroke: "#999", width: 1, size: 4 }, ...more,
     });
-    // As many decimals as neighbours need to differ.
     const ticks = (u, splits, which, space, step) => {
-      const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9) + (/[1-9]{2}/.test(step.toPrecision(3)) ? 1 : 0));
-      return splits.map((value) => (value == null ? "" : decimals > 6 ? digits(value, 4) : value.toFixed(decimals)));
+      const count = decimals(step);
+      return splits.map((value) => (value == null ? "" : count > 6 ? digits(value, 4) : value.toFixed(count)));
     };
     const numbers = (log) => (log ? {} : { values: ticks });
     const plot = new uPlot(
@@ -88,8 +98,8 @@ window.nsdrill = (() => {
         },
         series: [{}, { points: { show: false }, paths: () => null }],
         axes: [
-          axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...(o.bare ? { values: () => [] } : numbers(o.log)) }),
-          axis(o.ylabel, 46, { space: 26, ...numbers(false) }),
+          axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...(o.bare ? { values: () => [] } : { ...numbers(o.log), ...o.xmarks }) }),
+          axis(o.ylabel, o.ymarks && o.ymarks.values ? 110 : 46, { space: 26, ...numbers(false), ...o.ymarks }),
         ],
         hooks: { draw: [draw], setSize: [fit], ready: [fit] },
       },
@@ -222,7 +232,7 @@ window.nsdrill = (() => {
     for (const line of d.lines || [])
       if (line.y[1] <= range[1] + 1.5 * (range[1] - range[0])) range = limits(range, line.y);
     const frame = {
-      x: d.edges || padded(limits(xs)), y: padded(range), xlabel: d.x.label, ylabel: d.y.label, log: d.x.log, bare: o.bare,
+      x: d.edges || padded(limits(xs)), y: padded(range), xlabel: d.x.label, ylabel: d.y.label, log: d.x.log, bare: o.bare, xmarks: marks(d.x),
       height: o.height || 260, sync: o.sync, cross: false,
       draw(c, X, Y, u) {
         const dpr = ratio();
@@ -370,7 +380,7 @@ window.nsdrill = (() => {
       if (curve)
         for (let i = 0; i < curve.x.length; i++) {
           const dx = u.valToPos(curve.x[i], "x") - px, dy = u.valToPos(curve.y[i], "y") - py, far = dx * dx + dy * dy;
-          if (far < 100 && far <= least) { least = far; best = { curve: i, value: curve.y[i], at: curve.x[i] }; }
+          if (far < (N ? 100 : Infinity) && far <= least) { least = far; best = { curve: i, value: curve.y[i], at: curve.x[i] }; }
         }
       if (best) return best;
       if (column === null) return null;
@@ -412,6 +422,7 @@ window.nsdrill = (() => {
     const [, ny, nx] = d.values.shape, xe = d.x_edges, ye = d.y_edges, p = o.procedure;
     const frame = {
       x: [xe[0], xe[nx]], y: [ye[0], ye[ny]], xlabel: d.x.label, ylabel: d.y.label, log: d.x.log, height: o.height || 460,
+      xmarks: marks(d.x), ymarks: marks(d.y),
       cross: false, zoom: true,
       draw(c, X, Y) {
         for (let j = 0; j < ny; j++)
@@ -786,5 +797,5 @@ window.nsdrill = (() => {
     return cut;
   }
 
-  return { branchWords, unpack, make, digits, amount, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
+  return { branchWords, unpack, make, digits, decimals, amount, valueOf, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
 })();

@@ -1,7 +1,7 @@
 "use strict";
 // The explorer: what is chosen, and what is asked of the server. Every name, unit, colour and range comes from there.
 (() => {
-  const N = window.nsdrill, { make, digits, amount } = N;
+  const N = window.nsdrill, { make, digits, amount, valueOf } = N;
   const $ = (id) => document.getElementById(id);
   const token = location.hash.slice(1);
   let meta = null, view = null, motion = null, charts = [], local = null;
@@ -83,7 +83,7 @@
     if (several) channels.push(...c.labels.map((one) => [`map ${one.name}`, `Map: ${one.long}`]), ...c.features.map((one) => [`map ${one.name}`, `Map: ${one.words}`]));
     if (c.panels.length) channels.push(["all", "Peaks of all motions"], ...c.panels.map((one) => [`line ${one.name}`, one.words]));
     channels.push(...c.features.map((one) => [`line ${one.name}`, one.words]));
-    const longest = [...c.axes].sort((a, b) => b.values.length - a.values.length).map((one) => one.name);
+    const longest = [...c.axes].sort((a, b) => (a.texts ? 1 : 0) - (b.texts ? 1 : 0) || b.values.length - a.values.length).map((one) => one.name);
     const second = several ? c.axes.find((one) => one.name === longest[1]).values.length : 0;
     options($("channel"), channels, several && second > 3 ? "map response" : c.panels.length ? "all" : channels[0][0]);
     options($("along"), c.axes.map((one) => [one.name, one.words]), longest[0]);
@@ -123,7 +123,7 @@
     home.replaceChildren();
     for (const axis of c.axes) {
       if (free.includes(axis.name)) continue;
-      const select = make("select", {}, ...axis.values.map((value, i) => make("option", { value: i, selected: i === (view.held[axis.name] || 0) }, amount(value, axis.unit))));
+      const select = make("select", {}, ...axis.values.map((value, i) => make("option", { value: i, selected: i === (view.held[axis.name] || 0) }, valueOf(axis, i))));
       select.addEventListener("change", () => { view.held[axis.name] = Number(select.value); redraw(); });
       home.append(make("label", {}, `${axis.words} `, select, " "));
     }
@@ -206,7 +206,7 @@
     }
     const code = d.outcome[p * d.x.values.length + i];
     const head = [
-      make("span", { class: "name" }, `${d.x.words} ${amount(d.x.values[i], d.x.unit, 5)}${d.procedures.length > 1 ? `, ${d.procedures[p]}` : ""}: ${word(code)}`),
+      make("span", { class: "name" }, `${d.x.words} ${valueOf(d.x, i, 5)}${d.procedures.length > 1 ? `, ${d.procedures[p]}` : ""}: ${word(code)}`),
       make("br"), Number.isFinite(value) ? `${d.y.words} ${amount(value, d.y.unit)}` : "",
     ];
     if (d.told) {
@@ -228,7 +228,7 @@
       if (!hit) return;
       const shown = hit.outcome < 0 ? word(hit.outcome) : d.classes ? (d.classes[hit.value] || {}).name || "–" : amount(hit.value, d.colour.unit);
       $("hover").replaceChildren(
-        make("span", { class: "name" }, `${d.x.words} ${amount(d.x.values[hit.i], d.x.unit, 5)}, ${d.y.words} ${amount(d.y.values[hit.j], d.y.unit, 5)}${d.procedures.length > 1 ? `, ${d.procedures[hit.p]}` : ""}`),
+        make("span", { class: "name" }, `${d.x.words} ${valueOf(d.x, hit.i, 5)}, ${d.y.words} ${valueOf(d.y, hit.j, 5)}${d.procedures.length > 1 ? `, ${d.procedures[hit.p]}` : ""}`),
         make("br"), `${d.colour.words}: ${shown}`,
       );
     };

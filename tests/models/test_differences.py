@@ -1,0 +1,120 @@
+"""Deviations by the difference of two right-hand sides: stabilisers, friction along the axis, segments."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sweep.runs import finish
+
+import nsdrill
+from nsdrill.app.run import work_of
+from nsdrill.observe.thresholds import Record
+from nsdrill.store import from_dataset
+from nsdrill.study import parse_study
+from nsdrill.sweep.work import Work
+
+STABILIZERS = """
+operation: {wob: 40 kN, rotary_speed: 5 rad/s}
+stabilizer: {clearance: 5 mm, friction: {static: 0.3, dynamic: 0.2, smoothing: 50 s/m}}
+initial: {x: 6 mm, vx: 0.1 m/s, vy: 0.2 m/s}
+"""
+ALONG = """
+operation: {wob: 40 kN, rotary_speed: 4 rad/s}
+well: {inclination: 60 deg, axial_friction: true, friction: {smoothing: 20 s/m}}
+initial: {x: 5 mm, y: -76 mm, vx: 0.3 m/s}
+"""
+SEGMENTS = """
+model: segments
+segments: {pipe: 2, collar: 2}
+operation: {wob: 100 kN, rotary_speed: 13 rad/s}
+initial: {bit_speed: 9 rad/s}
+"""
+STIFF = SEGMENTS + "drive: {kind: stiff}\n"
+
+
+def end_of(work: Work, shift: float, rtol: float) -> np.ndarray:
+    """The end of a run from a start that is moved by so much of its deviation, which keeps its length."""
+    from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
+
+    one = replace(work, simulation=replace(work.simulation, rtol=rtol))
+    runs, gang = one.prepare(np.array([0])), one.new_gang(1, 1)
+    n = one.state_count
+    runs.initial[0, :n] += shift * runs.initial[0, n : 2 * n]
+    gang._store[GROWTH_HEADER] = np.inf
+    gang.add(np.array([0]), runs)
+    return finish(one, gang)[-1].final[0]
+
+
+# Steps land on rock and wall, as where the equations are linearised. In half a second of a bouncing bit on segments the
+# neighbouring runs themselves miss by 2e-3.
+@pytest.mark.parametrize(
+    ("text", "seconds", "within"),
+    [(STABILIZERS, 2.0, 1e-3), (ALONG, 2.0, 1e-3), (SEGMENTS, 0.1, 5e-4), (SEGMENTS, 0.5, 1e-2), (STIFF, 0.5, 1e-2)],
+    ids=["stabilizers", "along", "touch", "segments", "stiff"],
+)
+def test_the_deviation_is_the_derivative_of_the_motion(text: str, seconds: float, within: float) -> None:
+    study = parse_study(f"{text}simulation: {{transient: 0 s, observe: {seconds} s}}\n")
+    work = replace(work_of(study), record=Record(exponent=True))
+    n = work.state_count
+    size = work.prepare(np.array([0])).sizes[0, :n]
+    quotient = (end_of(work, 1e-5, 1e-11) - end_of(work, -1e-5, 1e-11))[:n] / 2e-5 / size
+    followed = end_of(work, 0.0, 1e-8)[n : 2 * n] / size
+    assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
+
+
+@pytest.mark.parametrize("text", [STABILIZERS, SEGMENTS], ids=["stabilizers", "segments"])
+def test_a_run_has_the_same_bits_with_its_exponent(text: str) -> None:
+    study = f"{text}sweep: {{wob: [40 kN, 60 kN, 90 kN]}}\nsimulation: {{transient: 0.5 s, observe: 1 s}}\n"
+    plain, told = (nsdrill.run(study, set={"record.exponent": switch}) for switch in (False, True))
+    for name in plain.data_vars:
+        assert np.array_equal(plain[name].values, told[name].values, equal_nan=True), name
+    assert np.all(np.isfinite(told.lyapunov_exponent))
+    assert from_dataset(told).variables["lyapunov_error"].shape[-1] > 0
+
+
+def test_steady_rotation_of_segments_decays_as_its_slowest_eigenvalue() -> None:
+    """Off the threshold of cutting and without lobes and pulsation the string comes to rest about steady drilling; its
+    deviations decay with the slowest eigenvalue of the linear string, here by differences of its own slopes."""
+    text = """
+model: segments
+segments: {pipe: 1, collar: 1, material_damping: {axial: 5 ms, torsional: 20 ms}, hydraulics: {pulsation: 0 L/s}}
+bit: {surface_amplitude: 0 mm}
+drive: {kind: stiff}
+operation: {wob: 50 kN, rotary_speed: 30 rad/s}
+simulation: {transient: 20 s, observe: 60 s, rtol: 1.0e-9}
+record: {exponent: true}
+"""
+    found = nsdrill.run(text)
+    work = replace(work_of(parse_study(text)), record=Record())
+    model, fixed = work.kind, work.variant.fixed
+    runs, rows = work.prepare(np.array([0])), model.rows(fixed)
+    slopes = model.right_hand_side(1, fixed)
+    n, names = work.state_count, model.states(fixed)
+    free = [i for i, name in enumerate(names) if name not in ("lag", "drive_speed", "current")]
+
+    def rates(state: np.ndarray) -> np.ndarray:
+        b = np.zeros(rows.total)
+        b[:n], b[rows.parameter : rows.parameter + rows.parameters] = state, runs.parameters[0]
+        slopes(b)
+        made = np.empty(n)
+        for order, count, first, slope in rows.blocks:
+            for k in range(count):
+                if order == 2:
+                    made[first + 2 * k] = state[first + 2 * k + 1]
+                    made[first + 2 * k + 1] = b[rows.acceleration + slope + k]
+                else:
+                    made[first + k] = b[rows.acceleration + slope + k]
+        return made
+
+    rest = found.final_state.values.ravel()[:n]
+    matrix = np.empty((len(free), len(free)))
+    for j, i in enumerate(free):
+        step = 1e-6 * runs.sizes[0, i]
+        up, down = rest.copy(), rest.copy()
+        up[i], down[i] = rest[i] + step, rest[i] - step
+        matrix[:, j] = (rates(up) - rates(down))[free] / (2 * step)
+    slowest = np.linalg.eigvals(matrix).real.max()
+    assert slowest < -0.01
+    assert float(found.lyapunov_exponent) == pytest.approx(slowest, rel=0.05)
