@@ -43,16 +43,17 @@ uncertain:
 simulation: {transient: 60 s, observe: 40 s}
 record: {peaks: 0}
 """
-# The largest resident memory of one command [MB].
+# The largest resident memory of one command [MB]. That of getrusage counts the process from which it was started, too.
 MEMORY = """
-import resource, sys
+import sys
 from nsdrill.cli import main
 sys.argv = ["nsdrill", *sys.argv[1:]]
 try:
     main()
 except SystemExit as end:
     assert not end.code, end.code
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3, file=sys.stderr)
+(peak,) = [line for line in open("/proc/self/status") if line.startswith("VmHWM")]
+print(int(peak.split()[1]) * 1.024e-3, file=sys.stderr)
 """
 
 

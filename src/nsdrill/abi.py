@@ -94,7 +94,10 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
 
 def inlined(function: Callable[..., Any]) -> Any:
     """A helper that disappears into its caller, so that the caller's lane loop still vectorises."""
-    made = numba.njit(forceinline=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
+    # Its callers are compiled, or in Python: without a wrapper for C a tenth less is compiled.
+    made = numba.njit(forceinline=True, fastmath=FASTMATH, error_model="numpy", _nrt=False, no_cfunc_wrapper=True)(
+        function
+    )
     return lasting(made, f"{function.__module__}.{function.__name__}")
 
 

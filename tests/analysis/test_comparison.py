@@ -9,7 +9,7 @@ from model_tables import TRACE_VARIABLES
 from nsdrill.analysis.comparison import ROUNDING, common, compare_results, compare_traces
 from nsdrill.data import Results, Trace
 from nsdrill.models.christoforou_yigit.variables import STATE_NAMES
-from nsdrill.variables import Unknown
+from nsdrill.variables import OK, PENDING, STICK_SLIP, Unknown
 
 from .grids import grid
 
@@ -196,3 +196,32 @@ def test_points_of_two_constant_values_are_compared_all_the_same() -> None:
     assert not axis["same"]
     b.coords["wob"] = b.coords["wob"] + 1e6
     assert compare_results(a, b)["points"] == 0, "an axis with several values, none of them common"
+
+
+def test_probabilities_of_other_samples_are_compared() -> None:
+    """One operating point of which the intervals lie apart, one where they do not; the counts are put in by hand."""
+    rock = Unknown("bit.rock_stiffness", "N/m", "stiffness")
+
+    def results(critical: list[int], values: np.ndarray) -> Results:
+        coords = {
+            "procedure": np.array(["same"]), "depth": np.array([1e3]), "wob": np.array([1e4]),
+            "rotary_speed": np.array([3.0, 6.0]), "sample": np.arange(20),
+        }  # fmt: skip
+        response = (np.arange(20) < np.array(critical)[:, None]).astype(np.int8) * STICK_SLIP
+        variables = {"status": np.full((1, 1, 1, 2, 20), OK, np.int8), "response": response[None, None, None]}
+        return Results(coords, variables, {}, (), {rock: values})
+
+    a, b = results([1, 10], np.linspace(1e7, 2e7, 20)), results([18, 12], np.linspace(2e7, 3e7, 20))
+    found = compare_results(a, b)
+    assert found["points"] == 0
+    safe, slipping = (
+        next(one for one in found["probabilities"]["outcomes"] if one["name"] == name)
+        for name in ("safe", "stick_slip")
+    )
+    assert (safe["a"], safe["b"]) == pytest.approx(((19 + 10) / 40, (2 + 8) / 40))
+    assert safe["largest"] == pytest.approx(-17 / 20)
+    assert slipping["largest"] == pytest.approx(17 / 20)
+    assert safe["at"] == {"depth": 1e3, "wob": 1e4, "rotary_speed": 3.0}
+    assert safe["apart"] == slipping["apart"] == 1
+    b["status"][..., 0] = PENDING
+    assert compare_results(a, b)["probabilities"] is None

@@ -26,6 +26,30 @@ def test_a_linear_problem_has_the_posterior_of_the_textbook():
     assert found.spread == pytest.approx(np.zeros(5), abs=5e-3)  # runs that are all but equal give the same
 
 
+def test_a_curved_problem_has_the_posterior_of_a_fine_grid():
+    """Two unknowns, a jump and a fold, against sums over 641 x 641 values of prior times likelihood."""
+    errors = np.array([0.15, 0.2, 0.2])
+
+    def simulate(z):
+        jump = 1 / (1 + np.exp(-8 * (z[:, 0] - 0.2)))
+        return np.stack([jump * (1 + 0.4 * z[:, 1]), 0.3 * z[:, 1] ** 2 + z[:, 0], z[:, 0] * z[:, 1]], axis=1)
+
+    line = np.linspace(-5.0, 5.0, 641)
+    grid = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    for case in range(3):
+        rng = np.random.default_rng(case)
+        y = simulate(rng.standard_normal((1, 2)))[0] + errors * rng.standard_normal(3)
+        logs = -0.5 * np.sum(grid**2, axis=1) - 0.5 * np.sum(((simulate(grid) - y) / errors) ** 2, axis=1)
+        weights = np.exp(logs - logs.max())
+        weights /= weights.sum()
+        mean = weights @ grid
+        deviation = np.sqrt(weights @ (grid - mean) ** 2)
+        found = posterior(simulate, y, errors, 2, batch=300, rounds=10, wanted=600)
+        assert found.size > 300
+        assert np.abs(found.mean - mean).max() < 4 * (deviation / np.sqrt(found.size)).max()
+        assert found.widths == pytest.approx(deviation, rel=0.12)
+
+
 def threshold(z):
     """As stick-slip sets in: a jump in one unknown, a sign that is not told of another."""
     jump = 1 / (1 + np.exp(-20 * (z[:, 0] - 0.3)))

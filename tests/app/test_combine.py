@@ -68,6 +68,15 @@ def test_carried_states_and_samples_stay_as_they_are() -> None:
     parts = [run(**both, operation={"wob": wob}) for wob in ("20 kN", "40 kN")]
     swept = run(**{**both, "sweep": {"wob": ["20 kN", "40 kN"], **both["sweep"]}})
     same(nsdrill.combine(parts).transpose(*swept["status"].dims, ...), swept)
+    drawn = parts[1]["bit_rock_stiffness"]
+    other = parts[1].assign_coords(bit_rock_stiffness=drawn.copy(data=drawn.values * 1.001))
+    with pytest.raises(InputError, match=r"found other samples of bit\.rock_stiffness"):
+        nsdrill.combine([parts[0], other])
+
+
+def test_a_state_of_the_start_becomes_an_axis() -> None:
+    parts = [run(initial={"x": x}) for x in ("1 mm", "40 mm")]
+    same(nsdrill.combine(parts), run(sweep={**STUDY["sweep"], "initial.x": ["1 mm", "40 mm"]}))
 
 
 def test_what_is_compiled_in_becomes_an_axis() -> None:

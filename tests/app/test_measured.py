@@ -152,6 +152,7 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
         (log(lambda rows: rows[:100]), "found no stretch of at least 120 s"),
         (log(name="gamma"), "the column 'gamma', which is not known"),
         (log(lambda rows: [*rows[:9], rows[9].rpartition(",")[0] + ",", *rows[10:]]), "line 11: surface_torque: found"),
+        ("time [s],wob [kN],hook_load [kN]\n0,1,2\n", "It is one of the model segments; the study has another."),
         ("time [s],surface_torque [kN m]\n0,1\n1,1\n", "found no setting (wob, rotary_speed, depth) beside the time"),
     ],
 )  # fmt: skip

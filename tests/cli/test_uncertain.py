@@ -46,6 +46,7 @@ def test_from_the_study_to_the_answers(call: Call, results: Path, tmp_path: Path
         plain["unknowns"]["operation.wob"]["value"] / 4448.2216152605
     )
     window = call("window", str(results), "--confidence", "75").out
+    assert call("window", str(results), "--confidence", "75 %").out == window
     assert "75 % or more of 16 samples" in window
     assert "What the confidence costs:" in window
     assert json.loads(call("window", str(results), "--json").out)["confidence"] == 0.9
@@ -61,7 +62,10 @@ def test_one_sample_is_replayed(call: Call, results: Path, tmp_path: Path) -> No
     assert "sample 5" in done.err
     assert "bit for bit" in done.err
     study, trace = str(tmp_path / "study.yaml"), str(tmp_path / "u.h5")
-    assert "Point: 2000 m" in call("simulate", study, "--at", "sample=5", "-o", trace).err
+    said = call("simulate", study, "--at", "sample=5", "-o", trace).err
+    assert "Point: 2000 m" in said
+    assert "bit rock stiffness" in said
+    assert "sample 5" in said
 
 
 @pytest.mark.parametrize(
@@ -72,7 +76,9 @@ def test_one_sample_is_replayed(call: Call, results: Path, tmp_path: Path) -> No
         (("replay", "OUT", "--rotary-speed", "8rad/s", "--at", "sample=1.5", "-o", "NEW"), "a whole number"),
         (("plot", "OUT", "--kind", "summary", "-o", "NEW"), "which draws one sample"),
         (("plot", "OUT", "--kind", "tornado", "--confidence", "90", "-o", "NEW"), "--confidence: found with --kind"),
-        (("window", "OUT", "--confidence", "0"), "confidence"),
+        (("window", "OUT", "--confidence", "0"), "--confidence: found 0; allowed: a percentage from 1 to 99.99."),
+        (("window", "OUT", "--confidence", "0.9"), "A part of one is meant in percent: 90."),
+        (("window", "OUT", "--confidence", "much"), "--confidence: found much; allowed: a percentage"),
         (("sensitivity", "OUT", "--at", "sample=1"), "allowed: axes of the sweep"),
         (("combine", "OUT", "-o", "NEW"), "found 1 file; allowed: two or more"),
         (("combine", "OUT", "OUT", "-o", "NEW"), "found the same study"),

@@ -178,6 +178,31 @@ def test_peaks_of_stick_slip_are_those_of_the_friction_law_as_it_steepens() -> N
     assert steps[1e6] < 1.5 * steps[1e3]
 
 
+@pytest.mark.parametrize("smoothing", [1e3, 1e5])
+def test_the_least_speed_of_a_bit_that_sticks_is_that_at_which_it_creeps(smoothing: float) -> None:
+    """Nothing undershoots: where the string pulls least, while the bit is held, its speed is that at which friction is
+    as great as the pull, by bisection of the law. Radau gives the pull."""
+    work = main_work(smoothing, "implicit")
+    k = derive(work.parameters, 5000.0, 66.72e3, 1.0)
+    law, damping = bit_numbers(work.parameters, k), work.parameters.drillstring.torsional_damping
+
+    def torque(speed: float) -> float:
+        arm = 2 / np.pi * np.arctan(smoothing * speed)
+        return 66.72e3 * arm * (law.bit_rise / (1 + law.bit_decay * abs(speed)) + law.bit_dynamic)
+
+    def slopes(_: float, y: np.ndarray) -> list[float]:
+        return [y[1] - 1.0, -(damping * y[1] + k.k_t * y[0] + torque(y[1])) / k.J]
+
+    found = solve_ivp(slopes, (0.0, 45.0), [-8.0, 1.0], "Radau", rtol=1e-9, atol=1e-12)
+    there = (found.t > 20.0) & (found.y[1] < 0.01)
+    pull = np.min(-k.k_t * found.y[0][there])
+    low, high = 0.0, 0.01
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if torque(middle) + damping * middle < pull else (low, middle)
+    assert run(work, lanes=1)["bit_speed_min"][0] == pytest.approx(low, rel=2e-2)
+
+
 def test_features_equal_those_of_the_explicit_pair() -> None:
     """Torsion alone, which has one limit cycle: extremes and fractions of two methods within some tolerances."""
     one, two = (run(main_work(2e3, method, 1e-8), lanes=1) for method in ("explicit", "implicit"))

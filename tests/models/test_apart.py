@@ -86,3 +86,35 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: str, smoothing: st
     # The slip is as exact as the velocities; steepness amplifies what rounding leaves of it.
     noise = 1e-15 * float(smoothing) * 10
     assert slopes_of(b, rows) == pytest.approx(slopes_of(plain, ordinary), abs=(3e-5 + noise) * np.abs(pushes).max())
+
+
+def test_the_deviation_of_a_stage_is_its_derivative() -> None:
+    """Of an elastic collar: moved velocities, slopes and pushes of the deviation, against two stages 1e-5 apart."""
+    text, step = CASES["beam, few modes"].replace("EPS", "500"), 1e-5
+    study = parse_study(text)
+    model = model_named("beam")
+    variant = model.apart(model.variant(study.parameters))
+    plain, ordinary, function = buffer_of(text, True, 7, RELAX)
+    rows = model.rows(variant, tangent=True)
+    b, own, slopes = np.zeros((rows.total, W)), rows.own, rows.own_slopes
+    for name, count in (("stage", own), ("phase", 1), ("stage_time", 1), ("relax", 1), ("parameter", rows.parameters)):
+        to, source = getattr(rows, name), getattr(ordinary, name)
+        b[to : to + count] = plain[source : source + count]
+    deviation = np.random.default_rng(3).normal(size=(own, W)) * model.sizes(b[rows.parameter :][: rows.parameters].T,
+                                                                             variant).T  # fmt: skip
+    b[rows.stage + own : rows.stage + 2 * own] = deviation
+    moved = []
+    for sign in (1.0, -1.0):
+        other = plain.copy()
+        other[ordinary.stage : ordinary.stage + own] += sign * step * deviation
+        function(other.ravel())
+        moved.append(other)
+    exact, pushes = (moved[0] - moved[1]) / (2 * step), len(ordinary.pushed)
+    model.tangent(W, variant, 0)(b.ravel())
+    for mine, theirs in (
+        (b[rows.stage + own : rows.stage + 2 * own], exact[ordinary.stage : ordinary.stage + own]),
+        (b[rows.acceleration + slopes :][:slopes], exact[ordinary.acceleration : ordinary.acceleration + slopes]),
+        (b[rows.push + pushes :][:pushes], exact[ordinary.push : ordinary.push + pushes]),
+    ):
+        for one, two in zip(mine, theirs, strict=True):
+            assert one == pytest.approx(two, rel=3e-3, abs=3e-3 * np.abs(two).max())

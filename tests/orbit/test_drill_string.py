@@ -180,12 +180,15 @@ def test_multipliers_across_contacts(bounce):
         return turned(setting.symmetry, ends.monodromy[0].T, -periods * fold).T
 
     sizes = flow(1e-11).sizes(values)[0]
-    scaled = [monodromy(rtol) * sizes / sizes[:, None] for rtol in (1e-11, 1e-13)]
-    assert np.max(np.abs(scaled[0] - scaled[1])) < 1e-7
+    scaled = [monodromy(rtol) * sizes / sizes[:, None] for rtol in (1e-11, 1e-12, 1e-13)]
+    assert np.max(np.abs(scaled[0] - scaled[2])) < 1e-7
     own = np.sort_complex(np.linalg.eigvals(scaled[0]))
     stored = data["multiplier_real"].values + 1j * data["multiplier_imag"].values
     place = int(np.argmin(np.abs(data["rotary_speed"].values - number)))
     assert own == pytest.approx(np.sort_complex(stored[place]), abs=1e-6)
+    fine, finer = (np.sort_complex(np.linalg.eigvals(one)) for one in scaled[1:])
+    assert np.max(np.abs(own - finer)) < 2e-8
+    assert np.max(np.abs(fine - finer)) < 1e-8
     cubes = np.linalg.eigvals(monodromy(1e-11, 3))
     assert np.sort_complex(cubes) == pytest.approx(np.sort_complex(own**3), abs=1e-5)
 
@@ -276,3 +279,26 @@ def test_branches_against_the_sweep(bounce):
     torus = numbers_at(data, 8)
     assert torus[-2:] == pytest.approx([4.30586, 4.42646], abs=1e-4)
     assert not np.any(data["label"].values == DOUBLING)
+
+
+def test_torus_bifurcation_against_the_sweep(bounce):
+    """A sweep that carries the bounce along finds that it no longer repeats from within one step of the torus
+    bifurcation on."""
+    _, data = bounce
+    torus = numbers_at(data, 8)[-2]
+    one = orbit_at(data, 4.2)
+    units = {"x": "m", "y": "m", "z": "m", "vx": "m/s", "vy": "m/s", "vz": "m/s", "twist": "rad", "bit_speed": "rad/s"}
+    names = [str(name) for name in data["state_name"].values]
+    initial = {name: f"{float(value)!r} {units[name]}" for name, value in zip(names, one["state"].values, strict=True)}
+    step, points = 0.02, 7
+    run = nsdrill.run({
+        **AT, "initial": initial, "simulation": {"transient": "400 s", "observe": "30 s"},
+        "sweep": {"procedure": "up", "rotary_speed": {
+            "from": "4.24 rad/s", "to": f"{4.24 + step * (points - 1)!r} rad/s", "points": points}},
+    }, progress=False)  # fmt: skip
+    speeds, peaks = run["rotary_speed"].values, run["axial_peaks"].squeeze().values
+    misses = [np.nanmax(np.abs(peaks[:, k:] - peaks[:, :-k]), axis=1) for k in (1, 2, 3)]  # peaks in a period
+    repeats = np.min(misses, axis=0) < 1e-5
+    lost = speeds[~repeats][0]
+    assert repeats[speeds < lost].all()
+    assert lost - step <= torus <= lost + step

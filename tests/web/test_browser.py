@@ -104,6 +104,16 @@ def test_a_click_replays_that_very_point(page: Any, explorer: Explorer, session:
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
 
 
+def test_ticks_have_the_decimals_of_their_step(page: Any, explorer: Explorer) -> None:
+    """Each number on an axis is the number of its place: 2.5, 5, 7.5 and not 3, 5, 8."""
+    opened(page, explorer.url)
+    for step in (5, 2500, 2.5, 0.5, 0.25, 0.1, 0.02, 0.0002):
+        places = [step * k for k in range(4)]
+        told = page.evaluate("([s, v]) => v.map((one) => Number(one.toFixed(nsdrill.decimals(s))))", [step, places])
+        assert told == pytest.approx(places, rel=1e-12)
+    assert page.evaluate("[1, 20, 0.1].map(nsdrill.decimals)") == [0, 0, 1]
+
+
 def test_a_slider_runs_on_from_there(page: Any, explorer: Explorer) -> None:
     opened(page, explorer.url)
     before = clicked(page, 0.6)

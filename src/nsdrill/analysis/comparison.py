@@ -12,10 +12,13 @@ import numpy as np
 
 from nsdrill.analysis.hysteresis import words
 from nsdrill.analysis.outcome import known, text
+from nsdrill.analysis.probability import chances
 from nsdrill.data import Array, Results, Trace
+from nsdrill.errors import InputError
 from nsdrill.models.leaves import as_told
+from nsdrill.models.registry import model_in
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
-from nsdrill.variables import SAMPLE
+from nsdrill.variables import PENDING, SAMPLE
 
 ROUNDING = 1e-12  # axes whose values differ by less, relatively, differ by rounding only
 MOST_NAMED = 10  # points whose response changed, one by one
@@ -25,14 +28,18 @@ _STATUS = 100  # outcomes from here on are a status: no response is known
 def compare_results(a: Results, b: Results) -> dict[str, Any]:
     """``axes``: for each its values in ``a`` and ``b`` and how many are common, and where each has one, another one,
     these in ``values``, as their points are compared all the same; ``points`` that both have;
-    ``responses``: at how many of these they differ, ``changes`` from what to what, and some of the points; and
-    ``variables``, one row each: see :func:`_row`."""
+    ``responses``: at how many of these they differ, ``changes`` from what to what, and some of the points;
+    ``probabilities`` of results with samples, see :func:`_probabilities`; and ``variables``, one row each, see
+    :func:`_row`."""
     grid = list(dict.fromkeys((*a.grid, *b.grid)))
     axes, places = _axes(a, b, grid)
     coords = {name: a.coords[name][i] for name, (i, _) in places.items() if name in a.coords}
     shape = tuple(len(i) for i, _ in places.values())
+    chance = _probabilities(a, b, places)
     if not np.prod(shape) or a.grid != b.grid:
-        return {"axes": axes, "points": 0, "responses": None, "variables": [], **_alone(a, b)}
+        return {
+            "axes": axes, "points": 0, "responses": None, "probabilities": chance, "variables": [], **_alone(a, b)
+        }  # fmt: skip
     at = tuple(np.ix_(*(place[side] for place in places.values())) for side in (0, 1))
     rows = []
     for name in a.variables:
@@ -51,6 +58,7 @@ def compare_results(a: Results, b: Results) -> dict[str, Any]:
         "axes": axes,
         "points": int(np.prod(shape)),
         "responses": _responses(a, b, at, coords),
+        "probabilities": chance,
         "variables": rows,
         **_alone(a, b),
     }
@@ -206,6 +214,43 @@ def _responses(a: Results, b: Results, at: Sequence[Any], coords: dict[str, Arra
         "changes": sorted(changes, key=lambda one: -one["points"]),
         "at": named,
     }
+
+
+def _probabilities(a: Results, b: Results, places: dict[str, tuple[Array, Array]]) -> dict[str, Any] | None:
+    """Of two results with samples, the same or others: at how many operating ``points``, and for each outcome its mean
+    probability in ``a`` and in ``b``, the ``largest`` change, b less a, with its place ``at``, and at how many points
+    their 95 % intervals lie ``apart``. A safe run is one in all procedures. None where they cannot be compared."""
+    if any(SAMPLE not in data.coords or not {"status", "response"} <= data.variables.keys() for data in (a, b)):
+        return None
+    there = [name for name in places if name not in ("procedure", SAMPLE)]
+    points = int(np.prod([len(places[name][0]) for name in there]))
+    if not points or a.axes != b.axes or "start" in places:
+        return None
+    if not np.array_equal(a.coords["procedure"], b.coords["procedure"]):
+        return None
+    if any(np.any(data["status"] == PENDING) for data in (a, b)):
+        return None
+    try:
+        found = [chances(data, None, model_in(data.attrs).responses) for data in (a, b)]
+    except InputError:  # a part of a design of which only all samples tell a probability
+        return None
+    if found[0].outcomes != found[1].outcomes:
+        return None
+    coords = {name: a.coords[name][places[name][0]] for name in there}
+    rows = []
+    for name in found[0].outcomes:
+        (one, *ends), (other, *others) = (
+            [part[np.ix_(*(places[axis][side] for axis in there))] for part in made.of(name)]
+            for side, made in enumerate(found)
+        )
+        change = other - one
+        place = np.unravel_index(int(np.argmax(np.abs(change))), change.shape)
+        rows.append({
+            "name": name, "a": float(one.mean()), "b": float(other.mean()), "largest": float(change[place]),
+            "at": point_of(coords, [int(i) for i in place]),
+            "apart": int(np.count_nonzero((ends[1] < others[0]) | (others[1] < ends[0]))),
+        })  # fmt: skip
+    return {"points": points, "outcomes": rows}
 
 
 def _outcomes(status: Array, response: Array) -> Array:

@@ -35,7 +35,8 @@ _WHOLE = {
     "sweep.refine": "the same in all, as a file has one grid",
     "uncertain": "the same samples in all, of the same unknowns. For more samples run the study with a larger "
     "uncertain.samples: the first ones are then the same",
-    "initial": "the same starts in all",
+    "initial.ensemble": "the same starts in all",
+    "initial.slice": "the same starts in all",
 }
 Named = tuple[str, Results]  # what messages call it, and the results
 _MADE = ("h5py_version", "python_version", "processor")
@@ -93,7 +94,7 @@ def _check_made_alike(found: Sequence[Named]) -> None:
 
 
 def _check_variables(found: Sequence[Named]) -> None:
-    """InputError unless all hold the same variables and states."""
+    """InputError unless all hold the same variables, states and samples."""
     name, first = found[0]
     for other, results in found[1:]:
         if alone := sorted(set(first.variables) ^ set(results.variables)):
@@ -101,6 +102,12 @@ def _check_variables(found: Sequence[Named]) -> None:
             raise InputError(f"{other}: found other variables than in {name} ({few}); allowed: the same in all.")
         if not np.array_equal(first.coords["state"], results.coords["state"]):
             raise InputError(f"{other}: found other states than in {name}; allowed: the same in all.")
+        for unknown, values in first.drawn.items():
+            if not np.array_equal(results.drawn.get(unknown, np.empty(0)), values):
+                raise InputError(
+                    f"{other}: found other samples of {unknown.key} than in {name}, as another version of SciPy may "
+                    "draw; allowed: the same in all."
+                )
 
 
 def _differing(found: Sequence[Named]) -> tuple[str, Keys]:

@@ -181,9 +181,9 @@ def continue_study(
 
     def keep(branches: dict[Any, Branch]) -> None:
         kept.update(branches)
-        say(f"{len(kept)} branches, {sum(map(len, kept.values()))} points")
         if part is not None:
             _keep(part, study.model, digest, kept)
+        say(f"{len(kept)} branches, {sum(map(len, kept.values()))} points")
 
     explorer = Explorer(flow, orders, known, keep, interrupt.look)
     try:

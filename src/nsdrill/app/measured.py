@@ -22,7 +22,7 @@ import numpy as np
 
 from nsdrill.analysis.fitting import Array, Measured
 from nsdrill.errors import FileError, InputError
-from nsdrill.models.registry import described
+from nsdrill.models.registry import NAMES, described
 from nsdrill.study.keys import Keys, keys_of
 from nsdrill.study.study import Study
 from nsdrill.units import QuantityError, plain_units, to_si
@@ -216,6 +216,9 @@ def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> st
     near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
     near += [one for one in known if name and (name in one or one in name) and one not in near][: 3 - len(near)]
     hint = f" Did you mean {' or '.join(near)}?" if near else ""
+    models = _models_with(name)
+    if models and names.keys.model.name not in models:
+        hint = f" It is one of the model {' and of '.join(models)}; the study has another."
     what = "signals over time" if timed else "features and severities of a run"
     some = ", ".join(list(names.signals if timed else names.results)[:8])
     return (
@@ -223,6 +226,14 @@ def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> st
         f"rotary_speed or a key of the study) and {what} ({some}, ...). --rename '{head}=NAME' says what it is, "
         f"--ignore '{head}' passes over it, --ignore '*' over all that are not known."
     )
+
+
+def _models_with(name: str) -> list[str]:
+    """The models of which a run, or a trace, gives this value."""
+    ends = ("", MEAN, "_max", f"{CHANGE}_max")
+    return [
+        model for model in NAMES if {f"{name}{end}" for end in ends} & {one.name for one in described(model).features}
+    ]
 
 
 def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) -> float:
@@ -309,10 +320,10 @@ def _in_range(path: str | os.PathLike[str], settings: dict[str, Array], at: list
         leaf = names.keys.axes[key]
         bad = np.flatnonzero(~((values >= leaf.low) & (values <= leaf.high)))
         if bad.size:
-            value = float(values[bad[0]])
+            value = leaf.text(float(f"{values[bad[0]]:.6g}"))
             raise FileError(
-                f"{path}, line {at[bad[0]]}: {key}: found {leaf.text(value)}; allowed: {leaf.range()}. Is the unit in "
-                "the head right?"
+                f"{path}, line {at[bad[0]]}: {key}: found {value}; allowed: {leaf.range()}. Is the unit in the head "
+                "right?"
             )
 
 

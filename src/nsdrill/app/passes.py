@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from itertools import cycle
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -96,7 +96,8 @@ def _carried(
         yield work, starts, len, []
         return
     chosen, length = work.chosen, work.plan.chain_length
-    for method in cycle(METHODS):
+    methods: Iterator[Literal["explicit", "implicit"]] = cycle(METHODS)
+    for method in methods:
         if not len(starts):
             return
         mine = chosen.points(starts.next_points(work.plan)) == (method == METHODS[1])

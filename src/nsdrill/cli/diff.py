@@ -108,10 +108,15 @@ def _numbers(d: dict[str, Any], units: str) -> Iterator[str]:
         elif not axis["same"]:
             rounded = " (to rounding)" if axis["common"] == axis["a"] == axis["b"] else ""
             yield f"{axis['name']}: {axis['a']} and {axis['b']} values, {axis['common']} in common{rounded}."
-    if not d["points"]:
-        yield f"The files have no {what} in common, so there are no numbers to compare."
-        return
     swept = [axis["name"] for axis in d["axes"] if max(axis["a"], axis["b"]) > 1]
+    if chance := d.get("probabilities"):
+        yield from _probabilities(chance, swept, units)
+    if not d["points"]:
+        if chance:
+            yield "The samples are others, so their runs are not compared one by one."
+        else:
+            yield f"The files have no {what} in common, so there are no numbers to compare."
+        return
     whole = all(axis["same"] or "values" in axis for axis in d["axes"])
     yield f"Compared: {'all' if whole else 'the common'} {counted(d['points'], what[:-1])}."
     if responses := d["responses"]:
@@ -128,6 +133,19 @@ def _numbers(d: dict[str, Any], units: str) -> Iterator[str]:
     if differing:
         heads = ("", f"{what} that differ", "largest difference", "relative", "from" if trace else "there")
         yield from _table([heads, *(_row(row, swept, units) for row in differing)])
+
+
+def _probabilities(chance: dict[str, Any], swept: list[str], units: str) -> Iterator[str]:
+    from nsdrill.cli.words import count as counted
+
+    yield f"Probabilities at {counted(chance['points'], 'operating point')}, means and largest change:"
+    rows: list[tuple[str, ...]] = [("", "a", "b", "b less a", "there", "intervals apart")]
+    for one in chance["outcomes"]:
+        means = (f"{100 * one[side]:.1f} %" for side in ("a", "b"))
+        where = _where(one["at"], [name for name in swept if name in one["at"]], units)
+        apart = f"at {counted(one['apart'], 'point')}"
+        rows.append((in_words(one["name"]), *means, f"{100 * one['largest']:+.1f} %", where, apart))
+    yield from _table(rows)
 
 
 def _responses(responses: dict[str, Any], points: int, swept: list[str], units: str) -> Iterator[str]:

@@ -59,6 +59,28 @@ class Quantity(click.ParamType):
         return number
 
 
+class Percent(click.ParamType):
+    """A percentage within a range, ``90`` or ``90 %``."""
+
+    name = "percent"
+
+    def __init__(self, least: float, most: float) -> None:
+        self.least, self.most = least, most
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        option = param.opts[0] if param else "value"
+        try:
+            number = float(str(value).strip().removesuffix("percent").removesuffix("%"))
+        except ValueError:
+            number = float("nan")
+        if not self.least <= number <= self.most:
+            hint = f" A part of one is meant in percent: {100 * number:g}." if 0.0 < number < 1.0 else ""
+            raise InputError(
+                f"{option}: found {value}; allowed: a percentage from {self.least:g} to {self.most:g}.{hint}"
+            )
+        return number
+
+
 class System(click.Choice):
     """A system of units; an error names the environment variable where the word comes from there."""
 
@@ -171,7 +193,7 @@ start = click.option(
 
 
 confidence = click.option(
-    "--confidence", type=click.FloatRange(1.0, 99.99), default=None, metavar="PERCENT",
+    "--confidence", type=Percent(1.0, 99.99), default=None, metavar="PERCENT",
     help="Where numbers are uncertain: call a point safe where a run is so with this probability. Default: 90.",
 )  # fmt: skip
 

@@ -80,7 +80,7 @@ def command(
         duration=duration,
         sample=DEFAULT_SAMPLE if sample is None else sample,
     )  # fmt: skip
-    click.echo(f"Point: {_point(result.trace.attrs, given, units)}.", err=True)
+    click.echo(f"Point: {_point(result.trace.attrs, given, units)}{_sample(loaded, given, units)}.", err=True)
     return finish(result, output, overwrite)
 
 
@@ -125,6 +125,18 @@ def _point(attrs: Mapping[str, Any], given: Mapping[str, float], units: str) -> 
     fixed = {name: as_asked(name, float(attrs[name]), given) for name in AXES if name not in ramps}
     moving = [f"{label_of(name)} {knots_text(name, times, values, units)}" for name, (times, values) in ramps.items()]
     return "; ".join(part for part in (point_text(fixed, units), *moving) if part)
+
+
+def _sample(study: Any, given: Mapping[str, float], units: str) -> str:
+    """The values of the sample that was asked for, but for those of the operation, and its number."""
+    from nsdrill.cli.words import point_text
+    from nsdrill.variables import AXES, SAMPLE
+
+    if SAMPLE not in given:
+        return ""
+    number = int(given[SAMPLE])
+    drawn = {one.name: float(study.drawn[one.short][number]) for one in study.unknowns if one.short not in AXES}
+    return f"{f', {point_text(drawn, units)}' if drawn else ''}, sample {number}"
 
 
 def finish(result: Trajectory, output: str, overwrite: bool) -> int:

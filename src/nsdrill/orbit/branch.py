@@ -20,6 +20,7 @@ ENDINGS = {
     "still": "the cycle shrinks to a steady motion (Hopf)",
     "seed": "the bifurcation that it springs from",
     "range": "the end of the range of the first number",
+    "shrunk": "the circle shrinks to a motion that repeats (torus)",
     "kinks": "the circle has lost its smoothness",
     "known": "it goes on as a branch that is there already",
     "wild": "the motion becomes too unstable to be followed",

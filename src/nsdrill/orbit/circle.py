@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from nsdrill.analysis.bifurcations import FOLD
+from nsdrill.models.base import Symmetry
 from nsdrill.orbit.arclength import Point, Reading, Steps, Test
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import turned, turning
@@ -164,9 +165,19 @@ def tail_of(orbit: Orbit) -> float:
     return float(np.max(waves[-2:].max(axis=0) / np.maximum(waves.max(axis=0), 1e-4 * np.abs(w).max(axis=0) + 1e-12)))
 
 
-def has_kinks(here: Point, there: Point) -> str:
-    """The word for the end of a branch of circles where the last one is not smooth."""
-    return "kinks" if tail_of(there.found) > 3.0 * TAIL and tail_of(here.found) > TAIL else ""
+def ends_of(symmetry: Symmetry) -> Callable[[Point, Point], str]:
+    """The function that gives the word for the end of a branch of circles: where one has shrunk to a point, beyond
+    which they come again with the other sign, and where the last one is not smooth."""
+    place = symmetry.turned[0][0]
+
+    def ended(here: Point, there: Point) -> str:
+        before, after = (float(point.found.pieces[:, place].mean()) for point in (here, there))
+        if before * after < 0.0:
+            return "shrunk"
+        rough = tail_of(there.found) > 3.0 * TAIL and tail_of(here.found) > TAIL
+        return "kinks" if rough else ""
+
+    return ended
 
 
 def fitted_circle(

@@ -453,7 +453,7 @@ class Explorer:
         """A motion of even period joins that of half of it where its halves become one; a cycle shrinks to a steady
         motion where all its points do; a circle ends where it has kinks."""
         if one.motion == CIRCLE:
-            return circle.has_kinks
+            return circle.ends_of(self.flow.symmetry)
         if one.motion == EQUILIBRIUM or (one.motion == PERIODIC and one.lobes % 2):
             return lambda here, there: ""
         word = "still" if one.motion == CYCLE else "half"

@@ -261,7 +261,7 @@ def check_readable(path: str | os.PathLike[str]) -> None:
                     raise damaged(path, "its bytes are not those that were written (SHA-256)")
                 return
     except FileNotFoundError as error:
-        unfinished = f" There is an unfinished run, {part_path(path)}; finish it: --resume."
+        unfinished = f" There is an unfinished run, {part_path(path)}; finish it with --resume."
         raise FileError(f"{path}: there is no such file.{unfinished if part_path(path).exists() else ''}") from error
     except (OSError, ValueError) as error:
         raise FileError(f"{path}: cannot be read: {reason(error)}.") from error

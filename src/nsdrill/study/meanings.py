@@ -137,7 +137,7 @@ MEANINGS: dict[str, str] = {
     "continue.curves.over": "The second number",
     "continue.curves.from": "One end of its range",
     "continue.curves.to": "The other end",
-    "continue.curves.of": "Which points are followed: lift_off, wall, fold, doubling",
+    "continue.curves.of": "Which points are followed: lift_off, wall, fold, doubling, torus, hopf",
     "continue.curves.points": "How many points a curve has at most",
     "uncertain": "Numbers that are not known, each with its distribution, by key; every point is run with many samples",
     "uncertain.samples": "How many samples are drawn; every operating point is run with the same ones",

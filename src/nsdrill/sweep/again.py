@@ -19,8 +19,8 @@ Array = np.ndarray[Any, np.dtype[Any]]
 @dataclass(frozen=True, kw_only=True)
 class Again(Work):
     """The points ``numbers`` (ascending) of a sweep, from the states ``begun`` [points, states]. A state that was
-    carried is given like any other, so there are no chains; but each point is integrated by the method of ``first``,
-    that of the sweep, in which a chain has one."""
+    carried is given like any other, so there are no chains; each point is integrated by the method that ``first``, the
+    choice of the sweep, has for it."""
 
     numbers: Array
     begun: Array

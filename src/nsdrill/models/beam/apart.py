@@ -36,7 +36,9 @@ def aux_of(options: Options) -> tuple[str, ...]:
     found = ["turn_0"]
     found += [f"{name}_{j}" for j in stations for name in OF_STATION]
     found += [f"{name}_{c}" for c in contacts for name in OF_CONTACT]
-    return (*found, *(f"c_{a}_{b}" for a in contacts for b in contacts))
+    found += [f"c_{a}_{b}" for a in contacts for b in contacts]
+    # The velocities as a stage moves them at two states about the motion, beside a deviation.
+    return (*found, *(f"{name}_{k}" for name in ("above", "below") for k in range(2 * options.modes + 1)))
 
 
 def pushed(options: Options) -> int:

@@ -80,11 +80,8 @@ def rows_of(options: Options, observed: int = 0, *, tangent: bool = False, colum
     states = 4 * options.modes + 4
     companions = states if tangent else 0
     width = len(columns_of(options)) if columns is None else columns
-    if not options.apart:
-        return Rows(states + companions, len(aux_of(options)), width, observed, companions)
-    # Beside a deviation there are two sets of velocities more, as a stage moves them at two states about the motion.
-    aux = len(aux_of(options)) + (2 * len(apart.velocities(options)) if tangent else 0)
-    return Rows(states + companions, aux, width, observed, companions, apart=apart.pushed(options))
+    pushed = apart.pushed(options) if options.apart else 0
+    return Rows(states + companions, len(aux_of(options)), width, observed, companions, apart=pushed)
 
 
 @lru_cache
@@ -113,11 +110,11 @@ def text(lanes: int, options: Options, *, tangent: bool = False) -> str:
             found = value if sign == "+" else f"({follows} - {value}) * {0.5 / STEP!r}"
             lines += [f"    for i in range({lanes}):", f"        {follows} = {found}"]
     if tangent and options.apart:
-        scratch, names = rows.aux_now + len(aux_of(options)), states_of(options.modes)
+        aux, names = aux_of(options), states_of(options.modes)
         for k, name in enumerate(apart.velocities(options)):
-            one, two, deviation = (
-                f"b[{lanes * n} + i]" for n in (scratch + k, scratch + pushes + k, rows.own + names.index(name))
-            )
+            places = (*(rows.aux_now + aux.index(f"{word}_{k}") for word in ("above", "below")),
+                      rows.own + names.index(name))  # fmt: skip
+            one, two, deviation = (f"b[{lanes * n} + i]" for n in places)
             lines += [f"    for i in range({lanes}):", f"        {deviation} = ({one} - {two}) * {0.5 / STEP!r}"]
     return "\n".join([*lines, *Writer(lanes, options, rows).lines(), ""])
 
@@ -144,10 +141,10 @@ class Writer:
         place |= {"time": rows.stage_time, "phase": rows.phase}
         if options.apart:
             place |= {"relax": rows.relax, "falling": rows.falling}
-            moved = apart.velocities(options)
-            scratch = rows.aux_now + len(aux_of(options)) + (len(moved) if sign == "-" else 0)
-            place |= {f"push_{k}": rows.push + k for k in range(len(moved))}
-            place |= {f"moved_{k}": scratch + k if sign else place[name] for k, name in enumerate(moved)}
+            moved = dict(enumerate(apart.velocities(options)))
+            place |= {f"push_{k}": rows.push + k for k in moved}
+            kept = {"+": "above", "-": "below"}
+            place |= {f"moved_{k}": place[f"{kept[sign]}_{k}" if sign else name] for k, name in moved.items()}
         self.row = {name: f"b[{lanes * number} + i]" for name, number in place.items()}
         self.sign = sign
         if sign:

@@ -48,7 +48,7 @@ def draw(results: Results, units: str = "si", severity: int | None = None) -> Fi
 
 
 def _panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
-    """The bars of one answer, and beside each the first-order index."""
+    """The bars of one answer, and beside each the first-order index, and the total one where the samples tell it."""
     scale, label = _shown(answer["name"], units)
     rows = [row for row in answer["unknowns"] if None not in (row["low"]["answer"], row["high"]["answer"])]
     rows.sort(key=lambda row: -abs(row["high"]["answer"] - row["low"]["answer"]))
@@ -59,9 +59,10 @@ def _panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
             value = row[end]["answer"] / scale
             axes.barh(number, value - middle, BAR, middle, color=colour, gid=f"{end}:{row['key']}")
         if row["first"] is not None:
-            told = f"{100 * row['first']:.0f} \u00b1 {100 * row['first_error']:.0f} %"
+            known = [which for which in ("first", "total") if row[which] is not None]
+            told = [f"{100 * row[which]:.0f} \u00b1 {100 * row[f'{which}_error']:.0f} %" for which in known]
             axes.annotate(
-                told, (1.0, number), (4, 0), xycoords=("axes fraction", "data"),
+                "\n".join(told), (1.0, number), (4, 0), xycoords=("axes fraction", "data"),
                 textcoords="offset points", va="center", fontsize=type_size(7), annotation_clip=False,
             )  # fmt: skip
     axes.axvline(middle, color=REFERENCE, linewidth=0.8, gid="mean")
@@ -69,8 +70,9 @@ def _panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
     axes.set_ylim(len(rows) - 0.4, -0.6)
     axes.margins(x=0.08)
     axes.set_xlabel(label)
+    head = "first-order\nindex, total" if any(row["total"] is not None for row in rows) else "first-order\nindex"
     axes.annotate(
-        "first-order\nindex", (1.0, 1.0), (4, 2), xycoords="axes fraction", textcoords="offset points",
+        head, (1.0, 1.0), (4, 2), xycoords="axes fraction", textcoords="offset points",
         fontsize=type_size(6), color=BLACK, va="bottom", ha="left", annotation_clip=False,
     )  # fmt: skip
     for side in ("top", "right"):

@@ -62,6 +62,13 @@ window.nsdrill = (() => {
     return [low - room, high + room];
   }
 
+  // How many decimals numbers have that stand a step apart; 7 for more.
+  function decimals(step) {
+    let count = 0;
+    while (count < 7 && Math.abs(step * 10 ** count - Math.round(step * 10 ** count)) > 1e-6 * step * 10 ** count) count += 1;
+    return count;
+  }
+
   // Axes around a drawing. `o.x`, `o.y` are the ranges, read again at every update; `o.draw(context, X, Y, chart)` draws, in
   // pixels of the canvas; `o.over` draws on a sheet above, which is cheap to draw anew.
   function chart(box, o) {
@@ -73,15 +80,14 @@ window.nsdrill = (() => {
       label, size, labelSize: 16, labelGap: 0, gap: 3, font: FONT, labelFont: FONT, stroke: INK,
       grid: { stroke: GRID, width: 1 }, ticks: { stroke: "#999", width: 1, size: 4 }, ...more,
     });
-    // As many decimals as neighbours need to differ.
     const ticks = (u, splits, which, space, step) => {
-      const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9) + (/[1-9]{2}/.test(step.toPrecision(3)) ? 1 : 0));
-      return splits.map((value) => (value == null ? "" : decimals > 6 ? digits(value, 4) : value.toFixed(decimals)));
+      const count = decimals(step);
+      return splits.map((value) => (value == null ? "" : count > 6 ? digits(value, 4) : value.toFixed(count)));
     };
     const numbers = (log) => (log ? {} : { values: ticks });
     const plot = new uPlot(
       {
-        width: Math.max(120, box.clientWidth), height: o.height, legend: { show: false }, padding: [o.title ? 17 : 6, 10, o.bare ? 4 : 0, 0],
+        width: Math.max(120, box.clientWidth), height: o.height, legend: { show: false }, padding: [o.title ? 17 : 6, 18, o.bare ? 4 : 0, 0],
         cursor: {
           points: { show: false }, drag: { x: o.zoom !== false, y: false }, x: o.cross !== false, y: o.cross !== false,
           ...(o.sync ? { sync: { key: o.sync, scales: ["x", null] } } : {}),
@@ -374,7 +380,7 @@ window.nsdrill = (() => {
       if (curve)
         for (let i = 0; i < curve.x.length; i++) {
           const dx = u.valToPos(curve.x[i], "x") - px, dy = u.valToPos(curve.y[i], "y") - py, far = dx * dx + dy * dy;
-          if (far < 100 && far <= least) { least = far; best = { curve: i, value: curve.y[i], at: curve.x[i] }; }
+          if (far < (N ? 100 : Infinity) && far <= least) { least = far; best = { curve: i, value: curve.y[i], at: curve.x[i] }; }
         }
       if (best) return best;
       if (column === null) return null;
@@ -791,5 +797,5 @@ window.nsdrill = (() => {
     return cut;
   }
 
-  return { branchWords, unpack, make, digits, amount, valueOf, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
+  return { branchWords, unpack, make, digits, decimals, amount, valueOf, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
 })();
