@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -79,6 +80,20 @@ def test_they_are_not_drawn_where_they_are_not(shared: Path, tmp_path: Path) -> 
     assert head["note"] == "The branches are at Weight on bit 30 kN."
 
 
+def test_another_string_is_told_and_units_are_those_of_the_page(shared: Path, tmp_path: Path) -> None:
+    session = Session(shared / "small.h5", "field", over=write(tmp_path / "b.h5", shared, wob=np.full(8, 30e3)))
+    assert session.diagram({"y": "radius_peaks"})[0]["note"] == "The branches are at Weight on bit 6.744 klbf."
+    other = write(tmp_path / "c.h5", shared)
+    with hdf5.writing(other) as file:
+        resolved = json.loads(file.attrs["study_resolved"])
+        resolved["bit"]["lobes"] = 7
+        file.attrs["study_resolved"] = json.dumps(resolved)
+    hdf5.seal(other)
+    head, columns = Session(shared / "small.h5", over=other).diagram({"y": "radius_peaks"})
+    assert "curve x" not in columns
+    assert "bit.lobes is 7 there" in head["note"]
+
+
 def test_a_click_runs_the_motion_of_a_branch(branches: Path) -> None:
     session = Session(branches)
     assert session.meta()["kind"] == "branches"
@@ -93,7 +108,7 @@ def test_a_click_runs_the_motion_of_a_branch(branches: Path) -> None:
         assert np.allclose(first, [found.state[point][names.index(name)] for name in IN_SI], rtol=1e-12)
         assert head["values"]["rotary_speed"] == found.numbers[point]
         assert head["changes"]["rotary_speed"] == found.numbers[point]
-    assert "branch 0, periodic over 1 lobe, unstable in 1 directions, fold" in head["begins"]
+    assert "branch 0, periodic over 1 lobe, unstable in 1 direction, fold" in head["begins"]
     live, _ = session.live({"state": head["state"].tolist(), "changes": {"rotary_speed": 3.5}, "seconds": 1.0})
     assert live["values"]["rotary_speed"] == 3.5
 
@@ -141,5 +156,9 @@ def test_the_report_has_them(branches: Path, shared: Path, tmp_path: Path) -> No
     done = CliRunner().invoke(group, arguments)
     assert done.exit_code == 0, done.output
     text = out.read_text()
-    for wanted in ("Branch 0", "fold at 3 rad/s (point 2)", "wall reached at 2 rad/s (point 5)", "ends: a fold"):
+    for wanted in (
+        "Branch 0", "fold at 3 rad/s (point 2)", "wall reached at 2 rad/s (point 5)", "ends: a fold",
+        "1 rad/s to 4 rad/s", "8 on 2 branches", "nsdrill continue branches_study.yaml -o branches_again.h5",
+        f"nsdrill show {branches} --study &gt; branches_study.yaml",
+    ):  # fmt: skip
         assert wanted in text, wanted

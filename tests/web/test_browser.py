@@ -14,6 +14,7 @@ import pytest
 from nsdrill.study import parse_study
 from nsdrill.web.server import Explorer
 from nsdrill.web.session import Session
+from tests.web.test_branches import write
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 playwright = pytest.importorskip("playwright.sync_api", reason="no browser: pip install playwright")
@@ -217,6 +218,41 @@ def test_keyboard_alone(page: Any, explorer: Explorer) -> None:
         "e.getAttribute('aria-label') || e.textContent.trim())).length"
     )
     assert unnamed == 0
+
+
+def test_the_arrows_choose_the_procedure_that_they_are_named_for(page: Any, explorer: Explorer) -> None:
+    opened(page, explorer.url)
+    page.locator("#diagram").focus()
+    for key in ("Down", "Up"):
+        page.keyboard.press(f"Arrow{key}")
+        assert f", {key.lower()}:" in page.locator("#hover").inner_text()
+
+
+def test_arrows_go_along_branches(page: Any, shared: Path, tmp_path: Path) -> None:
+    made = Explorer(Session(write(tmp_path / "branches.h5", shared)))
+    made.start()
+    try:
+        opened(page, made.url)
+        page.locator("#diagram").focus()
+        for key, words in (("Right", "branch 0"), ("Right", "4 rad/s: branch 0"), ("Down", "4 rad/s: branch 1")):
+            page.keyboard.press(f"Arrow{key}")
+            assert words in page.locator("#hover").inner_text()
+        with page.expect_response("**/api/orbit", timeout=WAIT) as answer:
+            page.keyboard.press("Enter")
+        assert json.loads(answer.value.request.post_data)["point"] == 7
+        assert "unsettled" not in " ".join(head_of(answer.value)["labels"])
+    finally:
+        made.close()
+
+
+def test_a_page_fits_every_width(page: Any, explorer: Explorer) -> None:
+    opened(page, explorer.url)
+    clicked(page, 0.5)
+    for width in (400, 1280, 700):
+        page.set_viewport_size({"width": width, "height": 900})
+        page.wait_for_function(f"document.documentElement.scrollWidth <= {width}", timeout=5000)
+        drawn = "Math.max(...[...document.querySelectorAll('.uplot')].map(e => e.getBoundingClientRect().right))"
+        page.wait_for_function(f"{drawn} <= {width}", timeout=5000)
 
 
 def test_saving(page: Any, explorer: Explorer, session: Session) -> None:

@@ -35,9 +35,9 @@ def test_it_says_what_was_asked(page: str, shared: Path) -> None:
     text = html.unescape(re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL))
     for wanted in (
         "<h1>Small</h1>", "1 to 8 rad/s, 8 values", "carried up and down", "2 s, then observed for 2 s",
-        str(attrs["study_sha256"]), str(attrs["model_digest"]), "--study > study.yaml",
-        "nsdrill run study.yaml -o again.h5", "nsdrill replay", "Safe window", "Responses, up:", "procedure: up-down",
-        f"nsdrill report {shared / 'small.h5'} -o",
+        str(attrs["study_sha256"]), str(attrs["model_digest"]), "--study > small_study.yaml",
+        "nsdrill run small_study.yaml -o small_again.h5", "nsdrill replay", "Safe window", "Responses, up:",
+        "procedure: up-down", f"nsdrill report {shared / 'small.h5'} -o",
     ):  # fmt: skip
         assert wanted in text, wanted
 

@@ -159,7 +159,9 @@ def test_words() -> None:
     assert plain("Axial peaks $z$") == "Axial peaks z"
     assert verdict_words({"status": 3}) == ["step limit"]
     said = verdict_words({"status": 1, "response": 5, "whirl_kind": 3, "settled": 0, "whirl_severity": 2})
-    assert said == ["bit-bounce + whirl", "backward rolling whirl", "unsettled", "whirl: moderate"]
+    assert said == ["bit-bounce + whirl (moderate)", "backward rolling whirl", "unsettled"]
+    assert verdict_words({"status": 1, "response": 2, "stick_slip_severity": 4}) == ["stick-slip (severe)"]
+    assert verdict_words({"status": 1, "response": 0, "stick_slip_severity": 1})[1].startswith("stick-slip: ")
     assert "not run" in verdict_words({"status": 5, "response": 0})[0]
 
 

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.equations import unlike
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
 from nsdrill.models.vocabulary import BY_NAME
@@ -67,7 +68,8 @@ class Branches:
     def name_of(self, point: int) -> str:
         """Which branch a point is of, how stable it is, and its label where it has one of note."""
         branch, count = self.branch_of(point), int(self.unstable[point])
-        said = [f"branch {branch}", self.names[branch], "stable" if not count else f"unstable in {count} directions"]
+        directions = f"unstable in {count} direction{'s' if count > 1 else ''}"
+        said = [f"branch {branch}", self.names[branch], directions if count else "stable"]
         if (label := int(self.label[point])) not in (REGULAR, END):
             said.append(self.meanings.get(label, str(label)))
         return ", ".join(said)
@@ -144,14 +146,17 @@ def curves(found: Branches, name: str, units: str) -> tuple[dict[str, Any], dict
     return {"curves": head}, columns
 
 
-def fits(found: Branches, results: Results, axis: str, place: Any) -> str:
+def fits(found: Branches, results: Results, axis: str, place: Any, units: str) -> str:
     """Why the branches are no curves in a diagram along ``axis`` through ``place``; "" where they are."""
+    if other := unlike(found.attrs, results, {}, (found.key,)):
+        key, there, here = other[0]
+        return f"The branches are of another string: {key} is {there} there, {here} here."
     if axis != found.along:
         return f"The branches run along {plain(quantity(found.along).words)}."
     for name, i in zip(results.grid, place, strict=True):
         if name in found.features and name != axis and name in results.axes:
             here, there = float(results.coords[name][i]), float(found.features[name][0])
             if abs(here - there) > 1e-9 * max(abs(here), abs(there)):
-                words = quantity(name)
+                words = quantity(name, units)
                 return f"The branches are at {plain(words.words)} {words.value(there)}."
     return ""

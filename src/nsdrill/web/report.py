@@ -13,6 +13,7 @@ import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,7 @@ from nsdrill.models.leaves import words_along
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.slices import Line, edges
-from nsdrill.variables import INFERRED, OK, SAMPLE
+from nsdrill.variables import AXES, INFERRED, OK, SAMPLE
 from nsdrill.web.areas import (
     MOST,
     Titled,
@@ -84,23 +85,31 @@ def report(parts: Sequence[Part], command: str, motions: int) -> str:
         rows = [f'<li><a href="#file{i}">{_text(title)}</a></li>' for i, title in enumerate(titles)]
         page.add(f"<ol>{''.join(rows)}</ol>")
     page.add("</div></header><main>")
+    stems = _stems([part.session.path for part in parts])
     for number, part in enumerate(parts):
         page.add(f'<section id="file{number}">')
         if len(parts) > 1:
             page.add(f"<h2>{_text(titles[number])}</h2>")
-        _of_file(page, part, motions)
+        _of_file(page, part, motions, stems[number])
         page.add("</section>")
     page.add("<section><h2>Made again</h2>", f"<p>This page: <code>{_text(command)}</code></p></section></main>")
     return _document(titles[0], page)
 
 
-def _of_file(page: _Page, part: Part, motions: int) -> None:
+def _stems(paths: Sequence[str]) -> list[str]:
+    """What the names of the files made again begin with: the name of each file, with a number where two have one."""
+    names = [Path(path).name.partition(".")[0] or "results" for path in paths]
+    return [name if names.count(name) == 1 else f"{name}{number}" for number, name in enumerate(names, start=1)]
+
+
+def _of_file(page: _Page, part: Part, motions: int, stem: str) -> None:
+    """The section of one file; the files that its command lines write begin with ``stem``."""
     session = part.session
     results = session.results
     if results is None:
         if session.branches is None:
             raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
-        _of_branches(page, session, session.branches)
+        _of_branches(page, session, session.branches, stem)
         return
     shown = representatives(results, motions)
     _asked(page, session, results)
@@ -108,17 +117,21 @@ def _of_file(page: _Page, part: Part, motions: int) -> None:
     _diagrams(page, session, results)
     for heading, lines in part.notes:
         page.add(f"<h3>{_text(heading)}</h3>", f"<pre>{_text(chr(10).join(lines))}</pre>")
-    commands = [f"nsdrill show {shlex.quote(session.path)} --study > study.yaml", "nsdrill run study.yaml -o again.h5"]
+    study, again = (shlex.quote(f"{stem}_{name}") for name in ("study.yaml", "again.h5"))
+    commands = [f"nsdrill show {shlex.quote(session.path)} --study > {study}", f"nsdrill run {study} -o {again}"]
     if shown:
         page.add("<h3>Motions</h3>", "<p>One point of each kind that is common, run once more.</p>")
         for number, place in enumerate(shown, start=1):
-            commands.append(_motion(page, session, place).replace(" -o trace.h5", f" -o trace{number}.h5"))
+            trace = shlex.quote(f"{stem}_trace{number}.h5")
+            commands.append(_motion(page, session, place).replace(" -o trace.h5", f" -o {trace}"))
     page.add("<h3>From the command line</h3>")
     page.add(f"<p>Study, results, and the motions above:</p><pre>{_text(chr(10).join(commands))}</pre>")
-    page.add(
-        f"<details><summary>The study, every key</summary><pre>{_text(study_of(session.path, results.attrs))}</pre>"
-    )
-    page.add("</details>")
+    _study(page, session, results.attrs)
+
+
+def _study(page: _Page, session: Session, attrs: Mapping[str, Any]) -> None:
+    text = _text(study_of(session.path, attrs))
+    page.add(f"<details><summary>The study, every key</summary><pre>{text}</pre></details>")
 
 
 def _asked(page: _Page, session: Session, results: Results) -> None:
@@ -208,15 +221,27 @@ def _areas(page: _Page, areas: Iterable[Titled]) -> None:
         page.drawing("map", [reply], {"responses": response_styles(), "procedure": 0}, words)
 
 
-def _of_branches(page: _Page, session: Session, found: Branches) -> None:
+def _of_branches(page: _Page, session: Session, found: Branches, stem: str) -> None:
     """Branches by themselves: their curves, and what is special about them."""
-    rows = [("File", session.path), ("Model", session.meta()["model"])]
-    rows += [(name, value) for name, value in (("Made", str(found.attrs.get("created", ""))),) if value]
+    x, meta = quantity(found.along, session.units), session.meta()
+    rows = [("File", session.path), ("Model", meta["model"])]
+    ends = [float(found.attrs.get(name, np.nan)) for name in ("continue_from", "continue_to")]
+    ends = ends if np.all(np.isfinite(ends)) else [float(found.numbers.min()), float(found.numbers.max())]
+    rows.append((f"Along {plain(x.words).lower()}", " to ".join(map(x.value, ends))))
+    for name in AXES:
+        if name != found.along and name in found.features:
+            one = quantity(name, session.units)
+            rows.append((plain(one.words), one.value(float(found.features[name][0]))))
+    rows.append(("Points", f"{len(found.label)} on {len(found.sizes)} branches"))
+    rows.append(("Changed by --set", "; ".join(meta["overrides"]) or "nothing"))
+    version = str(found.attrs.get("nsdrill_version", ""))
+    rows.append(("Made", f"{found.attrs.get('created', '')} by nsdrill {version}"))
+    rows.append(("Study", f"SHA-256 {found.attrs.get('study_sha256', '')}"))
     page.add("<h3>What was asked</h3>", _table(rows), "<h3>Branches</h3>")
     panels = [p for p in drawn_in(found.attrs).panels if p.greatest in found.features]
     replies = [session.diagram({"y": p.peaks}) for p in panels]
     page.drawing("lines", replies, {"responses": response_styles()}, f"Branches along {found.along}")
-    x, first, told_ = quantity(found.along, session.units), 0, []
+    first, told_ = 0, []
     for number, (size, name, end) in enumerate(zip(found.sizes.tolist(), found.names, found.ends, strict=True)):
         part = found.numbers[first : first + size]
         told_.append((f"Branch {number}", f"{name}, {x.value(part.min())} to {x.value(part.max())}; ends: {end}"))
@@ -225,7 +250,18 @@ def _of_branches(page: _Page, session: Session, found: Branches) -> None:
                 words = f"{found.meanings.get(label, str(label))} at {x.value(float(found.numbers[point]))}"
                 told_.append(("", f"{words} (point {point})"))
         first += size
-    page.add(_table(told_))
+    page.add(_table(told_), "<h3>From the command line</h3>")
+    file, study, again, orbit = map(
+        shlex.quote, (session.path, *(f"{stem}_{name}" for name in ("study.yaml", "again.h5", "orbit.h5")))
+    )
+    commands = [
+        f"nsdrill show {file} --study > {study}",
+        f"nsdrill continue {study} -o {again}",
+        f"nsdrill simulate {study} --orbit {file} --point 0 -o {orbit}",
+    ]
+    words = "Study, branches, and the motion of a point, whose number may be any of the table:"
+    page.add(f"<p>{words}</p><pre>{_text(chr(10).join(commands))}</pre>")
+    _study(page, session, found.attrs)
 
 
 def _cuts(results: Results, others: Sequence[str], units: str) -> Iterator[tuple[dict[str, int], str]]:

@@ -271,7 +271,7 @@ class Session:
             results, self.units, y, _word(asked, "x", None), _counts(asked), _whole(asked, "member", 0)
         )
         if self.branches is not None:
-            why = fits(self.branches, results, head["x"]["name"], head["place"])
+            why = fits(self.branches, results, head["x"]["name"], head["place"], self.units)
             if not why and name in self.branches.features:
                 more, lines = curves(self.branches, name, self.units)
                 return head | more, columns | lines
@@ -309,13 +309,17 @@ class Session:
             study = replace(study, simulation=fine)
             state = np.append(found.state[point], 0.0)
             motion = self.motions.go_on(study, state, seconds, min(SAMPLE, period / 400))
-        head, columns = self._told(motion, study, {"status": motion.status, **motion.found})
+        # Whether both halves of a window agree says nothing of a motion that repeats after another time.
+        labels = {name: value for name, value in motion.found.items() if name != "settled"}
+        head, columns = self._told(motion, study, {"status": motion.status, **labels})
         if motion.status == OK:
             head["features"] = rows(described(study.model).shown, motion.found, self.units)
+        file = shlex.quote(found.path)
         head |= {
             "begins": f"Point {point}, {found.name_of(point)}: run for {seconds:.4g} s, its period is {period:.4g} s.",
             "changes": here,
-            "command": f"nsdrill simulate STUDY --orbit {shlex.quote(found.path)} --point {point} -o trace.h5",
+            "command": f"nsdrill show {file} --study > branches_study.yaml && nsdrill simulate branches_study.yaml "
+            f"--orbit {file} --point {point} -o trace.h5",
         }  # fmt: skip
         return head, columns
 
@@ -362,10 +366,18 @@ class Session:
         if motion.status == OK:
             head["features"] = rows(names, motion.found, self.units)
         ran = f"for {motion.seconds:g} s{', with changed numbers' if asked.get('changes') else ''}"
-        head["begins"] = (
-            f"Run on from the present state {ran}." if asked.get("state") else f"Run from the study's start {ran}."
-        )
+        if asked.get("state"):
+            head["begins"] = f"Run on from the present state {ran}."
+        else:
+            head["begins"] = f"Run from the study's start {ran}.{self._middle()}"
         return head, columns
+
+    def _middle(self) -> str:
+        """Of a study that sweeps, at which values its page begins."""
+        own = self.motions.own
+        swept = [name for name in self.study.swept if not words_of(name)] if self.results is None else []
+        said = rows(list(map(dimension_of, swept)), {dimension_of(name): own[name] for name in swept}, self.units)
+        return f" The study sweeps; this is the middle: {', '.join(map(' '.join, said))}." if said else ""
 
     def local(self, asked: Mapping[str, Any]) -> Reply:
         """A diagram around the present point along ``key``, each point from ``state``."""
@@ -446,15 +458,15 @@ class Session:
 
         study = self.motions.at(self._values(asked), self._changes(asked))
         head = [f"One operating point, saved from the explorer of {os.path.basename(self.path)}"]
-        state, resolved = self._from(asked, study), {**study.resolved, "title": self.study.title}
+        operation = {name: getattr(study.operation, name) for name in USUAL}
+        title = f"One operating point, {operating_point(operation, self.units)}"
+        state, resolved = self._from(asked, study), {**study.resolved, "title": title}
         own = study_text(resolved, head)
         if state is None:
             return {"text": own, "name": "point.yaml"}
         begun = self.motions.with_start(study, state)
         if begun is not None:
-            text = study_text(
-                {**begun, "title": self.study.title}, [*head, "Its start is the state that the page showed"]
-            )
+            text = study_text({**begun, "title": title}, [*head, "Its start is the state that the page showed"])
             try:
                 parse_study(text, "point.yaml")
             except InputError:

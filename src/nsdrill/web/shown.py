@@ -97,10 +97,15 @@ def verdict_words(values: Mapping[str, Any]) -> list[str]:
             said.append(words[code].replace("_", " "))
         elif code and code < len(words):
             told_ = words[code].replace("_", " ")
-            grade = name.removesuffix("_severity").replace("_", " ")
-            said.append(
-                f"{grade}: {told_}" if name.endswith("_severity") else f"{told_} whirl" if "whirl" in name else told_
-            )
+            if name.endswith("_severity"):  # beside the response that it is of, where that is said
+                grade, parts = name.removesuffix("_severity").replace("_", "-"), said[0].split(" + ")
+                if there := [i for i, part in enumerate(parts) if part.endswith(grade)]:
+                    parts[there[0]] += f" ({told_})"
+                    said[0] = " + ".join(parts)
+                else:
+                    said.append(f"{grade}: {told_}")
+            else:
+                said.append(f"{told_} whirl" if "whirl" in name else told_)
     if "trusted" in values:
         said.append("checks agree" if int(values["trusted"]) else "checks disagree")
     return list(dict.fromkeys(said))  # two labels may have one word

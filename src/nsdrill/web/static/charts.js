@@ -56,9 +56,13 @@ window.nsdrill = (() => {
     return low <= high ? [low, high] : [0, 1];
   }
 
+  // Whether values differ by rounding alone, of their size or of one unit in which they are shown.
+  const level = (low, high) => high - low <= 1e-9 * Math.max(1, Math.abs(low), Math.abs(high));
+
   function padded([low, high], part = 0.05) {
     // What varies by less than a thousandth is drawn as nearly level: its last digits are no news.
-    const room = Math.max((high - low) * part, high === low ? Math.abs(high) * 0.02 : Math.max(Math.abs(low), Math.abs(high)) * 5e-4) || 1e-3;
+    const most = Math.max(Math.abs(low), Math.abs(high));
+    const room = level(low, high) ? Math.max(0.02 * most, 1e-3) : Math.max((high - low) * part, most * 5e-4);
     return [low - room, high + room];
   }
 
@@ -99,9 +103,9 @@ window.nsdrill = (() => {
         series: [{}, { points: { show: false }, paths: () => null }],
         axes: [
           axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...(o.bare ? { values: () => [] } : { ...numbers(o.log), ...o.xmarks }) }),
-          axis(o.ylabel, o.ymarks && o.ymarks.values ? 110 : 46, { space: 26, ...numbers(false), ...o.ymarks }),
+          axis(o.ylabel, o.ymarks && o.ymarks.values ? 110 : 54, { space: 26, ...numbers(false), ...o.ymarks }),
         ],
-        hooks: { draw: [draw], setSize: [fit], ready: [fit] },
+        hooks: { draw: [draw], setSize: [fit], ready: [(u) => { fit(u); if (ready) over(); }] },
       },
       data(), box,
     );
@@ -338,7 +342,8 @@ window.nsdrill = (() => {
       c.setLineDash([]);
       c.font = `bold ${10 * dpr}px "DejaVu Sans", Verdana, sans-serif`;
       c.textAlign = "left";
-      const written = []; // no word over another
+      const written = []; // no word over another, nor over a point
+      const points = d.curves.special.map(([i]) => [X(curve.x[i]), Y(curve.y[i])]);
       for (const [i, words] of d.curves.special) {
         c.fillStyle = "#fff";
         c.strokeStyle = "#000";
@@ -348,16 +353,20 @@ window.nsdrill = (() => {
         c.fill();
         c.stroke();
         const place = [X(curve.x[i]), Y(curve.y[i])];
-        if (written.some(([x, y]) => Math.abs(x - place[0]) < 62 * dpr && Math.abs(y - place[1]) < 13 * dpr)) continue;
-        written.push(place);
+        const wide = c.measureText(words).width, high = 11 * dpr, near = 6 * dpr;
+        const box = [[1, -1], [1, 1], [-1, -1], [-1, 1]]
+          .map(([across, up]) => [place[0] + (across > 0 ? near : -near - wide), place[1] + (up < 0 ? -near - high + 2 * dpr : near - 2 * dpr)])
+          .find(([x, y]) =>
+            x > u.bbox.left && x + wide < u.bbox.left + u.bbox.width && y > u.bbox.top && y + high < u.bbox.top + u.bbox.height &&
+            !written.some(([a, b, w]) => x < a + w + near && a < x + wide + near && Math.abs(y - b) < high + dpr) &&
+            !points.some(([a, b]) => a > x - 3 * dpr && a < x + wide + 3 * dpr && b > y - 3 * dpr && b < y + high + 3 * dpr));
+        if (!box) continue; // the pointer tells it
+        written.push([...box, wide]);
         c.lineWidth = 3 * dpr;
         c.strokeStyle = "rgba(255, 255, 255, 0.85)";
-        const late = place[0] > u.bbox.left + u.bbox.width - 75 * dpr;
-        c.textAlign = late ? "right" : "left";
-        const at = [place[0] + (late ? -6 : 6) * dpr, place[1] + (place[1] < u.bbox.top + 16 * dpr ? 13 : -5) * dpr];
-        c.strokeText(words, ...at);
+        c.strokeText(words, box[0], box[1] + 0.85 * high);
         c.fillStyle = "#000";
-        c.fillText(words, ...at);
+        c.fillText(words, box[0], box[1] + 0.85 * high);
       }
     }
     // The peak nearest to a place in the plot; of none near, the nearest point along the axis.
@@ -403,6 +412,21 @@ window.nsdrill = (() => {
     const special = d.curves.special.find(([at]) => at === i), count = d["curve unstable"][i];
     const stands = count ? `unstable in ${count} direction${count > 1 ? "s" : ""}` : "stable";
     return `branch ${number}, ${d.curves.names[number]}, ${stands}${special ? `: ${special[1]}` : ""}`;
+  }
+
+  // The entries of a legend for the lines of a diagram that are not data.
+  function lineEntries(d) {
+    return (d.lines || []).map((one) => {
+      const canvas = make("canvas", { class: "swatch", width: 28, height: 28 }), c = canvas.getContext("2d");
+      c.strokeStyle = REFERENCE;
+      c.lineWidth = 2;
+      c.setLineDash(one.words === "set speed" ? [8, 4] : []);
+      c.beginPath();
+      c.moveTo(0, 14);
+      c.lineTo(28, 14);
+      c.stroke();
+      return make("li", {}, canvas, one.words);
+    });
   }
 
   // Classes or values over two axes.
@@ -742,7 +766,7 @@ window.nsdrill = (() => {
       const xs = reply.columns[across.name], ys = reply.columns[up.name], place = make("div");
       home.append(place);
       const open = (values) => {
-        const [low, high] = limits(values), middle = (low + high) / 2, half = Math.max((high - low) * 0.55, 0.01 * Math.max(Math.abs(low), Math.abs(high)), 1e-9);
+        const [low, high] = limits(values), middle = (low + high) / 2, half = Math.max((high - low) * 0.55, 0.01 * Math.max(Math.abs(low), Math.abs(high)), level(low, high) ? 1e-3 : 0);
         return [middle - half, middle + half];
       };
       chart(place, {
@@ -768,34 +792,53 @@ window.nsdrill = (() => {
     return found;
   }
 
-  // All drawings below a node as one picture.
-  function picture(node, title, lines) {
-    const dpr = ratio(), box = node.getBoundingClientRect(), top = (24 + 18 * lines.length) * dpr;
-    const canvas = make("canvas", { width: Math.ceil(box.width * dpr), height: Math.ceil(box.height * dpr + top) });
-    const c = canvas.getContext("2d");
+  // The drawings and legends of each part as one picture: what stands between them on the page, controls say, is left out.
+  function picture(parts, title, lines) {
+    const dpr = ratio(), gap = 8 * dpr, drawn = [], font = (size, bold) => `${bold ? "bold " : ""}${size * dpr}px "DejaVu Sans", Verdana, sans-serif`;
+    const measure = make("canvas").getContext("2d");
+    let left = gap, bottom = 0;
+    const top = (30 + 18 * lines.length) * dpr;
+    for (const part of parts) {
+      const box = part.getBoundingClientRect(), found = [];
+      for (const one of part.querySelectorAll("canvas, .legend li, #legend li, #local-title")) {
+        const at = one.getBoundingClientRect();
+        if (!at.width || !at.height || (one.localName === "canvas" && (!one.width || one.className === "swatch"))) continue;
+        found.push({ one, x: (at.left - box.left) * dpr, y: at.top * dpr, w: at.width * dpr, h: at.height * dpr });
+      }
+      if (!found.length) continue;
+      found.sort((a, b) => a.y - b.y);
+      let end = found[0].y, shift = found[0].y - top, wide = 0; // of the page, and how far up all that comes now moves
+      for (const each of found) {
+        if (each.y > end + gap) shift += each.y - end - gap;
+        end = Math.max(end, each.y + each.h);
+        drawn.push({ ...each, x: each.x + left, y: each.y - shift });
+        wide = Math.max(wide, each.x + each.w);
+        bottom = Math.max(bottom, each.y + each.h - shift);
+      }
+      left += wide + 2 * gap;
+    }
+    measure.font = font(12);
+    const width = Math.max(left, ...lines.map((line) => measure.measureText(line).width + 2 * gap));
+    const canvas = make("canvas", { width: Math.ceil(width), height: Math.ceil(bottom + gap) }), c = canvas.getContext("2d");
     c.fillStyle = "#fff";
     c.fillRect(0, 0, canvas.width, canvas.height);
     c.fillStyle = INK;
-    c.font = `bold ${14 * dpr}px "DejaVu Sans", Verdana, sans-serif`;
-    c.fillText(title, 8 * dpr, 18 * dpr);
-    c.font = `${12 * dpr}px "DejaVu Sans", Verdana, sans-serif`;
-    lines.forEach((line, i) => c.fillText(line, 8 * dpr, (38 + 18 * i) * dpr));
-    let last = 0;
-    for (const one of node.querySelectorAll("canvas")) {
-      const at = one.getBoundingClientRect();
-      if (!at.width || !one.width) continue;
-      const y = (at.top - box.top) * dpr + top;
-      c.drawImage(one, (at.left - box.left) * dpr, y, at.width * dpr, at.height * dpr);
-      if (one.className === "swatch") {
-        c.fillStyle = INK;
-        c.fillText(one.parentNode.textContent, (at.right - box.left + 4) * dpr, y + at.height * dpr * 0.8);
+    c.font = font(14, true);
+    c.fillText(title, gap, 18 * dpr);
+    c.font = font(12);
+    lines.forEach((line, i) => c.fillText(line, gap, (38 + 18 * i) * dpr));
+    for (const { one, x, y, w, h } of drawn) {
+      if (one.localName === "canvas") {
+        c.drawImage(one, x, y, w, h);
+        continue;
       }
-      last = Math.max(last, y + at.height * dpr);
+      const mark = one.querySelector("canvas");
+      const size = mark ? 12 * dpr : 0;
+      if (mark) c.drawImage(mark, x, y + (h - size) / 2, size, size);
+      c.fillText(one.textContent, x + size + (mark ? 4 * dpr : 0), y + h * 0.75);
     }
-    const cut = make("canvas", { width: canvas.width, height: Math.min(canvas.height, Math.ceil(last + 8 * dpr)) });
-    cut.getContext("2d").drawImage(canvas, 0, 0);
-    return cut;
+    return canvas;
   }
 
-  return { branchWords, unpack, make, digits, decimals, amount, valueOf, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
+  return { branchWords, lineEntries, unpack, make, digits, decimals, amount, valueOf, limits, chart, scatter, cells, colourOf, mix, motion, section, swatch, peaks, picture };
 })();

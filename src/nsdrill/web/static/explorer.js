@@ -13,18 +13,30 @@
     $("banner").hidden = !words;
   }
 
-  // What takes longer than a moment is said: code for a string that was never run here is compiled first.
-  let waiting = 0;
-  const WORKING = "Working … The first motion of a kind of string compiles its equations, which can take two minutes; the machine code is kept.";
+  // What takes longer than a moment is said. Of what runs a string, the reason may be that its code is compiled first.
+  let waiting = 0, waited = "";
+  const DOING = {
+    meta: "Opening the file", diagram: "Reading the diagram", plane: "Reading the map", replay: "Running this point again",
+    orbit: "Running the motion of this branch", live: "Running on", local: "Running the points around the present one",
+    section: "Collecting the returns to the section", saved: "Writing the study",
+  };
+  const RUNS = ["replay", "orbit", "live", "local", "section"];
   async function ask(name, question = {}) {
-    const patience = setTimeout(() => { if (!$("banner").textContent) banner(WORKING); }, 1500);
+    const say = (words) => {
+      if ($("banner").textContent && $("banner").textContent !== waited) return;
+      waited = words;
+      banner(words);
+    };
+    const patience = [setTimeout(() => say(`${DOING[name]} …`), 1500)];
+    if (RUNS.includes(name))
+      patience.push(setTimeout(() => say(`${DOING[name]} … If this kind of string has not been run on this machine before, its equations are compiled first, which can take two minutes; the machine code is kept.`), 6000));
     waiting += 1;
     try {
       return await asked(name, question);
     } finally {
-      clearTimeout(patience);
+      patience.forEach(clearTimeout);
       waiting -= 1;
-      if (!waiting && $("banner").textContent === WORKING) banner("");
+      if (!waiting && waited && $("banner").textContent === waited) banner("");
     }
   }
 
@@ -189,7 +201,8 @@
       items.push(make("li", {}, N.swatch("o", "#4D4D4D"), "up: filled"), make("li", {}, N.swatch("o", "#4D4D4D", false), "down: open"));
     if (d.hysteresis.length) items.push(make("li", {}, N.swatch("s", "#E8D47A"), "up and down differ"));
     if (seen.has(-2)) items.push(make("li", {}, N.swatch("X", "#000"), "failed"));
-    if (d.curves) items.push(make("li", {}, "line: branch, solid where stable, dashed where not"));
+    if (d.curves) items.push(make("li", {}, "black line: branch, solid where stable, dashed where not"));
+    items.push(...all.flatMap(N.lineEntries));
     if (d.note) items.push(make("li", {}, d.note));
     $("legend").replaceChildren(...items);
     view.count = d.x.values.length;
@@ -257,6 +270,7 @@
   function orbit(d, hit) {
     for (const one of charts) one.choose(-1, hit.at);
     view.chosen = null;
+    view.point = hit.curve;
     follow(d, hit.curve);
   }
 
@@ -273,7 +287,7 @@
   // With the keyboard: left and right along the axis, up and down the procedure or the other axis.
   $("diagram").addEventListener("keydown", (event) => {
     if (!view || !view.all) return;
-    if (!view.all[0].x.values.length) return;
+    if (!view.all[0].x.values.length) { along(event); return; }
     const steps = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
     const d = view.all[0], n = d.x.values.length, clip = (value, count) => Math.min(Math.max(value, 0), count - 1);
     const far = event.shiftKey ? 10 : 1;
@@ -285,8 +299,10 @@
         charts[0].choose(...view.chosen);
         view.say(...view.chosen);
       } else {
-        const [p, i] = view.chosen || [Math.max(view.visible.indexOf(true), 0), Math.floor(n / 2)];
-        choose(clip(p + steps[1], d.procedures.length), clip(i + far * steps[0], n));
+        const shown = d.procedures.map((_, p) => p).filter((p) => view.visible[p]); // the arrow up goes to the one before: "up"
+        if (!shown.length) return;
+        const [p, i] = view.chosen || [shown[0], Math.floor(n / 2)];
+        choose(shown[clip(Math.max(shown.indexOf(p), 0) - steps[1], shown.length)], clip(i + far * steps[0], n));
         const [q, k] = view.chosen, K = d.values.shape[2];
         hover(d, { p: q, i: k, value: d.values[(q * n + k) * K] });
       }
@@ -295,6 +311,32 @@
       run(view.map ? mapPlace(d, ...view.chosen) : placeOf(d, ...view.chosen));
     }
   });
+
+  // Of branches alone: left and right along a branch, up and down to the next one, at its point nearest to this one.
+  function along(event) {
+    const d = view.all[0], sizes = d.curves.sizes, firsts = sizes.map((_, b) => sizes.slice(0, b).reduce((a, n) => a + n, 0));
+    const branchOf = (point) => firsts.filter((first) => first <= point).length - 1, clip = (v, low, high) => Math.min(Math.max(v, low), high);
+    const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key], other = { ArrowUp: -1, ArrowDown: 1 }[event.key];
+    if (step || other) {
+      event.preventDefault();
+      const xs = d["curve x"], start = view.point === undefined, now_ = start ? Math.floor(sizes[0] / 2) : view.point, b = branchOf(now_);
+      const forward = xs[firsts[b]] <= xs[firsts[b] + sizes[b] - 1] ? 1 : -1; // the arrow to the right goes to the right, folds aside
+      if (start) view.point = now_;
+      else if (step) view.point = clip(now_ + step * forward * (event.shiftKey ? 10 : 1), firsts[b], firsts[b] + sizes[b] - 1);
+      else {
+        const next = clip(b + other, 0, sizes.length - 1);
+        let best = firsts[next];
+        for (let i = best; i < firsts[next] + sizes[next]; i++) if (Math.abs(xs[i] - xs[now_]) < Math.abs(xs[best] - xs[now_])) best = i;
+        view.point = best;
+      }
+      for (const one of charts) one.choose(-1, xs[view.point]);
+      charts.forEach((one, k) => one.live([[xs[view.point], [view.all[k]["curve y"][view.point]]]]));
+      hover(d, { curve: view.point, value: d["curve y"][view.point], at: xs[view.point] });
+    } else if ((event.key === "Enter" || event.key === " ") && view.point !== undefined) {
+      event.preventDefault();
+      follow(d, view.point);
+    }
+  }
 
   // ---- the motion
 
@@ -511,7 +553,7 @@
   }));
   $("save-picture").addEventListener("click", () => {
     const lines = [meta.about, $("which").textContent && [...$("which").children].slice(0, 2).map((one) => one.textContent).join(": ")].filter(Boolean);
-    N.picture(document.querySelector("main"), meta.title, lines).toBlob((blob) => offer("nsdrill.png", blob));
+    N.picture([$("sweep"), $("point"), $("local")].filter((one) => !one.hidden), meta.title, lines).toBlob((blob) => offer("nsdrill.png", blob));
   });
 
   // ---- the beginning
@@ -542,7 +584,10 @@
     $("local-run").addEventListener("click", () => around($("around").value));
     $("which").textContent = "No point is chosen yet.";
     if (meta.choices && meta.choices.axes.length) {
-      if (meta.kind === "branches") $("hover").textContent = "Point at a branch; click a point of it to run its motion.";
+      if (meta.kind === "branches") {
+        $("hover").textContent = "Point at a branch; click a point of it to run its motion.";
+        $("diagram").setAttribute("aria-label", "Branches. Left and right arrows go along a branch, up and down to another, Enter runs the point.");
+      }
       controls();
       await redraw();
     } else {

@@ -17,7 +17,7 @@
     const said = make("p", { class: "hover" }), legend = make("ul", { class: "legend" });
     count += 1;
     if (what.kind === "motion") {
-      N.motion(place, what.drawn, { sync: `motion${count}` }).show(replies[0]);
+      N.motion(place, what.drawn, { sync: `motion${count}`, planeHeight: 200 }).show(replies[0]);
     } else if (what.kind === "map") {
       const d = { ...replies[0].head, ...replies[0].columns }, box = make("div");
       place.append(box, legend, said);
@@ -69,7 +69,8 @@
       if (d && d.procedures.includes("down") && d.procedures.length > 1)
         legend.append(make("li", {}, N.swatch("o", "#4D4D4D"), "up: filled"), make("li", {}, N.swatch("o", "#4D4D4D", false), "down: open"));
       if (d && d.hysteresis.length) legend.append(make("li", {}, N.swatch("s", "#E8D47A"), "up and down differ"));
-      if (d && d.curves) legend.append(make("li", {}, "line: branch, solid where stable, dashed where not"));
+      if (d && d.curves) legend.append(make("li", {}, "black line: branch, solid where stable, dashed where not"));
+      legend.append(...all.flatMap(N.lineEntries));
       if (d && d.note) legend.append(make("li", {}, d.note));
       if (seen.has(-2)) legend.append(make("li", {}, N.swatch("X", "#000"), "failed"));
       place.append(legend, said);
