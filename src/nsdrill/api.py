@@ -426,7 +426,10 @@ def plot(
         from nsdrill.plot.branches import draw_branches
 
         if kind not in (None, "branches") or ax is not None or chosen or start is not None or states or severity:
-            raise InputError("plot: found branches with a kind, axes or a choice of points; allowed: units and over.")
+            raise InputError(
+                "plot: found branches with a kind, axes or a choice of points; allowed: units, over, width, height, "
+                "font_size, title and style. Their panels are a figure of their own."
+            )
         return draw_branches(
             branches,
             units=units,
@@ -565,6 +568,11 @@ def view(
     from nsdrill.web.session import Session
 
     check_units(units)
+    if is_dataset(path):
+        raise InputError(
+            "path: found results in memory; allowed: the name of a file, as the explorer reads one. Save them first: "
+            'nsdrill.save(results, "out.h5").'
+        )
     if not is_whole(height) or not 100 <= height <= 10_000:
         raise InputError(f"height: found {height!r}; allowed: 100 to 10000 pixels.")
     above = None if over is None else name_in(over, "over")

@@ -70,7 +70,11 @@ def test_the_direction_of_an_orbit_is_marked(whirl: Trace) -> None:
     assert len(marks) == 2
     for mark in marks:
         place = int(np.argmin(np.hypot(1e3 * whirl["x"] - mark.get_xdata()[0], 1e3 * whirl["y"] - mark.get_ydata()[0])))
-        heading = np.radians(mark.get_marker()[2] + 90.0)
+        arrow = mark._marker.get_transform().transform(mark.get_marker().vertices)  # its tip is the second corner
+        heading = np.arctan2(*(arrow[1] - arrow[3])[::-1])
+        assert np.ptp(arrow @ [np.cos(heading), np.sin(heading)]) > 1.5 * np.ptp(
+            arrow @ [-np.sin(heading), np.cos(heading)]
+        )  # else one does not see where it points
         velocity = np.array([whirl["vx"][place], whirl["vy"][place]])
         assert velocity @ [np.cos(heading), np.sin(heading)] > 0.98 * np.hypot(*velocity)
 

@@ -35,5 +35,7 @@ def test_wrong_arguments(shared: Path) -> None:
         nsdrill.view(shared / "small.h5", units="rods")
     with pytest.raises(nsdrill.FileError):
         nsdrill.view(shared / "nothing.h5")
+    with pytest.raises(nsdrill.InputError, match="Save them first"), nsdrill.open_results(shared / "small.h5") as found:
+        nsdrill.view(found)
     with pytest.raises(nsdrill.InputError):
         nsdrill.view(shared / "small.yaml", set={"operation.wob": "3 mm"})

@@ -46,8 +46,9 @@ if TYPE_CHECKING:
 @click.option("--states", metavar="A,B", help="The two states of a basin drawn from an ensemble: z,vz say.")
 @options.confidence
 @click.option(
-    "--over", type=options.FileName(), metavar="OUT.h5",
-    help="With branches, or the trace of a ramp and --kind ramp: draw them over the peaks of this sweep.",
+    "--over", type=options.FileName(), metavar="FILE.h5",
+    help="With branches, or the trace of a ramp and --kind ramp: draw them over the peaks of this sweep. With a map "
+    "over two axes: draw the curves of this file of branches over it.",
 )  # fmt: skip
 @click.option(
     "--data", "field", type=options.FileName(), metavar="FIELD.csv",

@@ -144,10 +144,12 @@ sys.modules[__name__].__class__ = _Room
 
 def _draw_borders(figure: Figure, data: Results, over: Any, units: str) -> None:
     """Curves of branches over the map of a sweep over two axes."""
-    from nsdrill.plot.branches import draw_borders
+    from nsdrill.plot.branches import check_same_string, draw_borders
     from nsdrill.plot.maps import Planes
 
     if len(data.swept) != 2:
         raise InputError("--over: found curves with no map over two axes; allowed: the map of a sweep over two.")
     planes = Planes.of(data)
+    held = {name: float(over[name].values.ravel()[0]) for name in data.held if name in over}
+    check_same_string(over, data, held)
     draw_borders(figure, over, planes.x, planes.y, units)

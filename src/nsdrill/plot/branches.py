@@ -9,6 +9,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from nsdrill.analysis.bifurcations import (
     BRANCH,
@@ -24,6 +25,7 @@ from nsdrill.analysis.bifurcations import (
     TORUS,
     meanings_of,
 )
+from nsdrill.analysis.equations import unlike
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
@@ -49,7 +51,7 @@ from nsdrill.plot.style import (
 )
 
 HEIGHT, WORDS = 5.6, 1.4  # inches
-BEHIND = "#B8B8B8"  # the peaks of the sweep
+BEHIND, DOT = "#A9C3DC", 3.2  # the peaks of the sweep: a pale colour, and points wider than the lines above them
 # Marker and colour of each label; grazing has the rest in turn.
 MARKERS: dict[int, tuple[str, str]] = {
     FOLD: ("s", VERMILLION), DOUBLING: ("^", BLUE), TORUS: ("D", GREEN), BRANCH: ("P", WINE), HOPF: ("o", ORANGE),
@@ -57,6 +59,10 @@ MARKERS: dict[int, tuple[str, str]] = {
 }  # fmt: skip
 GRAZING = (("v", SKY), ("<", "#7A5195"), (">", "#8C6D31"))
 COLOURS = {PERIODIC: BLACK, EQUILIBRIUM: BLACK, CYCLE: "#7A3B00", CIRCLE: "#00634A"}
+NAMES = {
+    EQUILIBRIUM: "steady drilling", PERIODIC: "periodic motions", CYCLE: "limit cycles",
+    CIRCLE: "invariant circles (whirl)",
+}  # fmt: skip
 MOST_MULTIPLE = 12
 PIXEL = 0.004  # of the width of the axes: labels of one kind that are closer are one
 
@@ -77,6 +83,11 @@ def _draw(data: Any, units: str, over: Results | None) -> Figure:
     if not panels:
         raise InputError("the branches: found no feature that a panel shows; allowed: a file of nsdrill continue.")
     x = quantity(along, units)
+    fixed = {
+        name: float(data[name].values[0]) for name in ("depth", "wob", "rotary_speed") if name in data and name != along
+    }
+    if over is not None:
+        check_same_string(data, over, fixed)
     figure = new_figure(page_width(), WORDS + (HEIGHT - WORDS) * max(2, len(panels)) / 3)
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     handles: dict[str, Artist] = {}
@@ -91,12 +102,18 @@ def _draw(data: Any, units: str, over: Results | None) -> Figure:
     if np.all(np.isfinite(ends)):
         axes[-1].set_xlim(*ends)
     _wall(data, panels, axes, units, handles)
-    fixed = {
-        name: float(data[name].values[0]) for name in ("depth", "wob", "rotary_speed") if name in data and name != along
-    }
     put_title(figure, heading(data.attrs, operating_point(fixed, units)))
     legend_below(figure, list(handles.values()), 4)
     return figure
+
+
+def check_same_string(data: Any, over: Results, fixed: dict[str, float]) -> None:
+    """InputError where a sweep and branches, one of which is to be drawn over the other, are of unlike strings."""
+    free = {str(data.attrs.get(name, "")) for name in ("along", "along_key", "over", "over_key")}
+    found = unlike(data.attrs, over, fixed, free)
+    if found:
+        told = "; ".join(f"{key}: {there} of the branches, {here} of the sweep" for key, there, here in found[:4])
+        raise InputError(f"--over: found another string ({told}); allowed: results of the same string.")
 
 
 def _behind(axes: Axes, over: Results, along: str, panel: Any, x: float, y: float, handles: dict[str, Artist]) -> None:
@@ -114,12 +131,12 @@ def _behind(axes: Axes, over: Results, along: str, panel: Any, x: float, y: floa
         peaks = one[panel.peaks]
         at = np.broadcast_to(one.x[None, :, None], peaks.shape)
         good = np.isfinite(peaks)
-        axes.plot(at[good] / x, peaks[good] / y, ".", color=BEHIND, markersize=1.6, markeredgewidth=0, zorder=1,
+        axes.plot(at[good] / x, peaks[good] / y, ".", color=BEHIND, markersize=DOT, markeredgewidth=0, zorder=1,
                   rasterized=True, gid="sweep")  # fmt: skip
     if panel.greatest in over.variables:
         top = one[panel.greatest]
         at = np.broadcast_to(one.x[None, :], top.shape)
-        axes.plot(at.ravel() / x, top.ravel() / y, ".", color=BEHIND, markersize=1.6, markeredgewidth=0, zorder=1,
+        axes.plot(at.ravel() / x, top.ravel() / y, ".", color=BEHIND, markersize=DOT, markeredgewidth=0, zorder=1,
                   rasterized=True, gid="sweep greatest")  # fmt: skip
     handles.setdefault("sweep", Line2D([], [], linestyle="none", marker=".", color=BEHIND, label="peaks of the sweep"))
 
@@ -128,7 +145,7 @@ def _curves(axes: Axes, data: Any, along: str, name: str, x: float, y: float, ha
     """The branches in one panel."""
     numbers, values = data[along].values / x, data[name].values / y
     unstable, labels = data["unstable"].values, data["label"].values
-    sizes, motions, lobes = (data[key].values for key in ("row_size", "motion", "lobes"))
+    sizes, motions = (data[key].values for key in ("row_size", "motion"))
     meanings = meanings_of(model_in(data.attrs))
     graze: dict[int, tuple[str, str]] = {}
     for code in meanings:
@@ -168,11 +185,10 @@ def _curves(axes: Axes, data: Any, along: str, name: str, x: float, y: float, ha
             handles.setdefault(
                 word, Line2D([], [], marker=marker, color=face, linestyle="none", markersize=4, label=word)
             )
+    # The colour says which motion, solid or dashed how stable it is.
     for motion in dict.fromkeys(str(one) for one in motions):
-        if motion in (CYCLE, CIRCLE):
-            words = {CYCLE: "limit cycles", CIRCLE: "invariant circles (whirl)"}[motion]
-            handles.setdefault(words, Line2D([], [], color=COLOURS[motion], linewidth=1.3, label=words))
-    del lobes
+        words = NAMES.get(motion, motion.replace("_", " "))
+        handles.setdefault(words, Patch(facecolor=COLOURS.get(motion, BLACK), label=words))
 
 
 def _pieces(x: Array, y: Array, chosen: Array) -> tuple[Array, Array]:

@@ -107,6 +107,7 @@ def draw_strip(axes: Axes, one: Line, scale: float, *, name_rows: bool) -> None:
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_yticks(rows, one.procedures if name_rows else [""] * len(rows))
     axes.tick_params(length=0, labelbottom=False)
+    axes.grid(visible=False)  # of a style: lines through the cells would be read as borders
     for spine in axes.spines.values():
         spine.set_visible(False)
 

@@ -123,6 +123,13 @@ def _unsaid(point: str, title: str) -> str:
     return ", ".join(told) + semicolon + rest if told else rest.strip()
 
 
+_LONG = re.compile(r"(?<![\w.])-?\d+\.\d{6,}(?:e[-+]?\d+)?", re.IGNORECASE)  # digits that nobody reads
+
+
+def _rounded(found: re.Match[str]) -> str:
+    return f"{float(found[0]):.6g}"
+
+
 def _kind(attrs: Mapping[str, Any]) -> list[str]:
     """What is not as usual about the string: its drive, and the motions that it does without."""
     drive, frozen = drive_kind(attrs), frozen_modes(attrs)
@@ -133,10 +140,11 @@ def _kind(attrs: Mapping[str, Any]) -> list[str]:
 
 
 def changed(attrs: Mapping[str, Any], width: int) -> str:
-    """What ``--set`` of run and classify changed, but for the title, in one line:
-    ``bit.lobes = 1, and 3 more``."""
+    """What ``--set`` of run and classify changed, but for the title and the operating point, which are told anyway, in
+    one line: ``bit.lobes = 1, and 3 more``."""
     found = overrides(attrs, thresholds=True)
-    texts = [f"{key} = {value}" for key, value in found.items() if key != "title"]
+    told = ("title", *AXES, *(f"operation.{name}" for name in AXES))
+    texts = [f"{key} = {_LONG.sub(_rounded, value)}" for key, value in found.items() if key not in told]
     line = ""
     for left, text in zip(reversed(range(len(texts))), texts, strict=True):
         room = width - (len(f" and {left} more") if left else 0)

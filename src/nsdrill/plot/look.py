@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import logging
 import math
 import os
@@ -136,9 +137,12 @@ def _style(given: Any) -> Mapping[str, Any] | None:
     if not os.path.isfile(name):
         if name in style.available:
             return {**cast("dict[str, Any]", style.library[name])}
+        names = [one for one in style.available if not one.startswith("_")]
+        near = difflib.get_close_matches(str(given), names, 3, 0.4) or ["ggplot", "grayscale", "tableau-colorblind10"]
         raise InputError(
             f"--style: found {given!r}, which is no file; allowed: a style file of matplotlib (.mplstyle), or one of "
-            f"its styles: {', '.join(one for one in style.available if not one.startswith('_'))}."
+            f"its {len(names)} styles, say {', '.join(near)}. All of them: "
+            "python -c 'import matplotlib.style as s; print(s.available)'"
         )
     faults = _Faults()
     log = logging.getLogger("matplotlib")

@@ -32,6 +32,7 @@ from nsdrill.variables import BIT_BOUNCE, STICK_SLIP, WHIRL
 FULL_WIDTH = 7.0  # inches: two columns of a journal page
 NOTEBOOK_DPI = 110
 SHORTEST_LINE = 20  # characters of a title
+UNTITLED = 0.3  # inches that a page without a title is lower
 BESIDE = 0.7  # inches beside a panel: the axis at its left, and what stands over its right end
 RASTER_DPI = 300  # for PNG, and for the markers that are rasterised inside PDF and SVG
 MANY_MARKERS = 20_000  # above this a vector file is slow to open, so its markers become an image; the text stays text
@@ -245,10 +246,17 @@ def new_figure(width: float, height: float) -> Figure:
     return figure
 
 
+def titled() -> bool:
+    """Whether the user leaves pictures their titles and the words over panels."""
+    return look.get().title is not False
+
+
 def put_title(figure: Figure, text: str) -> None:
     """Give the figure a title, its lines broken where they are wider than the figure; or that of the user."""
     wanted = look.get().title
     if wanted is False:
+        if isinstance(figure, Picture) and look.get().height is None:  # no empty strip where it would stand
+            figure.set_figheight(max(0.5 * figure.get_figheight(), figure.get_figheight() - UNTITLED))
         return
     text = wanted if isinstance(wanted, str) else text
     title = figure.suptitle(text, parse_math=False)
@@ -269,8 +277,10 @@ def put_title(figure: Figure, text: str) -> None:
 
 def say_over(axes: Axes, text: str, loc: Literal["left", "center"] = "center") -> None:
     """A title of a panel that is as wide as its figure, or the part of one that it stands in; where it is wider, broken
-    after its semicolons and commas."""
+    after its semicolons and commas. None where the user wants no title."""
     part: Any = axes.figure
+    if not titled():  # a caption says it
+        return
     title = axes.set_title(text, loc=loc)
     width, room = title.get_window_extent().width, part.bbox.width - BESIDE * part.dpi
     if width > room:
@@ -318,11 +328,34 @@ def panels_of(figure: Any) -> list[Axes]:
     return list(dict.fromkeys(own))
 
 
+LEVEL = 1e-6  # part of its size by which what is shown as one value varies
+
+
+def _open_level(figure: Figure) -> None:
+    """Give the axes whose values are one value and its last digits a range in which they are a line, with plain ticks:
+    else rounding fills the panel, and every tick has ten digits."""
+    for axes in panels_of(figure):
+        if axes.get_label() == "<colorbar>":
+            continue
+        for one in (axes.xaxis, axes.yaxis):
+            name = one.axis_name
+            if one.get_scale() != "linear" or not getattr(axes, f"get_autoscale{name}_on")():
+                continue
+            ends = getattr(axes, f"get_{name}lim")()
+            low, high = min(ends), max(ends)
+            size = max(abs(low), abs(high))
+            if high - low < max(LEVEL * size, 1e-9):
+                middle, half = 0.5 * (low + high), max(0.05 * size, 1e-3)
+                limits = (middle - half, middle + half)
+                getattr(axes, f"set_{name}lim")(*(limits if ends[0] <= ends[1] else limits[::-1]))
+
+
 def settle(figure: Figure) -> None:
     """Lay the figure out and keep it so: the same geometry in every format and at every saving.
 
     More than one pass, because the space for aligned labels is known only after the axes have found their places.
     """
+    _open_level(figure)
     for _ in range(2):
         figure.draw_without_rendering()
     figure.set_layout_engine("none")

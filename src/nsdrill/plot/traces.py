@@ -10,14 +10,14 @@ from nsdrill.data import Trace
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in
 from nsdrill.plot.decimation import last_part
-from nsdrill.plot.labels import heading
+from nsdrill.plot.labels import heading, quantity
 from nsdrill.plot.look import look
 from nsdrill.plot.schedule import moving, point_words
 
 ROOM_FOR_HISTORY = 1.2  # inches of page
 ROOM_FOR_SCHEDULE = 0.7  # inches of page for each value that moves
 LAST_SAMPLES = 60_000  # of orbit and phase planes
-STILL = 1e-9  # part of its size that a constant varies by
+STILL = 1e-9  # part of its size, or of one unit in which it is shown, that a constant varies by
 LAST_TURNS = 20  # of the drive: more lie over each other and hide the shape
 
 
@@ -29,7 +29,8 @@ def check_length(trace: Trace) -> None:
 def moves(trace: Trace, name: str) -> bool:
     """Whether a history is more than one value with its rounding."""
     values = trace[name]
-    return not (np.ptp(values) <= STILL * np.max(np.abs(values)))  # so that NaN is no rest
+    size = max(float(np.max(np.abs(values))), abs(quantity(name).scale))
+    return not (np.ptp(values) <= STILL * size)  # so that NaN is no rest
 
 
 def planes_of(trace: Trace) -> list[tuple[str, str]]:

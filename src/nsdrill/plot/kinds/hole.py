@@ -19,7 +19,17 @@ from nsdrill.models.registry import drawn_in
 from nsdrill.plot.kinds.orbit import has_orbit
 from nsdrill.plot.labels import quantity
 from nsdrill.plot.registry import TRACE, Kind
-from nsdrill.plot.style import BLUE, REFERENCE, VERMILLION, new_figure, page_width, put_title, say_over, type_size
+from nsdrill.plot.style import (
+    BLUE,
+    REFERENCE,
+    VERMILLION,
+    new_figure,
+    page_width,
+    put_title,
+    say_over,
+    titled,
+    type_size,
+)
 from nsdrill.plot.traces import check_length, shown_part, title_of
 
 ROCK, MUD, STEEL, EDGE = "#CDBFA9", "#F5F2EA", "#C3CCD4", "#5A6570"
@@ -129,7 +139,7 @@ class Scene:
 def draw(trace: Trace, units: str = "si") -> Figure:
     """The end of a trace."""
     check_length(trace)
-    figure = new_figure(page_width(4.0), page_width(4.0) + 0.6)
+    figure = new_figure(page_width(4.0), page_width(4.0) + (0.6 if titled() else 0.2))
     axes = figure.add_subplot()
     scene = Scene(axes, trace, units)
     part, words = shown_part(trace)
