@@ -345,7 +345,7 @@ def _open_level(figure: Figure) -> None:
             low, high = min(ends), max(ends)
             size = max(abs(low), abs(high))
             if high - low < max(LEVEL * size, 1e-9):
-                middle, half = 0.5 * (low + high), max(0.05 * size, 1e-3)
+                middle, half = 0.5 * (low + high), 0.05 * size if size > 1e-6 else 0.05
                 limits = (middle - half, middle + half)
                 getattr(axes, f"set_{name}lim")(*(limits if ends[0] <= ends[1] else limits[::-1]))
 

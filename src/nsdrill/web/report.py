@@ -259,7 +259,10 @@ def _of_branches(page: _Page, session: Session, found: Branches, stem: str) -> N
         f"nsdrill continue {study} -o {again}",
         f"nsdrill simulate {study} --orbit {file} --point 0 -o {orbit}",
     ]
-    words = "Study, branches, and the motion of a point, whose number may be any of the table:"
+    words = (
+        "Study, branches, and the motion of a point, whose number may be any of the table. Where branches were seeded "
+        "from a results file, continue needs it again: --seeds FILE."
+    )
     page.add(f"<p>{words}</p><pre>{_text(chr(10).join(commands))}</pre>")
     _study(page, session, found.attrs)
 

@@ -103,7 +103,7 @@ window.nsdrill = (() => {
         series: [{}, { points: { show: false }, paths: () => null }],
         axes: [
           axis(o.bare ? null : o.xlabel, o.bare ? 4 : 26, { space: 60, ...(o.bare ? { values: () => [] } : { ...numbers(o.log), ...o.xmarks }) }),
-          axis(o.ylabel, o.ymarks && o.ymarks.values ? 110 : 54, { space: 26, ...numbers(false), ...o.ymarks }),
+          axis(o.ylabel, o.ymarks && o.ymarks.values ? 110 : 58, { space: 26, ...numbers(false), ...o.ymarks }),
         ],
         hooks: { draw: [draw], setSize: [fit], ready: [(u) => { fit(u); if (ready) over(); }] },
       },
