@@ -133,7 +133,7 @@ def plain() -> xarray.Dataset:
             "operation.depth: .*; operation.wob: .* differ in one num",
         ),
         ({"well": {"law": "hertz", "stiffness": "25 MN/m^1.5"}}, "well.law"),
-        ({"simulation": {"transient": "5 s", "pair": "dormand_prince"}}, "a number that a sweep may vary"),
+        ({"simulation": {**STUDY["simulation"], "pair": "dormand_prince"}}, "a number that a sweep may vary"),
         ({"sweep": {"rotary_speed": ["6 rad/s", "9 rad/s"]}}, "a value of rotary_speed in two files"),
         ({"record": {"peaks": 3}}, "record.peaks"),
         (

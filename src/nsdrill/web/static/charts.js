@@ -87,7 +87,7 @@ window.nsdrill = (() => {
     const numbers = (log) => (log ? {} : { values: ticks });
     const plot = new uPlot(
       {
-        width: Math.max(120, box.clientWidth), height: o.height, legend: { show: false }, padding: [o.title ? 17 : 6, 10, o.bare ? 4 : 0, 0],
+        width: Math.max(120, box.clientWidth), height: o.height, legend: { show: false }, padding: [o.title ? 17 : 6, 18, o.bare ? 4 : 0, 0],
         cursor: {
           points: { show: false }, drag: { x: o.zoom !== false, y: false }, x: o.cross !== false, y: o.cross !== false,
           ...(o.sync ? { sync: { key: o.sync, scales: ["x", null] } } : {}),
