@@ -73,7 +73,7 @@ def test_the_wall_stiffness_is_an_axis_of_the_linear_law() -> None:
     ("bit.rock_stifness: [1 MN/m]", ["line 1: sweep.bit.rock_stifness", "unknown key", "Did you mean bit.rock_stiff"]),
     ("rock_stiffness: [1 MN/m]", ["an unknown key", "Did you mean bit.rock_stiffness?"]),
     ("bit.lobes: [1.5, 3]", ["a whole number, at least 1 and at most 8"]),
-    ("well.law: [linear]", ["a key that is no number"]),
+    ("well.law: [linear]", ["on which the units of well.stiffness depend", "Run a study for each word"]),
     ("simulation.rtol: [1.0e-6]", ["not of the string or its operation"]),
     ("operation.wob: [20 kN]", ["Write wob."]),
     ("bit.rock_stiffness: [20]", ["without a unit", "MN/m"]),

@@ -89,6 +89,7 @@ MEANINGS: dict[str, str] = {
     "drive.inductance": "Inductance of the armature (L); kind dc_motor",
     "drive.resistance": "Resistance of the armature (R); kind dc_motor",
     "drive.torque_constant": "Torque over current, voltage over speed at the motor (K_m); kind dc_motor",
+    "drive.gains": "K_I, K_1, K_2, K_3, K_4 of the motor's voltage; kind dc_motor; null: constant voltage",
     "drive.gear": "Turns of the motor for one of the table (n); kind dc_motor",
     "drive.table_inertia": "Inertia of the rotary table or its like; kind dc_motor",
     "drive.motor_inertia": "Inertia at the motor's shaft; kind dc_motor",
