@@ -152,7 +152,7 @@ def test_overrides_reach_the_section() -> None:
         ("{bit.rock_stifness: {uniform: [1 MN/m, 2 MN/m]}}", r"Did you mean bit\.rock_stiffness"),
         ("{bit.rock_stiffness: {unifrm: [1 MN/m, 2 MN/m]}}", r"Did you mean uncertain\.bit\.rock_stiffness\.uniform"),
         ("{bit.lobes: {values: [1, 3]}}", r"bit\.lobes, which is compiled in; .* Sweep it"),
-        ("{bit.friction.law: {values: [linear]}}", r"bit\.friction\.law, which is a choice; .* Sweep it"),
+        ("{bit.friction.law: {values: [linear]}}", r"bit\.friction\.law, which is a choice; .* Sweep it: sweep"),
         ("{wob: {uniform: [1 kN, 2 kN]}}", r"found wob, which the sweep varies"),
         ("{operation.wob: {uniform: [1 kN, 2 kN]}}", r"Write wob\."),
         ("{bit.friction.static: {uniform: [0.6, 0.3]}}", r"values that do not ascend"),
