@@ -297,7 +297,7 @@ def test_collecting_a_log_and_reading_its_file_agree(path):
 
 
 def test_files_from_before_the_severities_are_read(path):
-    """These labels may be missing also where another program has edited the file; any other variable is a damage then."""
+    """These labels may be missing also where another program has edited the file; any other variable is damage then."""
     import h5py
 
     from nsdrill.store import hdf5, variables_in
