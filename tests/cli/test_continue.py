@@ -132,6 +132,13 @@ def test_nothing_is_left_of_a_finished_file(made: Path, call: Call) -> None:
     assert (made / "b.h5").read_bytes() == before
 
 
+def test_what_leaves_its_motion_has_no_features() -> None:
+    from nsdrill.app.continuing import followed
+
+    growth, circles = np.array([1.24, 1.24, 2e6, 1.0001, 1e5]), np.array([True, False, False, True, False])
+    assert followed(growth, circles).tolist() == [False, True, False, True, True]
+
+
 def test_curves_over_a_map_are_asked_for_by_name(made: Path, call: Call) -> None:
     study = {"model": "torsion", "simulation": {"transient": "1 s", "observe": "1 s"},
              "sweep": {"rotary_speed": ["2 rad/s", "3 rad/s", "4 rad/s", "5 rad/s"],

@@ -513,8 +513,15 @@ def _features(
         parameters[done.job] = done.parameters
         left -= len(done.job)
     found = model.features(report, parameters, windows, setting.fixed)  # type: ignore[arg-type]
-    good = ok & ~(largest > UNSTABLE)
+    good = ok & followed(largest, circles)
     return {name: np.where(good, value, np.nan) for name, value in found.items()}
+
+
+def followed(largest: Array, circles: Array) -> Array:
+    """Whether a run over the observed time stays on the motion, by its ``largest`` multiplier over a period [n] and
+    whether it lies on a circle, which is observed over many periods [n]."""
+    with np.errstate(over="ignore"):
+        return ~(largest ** np.where(circles, CIRCLE_PERIODS, 1) > UNSTABLE)
 
 
 # Curves
