@@ -31,6 +31,7 @@ from nsdrill.plot.style import (
     put_title,
     quiet_glyphs,
     settle,
+    titled,
 )
 from nsdrill.plot.traces import check_length, title_of
 
@@ -103,7 +104,7 @@ def _times(trace: Trace, look: Look, speed: float) -> Any:
 
 def _frames(trace: Trace, units: str, times: Any) -> Iterator[Any]:
     """The pixels of every frame [rows, columns, RGBA]; what stands still is drawn once."""
-    figure = new_figure(page_width(4.0), page_width(4.0) + 0.6)
+    figure = new_figure(page_width(4.0), page_width(4.0) + (0.6 if titled() else 0.2))
     figure.set_dpi(DOTS)
     axes = figure.add_subplot()
     scene = Scene(axes, trace, units)
