@@ -68,7 +68,7 @@ if TYPE_CHECKING:
 @click.option(
     "--title", metavar="TEXT", help="A title of your own. Default: that of the study and the operating point."
 )
-@click.option("--no-title", is_flag=True, help="No title.")
+@click.option("--no-title", is_flag=True, help="No title, and no words over panels: a caption says them.")
 @click.option("--style", metavar="FILE", help="A style file of matplotlib (.mplstyle), or one of its styles by name.")
 @click.option("--xlim", nargs=2, metavar="Q Q", help="Ends of the x axis: --xlim 3rad/s 6rad/s.")
 @click.option("--from", "begin", metavar="Q", help="With a trace: draw it from this time on.")
