@@ -143,8 +143,8 @@ def _warnings(study: Study, units: str) -> list[str]:
 
 def passed_over(study: Study) -> list[dict[str, Any]]:
     """The critical speeds that lie below the speed at which a carried sweep begins; none of a model that does not tell
-    them. Each has its ``name`` and ``words``, ``min``, ``max`` and ``from`` along its ``axis`` (SI), and whether they lie
-    below ``everywhere`` in the study."""
+    them. Each has its ``name`` and ``words``, ``min``, ``max`` and ``from`` along its ``axis`` (SI), and whether they
+    lie below ``everywhere`` in the study."""
     own = checks_of(study.model)
     found: list[dict[str, Any]] = getattr(own, "passed_over", lambda study, corners: [])(study, _corners(study))
     return found

@@ -26,8 +26,8 @@ def window(
 
 
 def window_of(results: Results, severity: int | None = None, confidence: float | None = None) -> dict[str, Any]:
-    """As :func:`nsdrill.analysis.window.find_window`, with the critical speeds ``passed_over``, below the speed at which
-    the sweep begins; empty where there is none, and where the file does not tell."""
+    """As :func:`nsdrill.analysis.window.find_window`, with the critical speeds ``passed_over``, which lie below the
+    speed at which the sweep begins; empty where there is none, and where the file does not tell."""
     note = find_window(results, severity, confidence)
     note["passed_over"] = []
     with suppress(NsdrillError):  # no study in it, or one of another version

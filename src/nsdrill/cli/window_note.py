@@ -208,7 +208,11 @@ def _no_window(note: dict[str, Any], w: Writer) -> Iterator[str]:
     if best := note["most_probable"]:
         axes = sorted((axis for axis in (*note["axes"], note["third"]) if axis), key=_order)
         at = ", ".join(w.value(axis, best[axis]) for axis in axes)
-        yield f"Most probably safe: {at}, with {_percent(best)}."
+        ties = ""
+        if best["ties"]:
+            first = ", of which this drills fastest" if "rate_of_penetration" in best else ""
+            ties = f" {count(best['ties'], 'other point')} as probable{first}."
+        yield f"Most probably safe: {at}, with {_percent(best)}.{_yields(best, w)}{ties}"
     if note["severity"] is None:
         yield (
             "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill "

@@ -68,17 +68,7 @@ def warnings(study: Any, corners: list[Values], told: Told) -> list[str | None]:
     is nothing to warn of."""
     found = [
         one(study, corners, told)
-        for one in (
-            _buckled,
-            _slow,
-            _rounded,
-            _overloaded,
-            _eccentric,
-            _unstable,
-            _on_the_wall,
-            _passed_over,
-            _hangs,
-        )  # fmt: skip
+        for one in (_buckled, _slow, _rounded, _overloaded, _eccentric, _unstable, _on_the_wall, _passed_over, _hangs)
     ]
     if study.swept or not study.ramped:  # else there is no observed window
         found.append(_few_periods(study, corners, told))
@@ -195,7 +185,7 @@ def _speeds(study: Any, corners: list[Values]) -> tuple[float, float]:
 
 
 def _on_the_wall(study: Any, corners: list[Values], told: Told) -> str | None:
-    """The imbalance can hold the collar at the wall in the whole sweep: at every corner from below the slowest speed on."""
+    """The imbalance can hold the collar at the wall in the whole sweep: at every corner from below its slowest speed."""
     slowest, fastest = _speeds(study, corners)
     if any(at.parameters.modes.lateral == "frozen" for at in corners):
         return None
@@ -228,9 +218,9 @@ def _on_the_wall(study: Any, corners: list[Values], told: Told) -> str | None:
 def passed_over(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
     """The critical speeds below the speed at which a sweep that carries the state along the speed begins: a string
     that is brought up to speed passes through them, and what it meets there may last; the sweep has not met it. Of each
-    the ``name``, what it is in ``words``, its least (``min``) and greatest (``max``) value over the corners where it lies
-    below, and ``from`` where the sweep begins, all along the ``axis`` rotary_speed [rad/s]; ``everywhere`` where it
-    lies below at all of them."""
+    the ``name``, what it is in ``words``, its least (``min``) and greatest (``max``) value over the corners where it
+    lies below, and ``from`` where the sweep begins, all along the ``axis`` rotary_speed [rad/s]; ``everywhere`` where
+    it lies below at all of them."""
     if study.along != "rotary_speed" or study.procedure == "same":
         return []
     start = _speeds(study, corners)[1 if study.procedure == "down" else 0]
