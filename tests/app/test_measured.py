@@ -136,6 +136,8 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
         ("wob [m],bit_force_max [kN]\n10,20\n", "line 1: wob: found '1 m', in units of length; allowed: a number with"),
         ("wob [kg],bit_force_max [kN]\n10,20\n", "'kg' is a unit of mass, not of force"),
         ("wob [kN],bit_force [kN]\n10,20\n", "the column 'bit_force', which is not known. Did you mean bit_force_max"),
+        ("wob [kN],bit_force [kN]\n10,20\n", "bit_force by itself is a signal over time, which needs a column time."),
+        ("wob,bit_force_max [kN]\n10,20\n", "wob: found no unit; allowed: wob [klbf] or another unit of force in"),
         ("wob [kN],gamma [api]\n10,20\n", "--ignore 'gamma' passes over it"),
         ("wob [kN],bit_force_max [kN]\n10,2x\n", "line 2: bit_force_max: found '2x'; allowed: a number."),
         ('wob [kN],bit_force_max [kN]\n10,"2,5"\n', "Write a decimal point"),

@@ -29,6 +29,7 @@ from nsdrill.kernel.gang import choose_lanes
 from nsdrill.models.leaves import OPERATION
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Record
+from nsdrill.quantity import quantity
 from nsdrill.sampling import quantile, rounded
 from nsdrill.study.keys import keys_of
 from nsdrill.study.load import parse_study
@@ -121,9 +122,9 @@ def unknowns_of(study: Study) -> dict[str, Any]:
     return keys
 
 
-def far_from_the_sweep(study: Study, measured: Measured) -> list[str]:
-    """In words, the settings that lie far outside of what the study sweeps: a unit may be wrong."""
-    leaves = keys_of(study.model).axes
+def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> list[str]:
+    """In words, in ``units`` "si" or "field", the settings that lie far outside of what the study sweeps: a unit may be
+    wrong."""
     said = []
     for key, values in measured.at.items():
         swept = study.axes.get(key, np.empty(0))
@@ -132,10 +133,10 @@ def far_from_the_sweep(study: Study, measured: Measured) -> list[str]:
         low, high = float(swept[0]), float(swept[-1])
         bad = np.flatnonzero((values < low / FAR) | (values > high * FAR))
         if bad.size:
-            text = leaves[key].text
+            found, first, last = (quantity(key).text(float(one), units, 4) for one in (values[bad[0]], low, high))
             said.append(
-                f"{measured.source}, {measured.where[bad[0]]}: {key} is {text(float(values[bad[0]]))}, and the study "
-                f"sweeps {text(low)} to {text(high)}. Is the unit in the head right?"
+                f"{measured.source}, {measured.where[bad[0]]}: {key} is {found}, and the study sweeps {first} to "
+                f"{last}. Is the unit in the head right?"
             )
     return said
 

@@ -25,7 +25,7 @@ from nsdrill.errors import FileError, InputError
 from nsdrill.models.registry import NAMES, described
 from nsdrill.study.keys import Keys, keys_of
 from nsdrill.study.study import Study
-from nsdrill.units import QuantityError, plain_units, to_si
+from nsdrill.units import QuantityError, kind_of, plain_units, to_si
 from nsdrill.variables import dimension_of
 
 MOST_BYTES = 200_000_000
@@ -49,8 +49,8 @@ _JOINED = re.compile(r"(?<=[A-Za-z])[.\-·](?=[A-Za-z])")  # kft.lbf and kft-lbf
 class Reading:
     """How a table is read: ``rename`` has the names of nsdrill by the heads of the file, ``ignore`` the heads that are
     passed over, ``*`` for all that are not known; ``errors`` the standard deviations by name, as texts (``0.5
-    kft*lbf``, ``10 percent``) or in SI as numbers; ``gaps`` whether rows with gaps are passed over; and of a table over time how long a
-    stretch lasts at least and what of its beginning is not used [s]."""
+    kft*lbf``, ``10 percent``) or in SI as numbers; ``gaps`` whether rows with gaps are passed over; and of a table
+    over time how long a stretch lasts at least and what of its beginning is not used [s]."""
 
     rename: Mapping[str, str] = field(default_factory=dict)
     ignore: Sequence[str] = ()
@@ -221,6 +221,8 @@ def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> st
     models = _models_with(name)
     if models and names.keys.model.name not in models:
         hint = f" It is one of the model {' and of '.join(models)}; the study has another."
+    if not timed and name in names.signals:
+        hint += f" {name} by itself is a signal over time, which needs a column time."
     what = "signals over time" if timed else "features and severities of a run"
     some = ", ".join(list(names.signals if timed else names.results)[:8])
     return (
@@ -250,7 +252,8 @@ def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) ->
         return factors[text]
     if not text:
         raise FileError(
-            f"{where}: {head}: found no unit; allowed: {head} [{_example(si)}] or another unit of {si} in brackets."
+            f"{where}: {head}: found no unit; allowed: {head} [{_example(si)}] or another unit of {kind_of(si)} in "
+            "brackets."
         )
     try:
         return to_si(f"1 {_JOINED.sub('*', text)}", si)
@@ -391,9 +394,9 @@ def _over_time(
                 f"noise of {name}: up to {whole * noise.max():.2g} % of its mean; its extremes are taken up to "
                 f"{whole * half.max():.2g} % inwards, which is added to their error"
                 if step <= FINE
-                else f"{name}, with a sample every {step:g} s, has noise or a motion as fast as the samples: which, they "
-                f"cannot tell. Its extremes stay as they are, with up to {whole * half.max():.2g} % of the mean added to "
-                f"their error; samples every {FINE:g} s or less tell"
+                else f"{name}, with a sample every {step:g} s, has noise or a motion as fast as the samples: which, "
+                f"they cannot tell. Its extremes stay as they are, with up to {whole * half.max():.2g} % of the mean "
+                f"added to their error; samples every {FINE:g} s or less tell"
             )
     if not found:
         raise FileError(

@@ -136,10 +136,11 @@ def _not_told(note: dict[str, Any]) -> str:
     best = max(rows, key=lambda row: float(row["first"]), default=None)
     if best is None or best["first"] < LEAST_PART:
         return "No unknown by itself tells whether a run is safe: what counts is how they come together."
+    index = _index(best["first"], best["first_error"])
     return (
-        f"{note['samples']} samples cannot tell which unknown to measure first. The largest index of the safe run, that of "
-        f"{label_of(best['key'])}, is {_index(best['first'], best['first_error'])}, which may be chance. Run with four "
-        f"times as many: --set uncertain.samples={4 * note['samples']}."
+        f"{note['samples']} samples cannot tell which unknown to measure first: the largest index of the safe run, "
+        f"that of {label_of(best['key'])}, is {index}, which may be chance. Run with four times as many: "
+        f"--set uncertain.samples={4 * note['samples']}."
     )
 
 

@@ -185,7 +185,7 @@ def _speeds(study: Any, corners: list[Values]) -> tuple[float, float]:
 
 
 def _on_the_wall(study: Any, corners: list[Values], told: Told) -> str | None:
-    """The imbalance can hold the collar at the wall in the whole sweep: at every corner from below its slowest speed."""
+    """The imbalance can hold the collar at the wall in the whole sweep, which begins above the speed for that."""
     slowest, fastest = _speeds(study, corners)
     if any(at.parameters.modes.lateral == "frozen" for at in corners):
         return None
@@ -246,7 +246,8 @@ def _met_already(name: str, at: Values) -> bool:
     if name == "lobe_resonance":
         return float(at.parameters.bit.surface_amplitude) == 0.0
     gap = float(derive(at.parameters, *at.operation).gap)
-    return math.hypot(float(at.initial.x or 0.0), float(at.initial.y or 0.0)) >= gap
+    start: Any = at.initial
+    return math.hypot(float(start.x), float(start.y)) >= gap
 
 
 def _passed_over(study: Any, corners: list[Values], told: Told) -> str | None:
