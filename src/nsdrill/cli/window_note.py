@@ -201,10 +201,12 @@ def _row(note: dict[str, Any], counts: dict[str, Any]) -> str:
 def _no_window(note: dict[str, Any], w: Writer) -> Iterator[str]:
     met = [f"{_words(name)} at {count}" for name, count in note["obstacles"].items() if count]
     noun = "point" if note["points"] == 1 else "points"
-    none = "There is no safe point."
+    none, what = "There is no safe point.", "Critical responses, in any history"
     if note["confidence"] is not None:
         none = f"No point is safe with {100 * note['confidence']:g} %."
-    yield none + (f" Critical responses, in any history: {', '.join(met)} {noun}." if met else "")
+        often = 100 * (1 - note["confidence"]) / 3
+        what = f"Critical responses in {often:.2g} % of the samples or more, in any history"
+    yield none + (f" {what}: {', '.join(met)} {noun}." if met else "")
     if best := note["most_probable"]:
         axes = sorted((axis for axis in (*note["axes"], note["third"]) if axis), key=_order)
         at = ", ".join(w.value(axis, best[axis]) for axis in axes)
