@@ -74,7 +74,7 @@ class Percent(click.ParamType):
         except ValueError:
             number = float("nan")
         if not self.least <= number <= self.most:
-            hint = f" Write it in percent: {100 * number:g}." if 0.0 < number < 1.0 else ""
+            hint = f" A part of one is meant in percent: {100 * number:g}." if 0.0 < number < 1.0 else ""
             raise InputError(
                 f"{option}: found {value}; allowed: a percentage from {self.least:g} to {self.most:g}.{hint}"
             )
