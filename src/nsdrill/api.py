@@ -226,8 +226,10 @@ def simulate(
     rotary_speed: Quantity | None = None,
     start: int | None = None,
     duration: Quantity | None = None,
-    sample: Quantity = "10 ms",
+    sample: Quantity | None = None,
     set: Settings = None,
+    orbit: str | os.PathLike[str] | None = None,
+    point: int | None = None,
 ) -> Dataset:
     """Simulate one operating point of a study, or along its ramps, and give the trace: variables over ``time`` [s].
 
@@ -235,8 +237,9 @@ def simulate(
     given here takes the place of a ramp. ``at`` holds those, or any other number of the study, by key:
     ``at={"bit.rock_stiffness": "25 MN/m"}``; ``at={"sample": 17}`` takes the uncertain numbers of a sample. ``start``
     is the number of the start where the study has several. The run takes ``duration`` [s], by default the study's
-    transient and observed time, or until the last knot of a ramp, and is sampled every ``sample`` [s]. ``set`` changes
-    keys of the study, as in :func:`load_study`.
+    transient and observed time, or until the last knot of a ramp, and is sampled every ``sample`` [s] (10 ms). ``set``
+    changes keys of the study, as in :func:`load_study`. With ``orbit``, a file of branches, it is the motion at its
+    ``point``, a number from 0, over one period, stable or not; the study is that of the branches.
 
     A RunWarning says where the run ended early; the trace then holds what was computed before, and its attribute
     ``status`` says why. InputError for values outside the model.
@@ -246,6 +249,14 @@ def simulate(
 
     loaded = study_in(study, set)
     given = values_in(at, loaded, depth=depth, wob=wob, rotary_speed=rotary_speed)
+    if orbit is not None or point is not None:
+        if given or start is not None or orbit is None or point is None:
+            raise InputError("simulate: found a choice of the point, or one of orbit and point; allowed: both alone.")
+        from nsdrill.app.orbit import trace_of
+
+        number, ends = number_in("point", point), {"duration": duration, "sample": sample}
+        spans = {name: None if value is None else seconds_in(name, value) for name, value in ends.items()}
+        return _trace(trace_of(loaded, lambda texts: study_in(loaded, texts), orbit, int(number or 0), **spans)[0])
     further = []
     for key, value in given.items():
         if key not in (*_OPERATION, "sample"):  # one of the numbers of the study, checked as if it stood there
@@ -258,7 +269,7 @@ def simulate(
         rotary_speed=given.get("rotary_speed"),
         start=number_in("start", start),
         duration=None if duration is None else seconds_in("duration", duration),
-        sample=seconds_in("sample", sample),
+        sample=seconds_in("sample", "10 ms" if sample is None else sample),
     )
     return _trace(result)
 

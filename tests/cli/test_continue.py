@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import signal
 import time
@@ -81,7 +82,8 @@ def test_plot_export_and_orbit(made: Path, call: Call) -> None:
         points, last = data.sizes["point"], data.isel(point=-1).load()
         fold = int(np.argmax(data["label"].values == 5))
     assert len(rows) == points + 1
-    assert rows[0].startswith("branch,motion,lobes,label_words")
+    assert rows[0].startswith("point,branch,motion,lobes,label_words")
+    assert rows[fold + 1].startswith(f"{fold},")
     assert ",fold," in rows[fold + 1]
     assert call("export", made / "b.h5", "-o", "b.nc").code == 0
     answer = call("simulate", made / "study.yaml", "--orbit", made / "b.h5", "--point", points - 1, "-o", "o.h5")
@@ -90,6 +92,44 @@ def test_plot_export_and_orbit(made: Path, call: Call) -> None:
     assert float(trace["time"][-1]) == pytest.approx(float(last["period"]), rel=1e-2)
     for name, value in zip(last["state_name"].values, last["state"].values, strict=True):
         assert float(trace[str(name)][0]) == pytest.approx(value, rel=1e-9, abs=1e-9)
+    again = nsdrill.simulate(made / "study.yaml", orbit=made / "b.h5", point=points - 1)
+    np.testing.assert_array_equal(again["twist"], trace["twist"])
+
+
+def test_an_orbit_is_of_the_string_of_its_branches(made: Path, call: Call) -> None:
+    """The operating point comes from the file; everything else of the string has to be the study's."""
+    study = made / "study.yaml"
+    words = ("simulate", study, "--orbit", made / "b.h5", "--point", 3)
+    assert call(*words, "-o", "a.h5").code == call(*words, "--set", "operation.wob=30 kN", "-o", "b.h5").code == 0
+    np.testing.assert_array_equal(nsdrill.open_results("a.h5")["twist"], nsdrill.open_results("b.h5")["twist"])
+    other = call(*words, "--set", "bit.friction.static=0.6", "-o", "c.h5")
+    assert other.code == 2
+    assert "made from another string than that of the study (bit.friction.static: 0.5 there, 0.6 here)" in other.err
+    assert "nsdrill show --study prints it" in other.err
+    assert not Path("c.h5").exists()
+
+
+def test_a_table_in_field_units_has_those_of_each_column(made: Path, call: Call) -> None:
+    assert call("export", made / "b.h5", "--units", "field", "-o", "b.csv").code == 0
+    with open("b.csv", newline="") as file:
+        row = next(csv.DictReader(file))
+    with xarray.open_dataset(made / "b.h5", engine="h5netcdf") as data:
+        assert float(row["depth [ft]"]) == pytest.approx(float(data["depth"][0]) / 0.3048, rel=1e-12)
+        assert float(row["rotary_speed [rpm]"]) == pytest.approx(float(data["rotary_speed"][0]) * 30 / np.pi, rel=1e-12)
+
+
+def test_a_picture_is_limited_along_the_number_that_is_continued(made: Path) -> None:
+    figure = nsdrill.plot(made / "b.h5", xlim=("2 rad/s", 4.0))
+    assert figure.axes[-1].get_xlim() == pytest.approx((2.0, 4.0))
+
+
+def test_nothing_is_left_of_a_finished_file(made: Path, call: Call) -> None:
+    before = (made / "b.h5").read_bytes()
+    assert call("continue", made / "study.yaml", "-o", made / "b.h5", "--resume").code == 0
+    other = call("continue", made / "study.yaml", "-o", made / "b.h5", "--resume", "--set", "continue.points=200")
+    assert other.code == 2
+    assert "finished, and made from another study (continue.points: 300 there, 200 here)" in other.err
+    assert (made / "b.h5").read_bytes() == before
 
 
 def test_curves_over_a_map_are_asked_for_by_name(made: Path, call: Call) -> None:

@@ -94,15 +94,15 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: dict[str, Any]) ->
     assert found == pytest.approx(exact, abs=3e-5 * np.abs(pushes).max())
 
 
-@pytest.mark.parametrize("case", [{}, {"wall": "hertz"}, {"drive": {"kind": "soft_torque"}}],
-                         ids=["main", "hertz", "drive"])  # fmt: skip
+@pytest.mark.parametrize("case", [{}, {"wall": "hertz"}, {"drive": {"kind": "soft_torque"}}, {"clearance": 0.03},
+                                  {"along": True}], ids=["main", "hertz", "drive", "stabilisers", "along"])  # fmt: skip
 def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> None:
     """Velocities, slopes and pushes of the deviation, against differences of two stages 1e-6 of it apart, on rock and
     wall and off them. Newton's method leaves 1e-5 of a load, and up to a thousandth of how it changes."""
     parameters = string(**case)
     options = options_of(parameters)._replace(apart=1)
     b, rows = buffer_of(parameters, options, 11, relax=2e-3, tangent=True)
-    own, slopes, step = rows.own, rows.own_slopes, 1e-6
+    own, slopes, pushes, step = rows.own, rows.own_slopes, len(rows.pushed) // 2, 1e-6
     moved = []
     for sign in (1.0, -1.0):
         other, plain = buffer_of(parameters, options, 11, relax=2e-3)
@@ -126,7 +126,7 @@ def test_the_deviation_of_a_stage_is_its_derivative(case: dict[str, Any]) -> Non
         (b[rows.stage + own : rows.stage + 2 * own], exact[plain.stage : plain.stage + own]),
         (b[rows.acceleration + slopes : rows.acceleration + 2 * slopes],
          exact[plain.acceleration : plain.acceleration + slopes]),
-        (b[rows.push + 3 : rows.push + 6], exact[plain.push : plain.push + 3]),
+        (b[rows.push + pushes : rows.push + 2 * pushes], exact[plain.push : plain.push + pushes]),
     ):  # fmt: skip
         for one, two in zip(mine, theirs, strict=True):
             assert one == pytest.approx(two, rel=3e-3, abs=2e-4 * max(np.abs(two).max(), 1e-6))

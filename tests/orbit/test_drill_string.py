@@ -302,3 +302,31 @@ def test_torus_bifurcation_against_the_sweep(bounce):
     lost = speeds[~repeats][0]
     assert repeats[speeds < lost].all()
     assert lost - step <= torus <= lost + step
+
+
+@pytest.mark.parametrize("extra", [{"stabilizer": {"clearance": "5 mm"}}, {"well": {"axial_friction": True}}])
+def test_multipliers_where_equations_are_not_linearised(extra):
+    """With stabilisers, or friction along the hole, deviations are differences of the equations: the multipliers are
+    those of central differences of the flow."""
+    study = nsdrill.load_study({
+        **SMOOTH, **extra, "simulation": {"transient": "20 s", "observe": "5 s"},
+        "continue": {"along": "rotary_speed", "from": "3 rad/s", "to": "3.5 rad/s", "switch": False, "points": 4,
+                     "seeds": {"rotary_speed": ["3.2 rad/s"]}},
+    })  # fmt: skip
+    data = nsdrill.continue_branches(study)
+    assert list(data["motion"].values) == ["equilibrium"]
+    setting = setting_of(study)
+    flow = Flow(setting.flow(("rotary_speed",), (0.2,), 1).equations, rtol=1e-12)
+    one = data.isel(point=1)
+    number, state, period = float(one["rotary_speed"]), one["state"].values, float(one["period"])
+    states, values = len(state), np.array([[number]])
+    h = 1e-4 * flow.sizes(values)[0]
+    sides = np.concatenate([state + np.diag(h), state - np.diag(h)])
+    many = 2 * states
+    legs = Legs(sides, np.zeros(many), np.full(many, period), np.repeat(values, many, axis=0), np.zeros(many, bool))
+    ends = turned(setting.symmetry, flow.run(legs).state, -number * period)
+    differences = ((ends[:states] - ends[states:]) / (2.0 * h[:, None])).T
+    free = list(setting.symmetry.free)
+    wanted = np.sort_complex(np.linalg.eigvals(differences[np.ix_(free, free)]))
+    stored = one["multiplier_real"].values + 1j * one["multiplier_imag"].values
+    assert np.sort_complex(stored) == pytest.approx(wanted, abs=1e-6)

@@ -177,3 +177,13 @@ def test_a_body_is_aligned_and_complete() -> None:
         place = head["columns"][name]
         count = int(np.prod(place["shape"]))
         assert np.array_equal(floats[place["at"] : place["at"] + count].reshape(place["shape"]), wanted)
+
+
+def test_an_axis_of_words_has_a_list(tmp_path: Path) -> None:
+    (tmp_path / "words.yaml").write_text(
+        "sweep: {modes.axial: [free, frozen], rotary_speed: [3 rad/s]}\nsimulation: {transient: 1 s, observe: 1 s}\n"
+    )
+    meta = Session(tmp_path / "words.yaml").meta()
+    assert "modes.axial" in meta["usual"]
+    (one,) = [one for one in meta["sliders"] if one["key"] == "modes.axial"]
+    assert one["choices"] == ["free", "frozen"]

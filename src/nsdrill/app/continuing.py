@@ -34,11 +34,12 @@ from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.kept import from_arrays, to_arrays
 from nsdrill.orbit.labels import Graze
-from nsdrill.store import read_results, write_branches
+from nsdrill.store import open_branches, part_path, read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
 from nsdrill.study.keys import keys_of
 from nsdrill.study.resolved import differences
 from nsdrill.study.study import Study
+from nsdrill.study.written import changes
 from nsdrill.sweep.work import Variant as Compiled
 from nsdrill.sweep.work import compiled_parts
 from nsdrill.units import CF
@@ -138,6 +139,17 @@ def setting_of(study: Study) -> Setting:
     return Setting(study, asked, model, *found[0])
 
 
+def _finished(study: Study, path: str | os.PathLike[str]) -> Continued:
+    """What a file that is whole holds. FileError where it was made from another study."""
+    data = open_branches(path)
+    there = json.loads(str(data.attrs.get("study_resolved") or "{}"))
+    if listed := "; ".join(
+        f"{key}: {was} there, {now} here" for key, was, now in changes(there, study.resolved) if key != "title"
+    ):
+        raise FileError(f"{path}: finished, and made from another study ({listed}). Start anew by --overwrite.")
+    return Continued(data, {}, 0.0)
+
+
 def _with_plain(values: Values, keys: tuple[str, ...], numbers: Array) -> Values:
     """``values`` with plain numbers at ``keys``, from which options are told."""
     given = {key: float(number) for key, number in zip(keys, numbers, strict=True)}
@@ -158,11 +170,14 @@ def continue_study(
     """Continue ``study``, from the results file ``seeds`` in place of its own seeds if given, into ``path`` if given.
 
     Finished branches are kept beside ``path`` until the file is written; ``resume`` goes on with them. A
-    KeyboardInterrupt says so. InputError where the study cannot be continued.
+    KeyboardInterrupt says so. Of a finished file of the same study nothing is left to do. InputError where the study
+    cannot be continued.
     """
     setting = setting_of(study)
     asked = setting.asked
     part, there = None, False
+    if path is not None and resume and not overwrite and os.path.lexists(path) and not part_path(path).exists():
+        return _finished(study, path)
     if path is not None:
         part, there = unfinished.claim_part(path, WHAT, overwrite=overwrite, resume=resume)
     begun = time.perf_counter()
@@ -183,7 +198,8 @@ def continue_study(
         kept.update(branches)
         if part is not None:
             _keep(part, study.model, digest, kept)
-        say(f"{len(kept)} branches, {sum(map(len, kept.values()))} points")
+        number, points = len(kept), sum(map(len, kept.values()))
+        say(f"{number} branch{'' if number == 1 else 'es'}, {points} points")
 
     explorer = Explorer(flow, orders, known, keep, interrupt.look)
     try:

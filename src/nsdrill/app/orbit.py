@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import os
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,15 +18,17 @@ from nsdrill.orbit.flow import RTOL
 from nsdrill.store import open_branches
 from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
+from nsdrill.study.written import changes
 
 FEWEST_SAMPLES = 400  # of one period
+_ITS_STUDY = "Give the study that the branches were made from, with its --set: nsdrill show --study prints it."
 
 
 @dataclass(frozen=True)
 class OrbitPoint:
     """A point of a file of branches: its ``number``, the ``state`` at the drive angle 0 with that angle last, its
-    ``period`` [s], the ``values`` of the numbers that are continued by their keys, and the count of ``unstable``
-    directions."""
+    ``period`` [s], the ``values`` of the operating point and of the number that is continued by their keys, and the
+    count of ``unstable`` directions."""
 
     number: int
     state: np.ndarray
@@ -42,13 +46,23 @@ def orbit_point(path: str | os.PathLike[str], number: int) -> tuple[OrbitPoint, 
     key = str(data.attrs.get("along_key", "rotary_speed"))
     along = str(data.attrs.get("along", "rotary_speed"))
     state = np.append(data["state"].values[number], 0.0)
-    return (
-        OrbitPoint(
-            number, state, float(data["period"].values[number]), {key: float(data[along].values[number])},
-            int(data["unstable"].values[number]),
-        ),
-        dict(data.attrs),
-    )  # fmt: skip
+    values = {name: float(data[name].values[number]) for name in OPERATION if name in data}
+    values[key] = float(data[along].values[number])
+    period, unstable = float(data["period"].values[number]), int(data["unstable"].values[number])
+    return OrbitPoint(number, state, period, values, unstable), dict(data.attrs)
+
+
+def trace_of(
+    study: Study, changed: Callable[[list[str]], Study], path: str | os.PathLike[str], number: int, *,
+    duration: float | None = None, sample: float | None = None,
+) -> tuple[Trajectory, OrbitPoint]:  # fmt: skip
+    """The trace of the motion at the point of this ``number``, over one period or ``duration`` [s], sampled every
+    ``sample`` [s], and the point. ``changed`` gives the ``study`` with other values, texts ``key=value``. FileError
+    where the branches are not those of the study's string."""
+    point, attrs = orbit_point(path, number)
+    here = changed(settings_for(study, point))
+    check_study(path, here, point, attrs)
+    return simulate_orbit(here, path, point, duration=duration, sample=sample), point
 
 
 def settings_for(study: Study, point: OrbitPoint) -> list[str]:
@@ -61,13 +75,22 @@ def settings_for(study: Study, point: OrbitPoint) -> list[str]:
     return texts
 
 
-def check_study(path: str | os.PathLike[str], study: Study, attrs: dict[str, Any]) -> None:
-    """FileError where the branches are of another model, or have other states than the study."""
+def check_study(path: str | os.PathLike[str], study: Study, point: OrbitPoint, attrs: dict[str, Any]) -> None:
+    """FileError where the branches are of another string than the ``study``, beyond the numbers of the ``point``."""
     if str(attrs.get("model")) != study.model:
         raise FileError(
-            f"{path}: branches of the model {attrs.get('model')}, the study has {study.model}. Give the study that "
-            "they were made from."
+            f"{path}: branches of the model {attrs.get('model')}, the study has {study.model}. {_ITS_STUDY}"
         )
+    own = {keys_of(study.model).axes[key].key for key in point.values}
+    there = json.loads(str(attrs.get("study_resolved") or "{}"))
+    differing = [
+        f"{key}: {was} there, {now} here"
+        for key, was, now in changes(there, study.resolved)
+        if key.partition(".")[0] in {*described(study.model).sections, "operation"} and key not in own
+    ]
+    if differing:
+        few = "; ".join(differing[:6]) + (f" and {len(differing) - 6} more" if len(differing) > 6 else "")
+        raise FileError(f"{path}: made from another string than that of the study ({few}). {_ITS_STUDY}")
 
 
 def simulate_orbit(
@@ -81,8 +104,7 @@ def simulate_orbit(
     """The trace of the motion at ``point``, over one period or ``duration`` [s]. ``study`` has the point's numbers."""
     states = described(study.model).states(study.parameters)
     if len(states) != len(point.state):
-        raise FileError(f"{path}: its motions have {len(point.state)} states, the study {len(states)}. Give the study "
-                        "that the branches were made from.")  # fmt: skip
+        raise FileError(f"{path}: its motions have {len(point.state)} states, the study {len(states)}. {_ITS_STUDY}")
     span = point.period if duration is None else duration
     fine = replace(study, simulation=replace(study.simulation, rtol=RTOL))
     return simulate(

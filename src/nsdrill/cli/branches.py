@@ -72,14 +72,16 @@ def table(data: Any, units: str) -> str:
     import numpy as np
 
     from nsdrill.analysis.bifurcations import meanings_of
-    from nsdrill.cli.words import cell
     from nsdrill.models.registry import model_in
+    from nsdrill.quantity import sign
+    from nsdrill.units import from_si
 
     words = {code: one.name for code, one in meanings_of(model_in(data.attrs)).items()}
     own = np.asarray(data["branch_of_point"].values)
-    heads: list[str] = ["branch", "motion", "lobes", "label_words"]
+    heads: list[str] = ["point", "branch", "motion", "lobes", "label_words"]
     columns: list[list[Any]] = [
-        own.tolist(), [str(data["motion"].values[k]) for k in own], [int(data["lobes"].values[k]) for k in own],
+        list(range(len(own))), own.tolist(), [str(data["motion"].values[k]) for k in own],
+        [int(data["lobes"].values[k]) for k in own],
         [words.get(int(code), str(code)) for code in data["label"].values],
     ]  # fmt: skip
     for name in data.variables:
@@ -92,10 +94,9 @@ def table(data: Any, units: str) -> str:
         si = str(variable.attrs.get("units", ""))
         for place, entry in enumerate(entries):
             if values.dtype.kind == "f" and si not in ("", "1"):
-                shown = [cell(float(value), _plain(si), units) if units == "field" else (float(value), si)
-                         for value in values[:, place]]  # fmt: skip
-                heads.append(f"{name}{entry} [{shown[0][1]}]" if shown else f"{name}{entry}")
-                columns.append([repr(value) for value, _ in shown])
+                unit = field_unit(name, _plain(si)) if units == "field" else si
+                heads.append(f"{name}{entry} [{sign(unit)}]")
+                columns.append([repr(from_si(float(v), unit) if unit != si else float(v)) for v in values[:, place]])
             else:
                 heads.append(f"{name}{entry}")
                 columns.append(values[:, place].tolist())
@@ -104,6 +105,16 @@ def table(data: Any, units: str) -> str:
     writer.writerow(heads)
     writer.writerows(zip(*columns, strict=True))
     return out.getvalue()
+
+
+def field_unit(name: str, units: str) -> str:
+    """The field unit of the variable ``name``, whose SI ``units`` these are: a depth is in ft, another length in in."""
+    from nsdrill.quantity import find, unit_in
+
+    if units in ("percent", "1"):
+        return units
+    known = find(name)
+    return known.unit("field") if known and known.units == units else unit_in(units, "field") or units
 
 
 def _plain(units: str) -> str:

@@ -112,7 +112,7 @@ def command(
             raise InputError("--animate: found with branches; allowed: with a trace, as simulate --orbit makes one.")
         unused = {"--at": at, "--depth": depth, "--wob": wob, "--rotary-speed": rotary_speed, "--start": start,
                   "--states": states, "--along": along, "--set": overrides, "--confidence": confidence,
-                  "--data": field, "--xlim": xlim, "--from": begin, "--to": end}  # fmt: skip
+                  "--data": field, "--from": begin, "--to": end}  # fmt: skip
         return _branches(file, output, kind, units, over, unused, overwrite, look)
     for option, found in (("--along", along), ("--set", overrides)):
         if found:

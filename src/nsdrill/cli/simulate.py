@@ -102,16 +102,19 @@ def _orbit(
     options.keep_apart(study, output)
     options.keep_apart(orbit, output)
 
-    from nsdrill.app.orbit import check_study, orbit_point, settings_for, simulate_orbit
+    from nsdrill.app.orbit import trace_of
+    from nsdrill.quantity import quantity
     from nsdrill.store import claim_file
+    from nsdrill.variables import dimension_of
 
     claim_file(output, overwrite)
-    wanted, attrs = orbit_point(orbit, point)
-    check_study(orbit, loaded, attrs)
-    loaded = load(study, [*overrides, *settings_for(loaded, wanted)])
-    result = simulate_orbit(loaded, orbit, wanted, duration=duration, sample=sample)
-    numbers = ", ".join(f"{key} {value:.10g} (SI)" for key, value in wanted.values.items())
-    stable = "stable" if wanted.unstable == 0 else f"{wanted.unstable} unstable directions"
+    result, wanted = trace_of(
+        loaded, lambda texts: load(study, [*overrides, *texts]), orbit, point, duration=duration, sample=sample
+    )
+    numbers = ", ".join(quantity(dimension_of(key)).text(value, "si", 10) for key, value in wanted.values.items())
+    stable = (
+        "stable" if wanted.unstable == 0 else f"unstable in {wanted.unstable} direction{'s'[: wanted.unstable - 1]}"
+    )
     click.echo(f"Point {point}: {numbers}; period {wanted.period:.6g} s; {stable}.", err=True)
     return finish(result, output, overwrite)
 

@@ -35,7 +35,7 @@ from nsdrill.elementary import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import decide
 from nsdrill.kernel.kennedy_carpenter import Additive
-from nsdrill.kernel.scheme import Scheme, square
+from nsdrill.kernel.scheme import OfTableau, Scheme, square
 from nsdrill.kernel.text import (
     first_stages,
     indented,
@@ -53,19 +53,11 @@ LEAST = 1e-300  # in place of a zero that is divided by
 
 
 @dataclass(frozen=True)
-class AdditivePair:
+class AdditivePair(OfTableau):
     """A stepper (:class:`nsdrill.kernel.steppers.Stepper`) from the numbers of an additive pair, for right-hand sides
     with friction apart."""
 
     tableau: Additive
-
-    @property
-    def name(self) -> str:
-        return self.tableau.name
-
-    @property
-    def order(self) -> int:
-        return self.tableau.order
 
     def rows(self, rows: Rows) -> Rows:
         """``rows`` with room for slopes and pushes at the stages but the first, and for how far positions would go."""

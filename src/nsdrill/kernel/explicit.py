@@ -26,7 +26,7 @@ from nsdrill.abi import BUFFER, OBSERVER, RIGHT_HAND_SIDE, Rows, compiled
 from nsdrill.elementary import fma
 from nsdrill.generate import constants, define
 from nsdrill.kernel.controller import decide
-from nsdrill.kernel.scheme import Scheme, square
+from nsdrill.kernel.scheme import OfTableau, Scheme, square
 from nsdrill.kernel.tableau import Tableau
 from nsdrill.kernel.text import (
     first_stages,
@@ -42,18 +42,10 @@ from nsdrill.kernel.text import (
 
 
 @dataclass(frozen=True)
-class ExplicitPair:
+class ExplicitPair(OfTableau):
     """A stepper (:class:`nsdrill.kernel.steppers.Stepper`) from the numbers of a pair."""
 
     tableau: Tableau
-
-    @property
-    def name(self) -> str:
-        return self.tableau.name
-
-    @property
-    def order(self) -> int:
-        return self.tableau.order
 
     def rows(self, rows: Rows) -> Rows:
         """``rows`` with room for the slopes at the inner stages and, once, for how far the positions would go."""

@@ -28,6 +28,21 @@ class Scheme:
     diagonal: float = 0.0
 
 
+@dataclass(frozen=True)
+class OfTableau:
+    """What steppers that are made from a tableau have alike: ``tableau`` holds name, order and numbers."""
+
+    tableau: Any
+
+    @property
+    def name(self) -> str:
+        return str(self.tableau.name)
+
+    @property
+    def order(self) -> int:
+        return int(self.tableau.order)
+
+
 def square(rows: Any, stages: int) -> Array:
     """Weights of unequal numbers as the rows of a square array, zeros after them."""
     found = np.zeros((stages, stages))

@@ -29,7 +29,9 @@ from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
 from nsdrill.plot.labels import check_units, heading, operating_point, quantity
 from nsdrill.plot.legend import legend_below
+from nsdrill.plot.limits import ends_of
 from nsdrill.plot.look import Look
+from nsdrill.plot.look import look as chosen_look
 from nsdrill.plot.slices import line as line_of
 from nsdrill.plot.style import (
     BLACK,
@@ -47,6 +49,7 @@ from nsdrill.plot.style import (
     settle,
     type_size,
 )
+from nsdrill.quantity import quantity as known_quantity
 
 HEIGHT, WORDS = 5.6, 1.4  # inches
 BEHIND = "#B8B8B8"  # the peaks of the sweep
@@ -88,6 +91,9 @@ def _draw(data: Any, units: str, over: Results | None) -> Figure:
         _curves(one, data, along, panel.greatest, x.scale, y.scale, handles)
         one.set_ylabel(y.label)
     axes[-1].set_xlabel(x.label)
+    if (asked := chosen_look.get().xlim) is not None:
+        low, high = ends_of("xlim", asked, known_quantity(along).units, *(end * x.scale for end in ends))
+        ends = [low / x.scale, high / x.scale]
     if np.all(np.isfinite(ends)):
         axes[-1].set_xlim(*ends)
     _wall(data, panels, axes, units, handles)

@@ -36,13 +36,17 @@ def within(data: Any, kind: Kind, look: Look) -> tuple[Any, tuple[float, float] 
     if across == "time":
         data = between(data, look.xlim, "xlim")
         return data, None
-    low, high = _ends("xlim", look.xlim, known(across).units)
+    low, high = ends_of("xlim", look.xlim, known(across).units)
     if isinstance(data, Results) and kind.name not in WHOLE:
         data = _cells_between(data, across, low, high)
     return data, (low, high)
 
 
-def _ends(name: str, given: Ends, units: str, least: float = -np.inf, greatest: float = np.inf) -> tuple[float, float]:
+def ends_of(
+    name: str, given: Ends, units: str, least: float = -np.inf, greatest: float = np.inf
+) -> tuple[float, float]:
+    """The two ``given`` ends in SI ``units``, an open one as ``least`` or ``greatest``. InputError where they are none
+    or do not ascend."""
     words = ("from", "to") if name == "time" else (name, name)
     low, high = (
         open_end if end is None else value_of(word, end, units)
@@ -59,7 +63,7 @@ def between(trace: Trace, ends: Ends, name: str = "time") -> Trace:
     if not len(trace.time):
         return trace
     first, last = float(trace.time[0]), float(trace.time[-1])
-    low, high = _ends(name, ends, "s", first, last)
+    low, high = ends_of(name, ends, "s", first, last)
     chosen = (trace.time >= low - 1e-9) & (trace.time <= high + 1e-9)
     if np.count_nonzero(chosen) < 2:
         option = "--from and --to" if name == "time" else f"--{name}"

@@ -169,7 +169,10 @@ def _ramps(found: Any) -> bool:
 
 
 def _numbers_of_axes(found: Any) -> bool:
-    return all(_is_axis(name) and (value in words_of(name) or _number(value)) for name, value in found.items())
+    return all(
+        _is_axis(name) and (value in words if (words := words_of(name)) else _number(value))
+        for name, value in found.items()
+    )
 
 
 def _is_axis(key: Any) -> bool:

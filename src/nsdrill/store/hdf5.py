@@ -41,6 +41,7 @@ TURNED = (
     "data.transpose(*data.attrs['dimensions'].split(), 'peak', 'crossing', 'state', missing_dims='ignore')."
 )
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_ZIP = b"PK\x03\x04"  # arrays of numpy in one file
 _SEAL = struct.Struct("<8sQ32s")
 _SEAL_MAGIC = b"nsdrill\x1a"
 _COMPACT_BYTES = 8192  # HDF5 allows 64 KiB in an object header; with more than this, chunks are as small
@@ -267,6 +268,8 @@ def check_readable(path: str | os.PathLike[str]) -> None:
         raise FileError(f"{path}: cannot be read: {reason(error)}.") from error
     if first == LOG_MAGIC:
         raise FileError(f"{path}: the log of an unfinished run, not yet a results file. Finish it with --resume.")
+    if first.startswith(_ZIP) and str(path).endswith(".part"):
+        raise FileError(f"{path}: what is kept of an unfinished continuation or fit. Finish it with --resume.")
     if not first.startswith(SIGNATURE):
         found = "empty" if not first else "not an HDF5 file"
         if first and str(path).endswith((".yaml", ".yml")):

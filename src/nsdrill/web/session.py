@@ -150,7 +150,7 @@ class Session:
             "drawn": self._drawn(),
             "responses": response_styles(),
             "sliders": self._sliders(),
-            "usual": list(dict.fromkeys([*USUAL, *(key for key in self.study.swept if not words_of(key))])),
+            "usual": list(dict.fromkeys([*USUAL, *self.study.swept])),
             "command": f"nsdrill view {shlex.quote(self.path)}",
         }
         if self.results is not None:

@@ -27,7 +27,16 @@ from nsdrill.models.christoforou_yigit.apart_held import make_held
 from nsdrill.models.christoforou_yigit.laws import RATIONAL
 from nsdrill.models.christoforou_yigit.lobes import multiple_cosine
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.unit_loads import FEW, bit_rates, unit_friction, unit_torque
+from nsdrill.models.christoforou_yigit.unit_loads import (
+    FEW,
+    bit_rates,
+    first_speed,
+    push_on,
+    taken_around,
+    unit_friction,
+    unit_torque,
+    wall_force,
+)
 from nsdrill.scalar import STEP
 
 # Auxiliary rows: bit speed and slip at the wall as they are found, the slip without friction and the normal force; what
@@ -83,6 +92,7 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
     held, along = options.stabilizer, options.axial_friction
     room_ = P["clearance"] if held else 0
     push_z_, axial_ = (push_ - W, slip_) if along else (0, 0)
+    places = (push_x_, push_y_, push_, vx_, vy_, speed_)
     rub = None
     if held or along:
         rub = (make_held if held else make_along)(lanes, options, rows, columns, aux)
@@ -91,12 +101,6 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
     def falling(decay, rise):  # type: ignore[no-untyped-def]
         # The steepest fall of a law: of the rational one b0 b2 / 8.
         return 0.125 * rise if rational else rise * decay
-
-    @inlined
-    def guessed(free, relaxed, smoothing, decay, rise, dynamic):  # type: ignore[no-untyped-def]
-        if rational:
-            return first_slip(free, relaxed, smoothing, 0.0, 0.0, dynamic)
-        return first_slip(free, relaxed, smoothing, decay, rise, dynamic)
 
     @inlined
     def corrected(b, i):  # type: ignore[no-untyped-def]
@@ -145,7 +149,7 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             b[push_ + i] = turn
             b[falling_ + i] = taken * falling(tau, rise)
             b[bb_ + i] = relax * taken
-            b[omega_ + i] = guessed(b[speed_ + i], relax * taken, eps, tau, rise, mu)
+            b[omega_ + i] = first_speed(law, b[speed_ + i], relax * taken, eps, tau, rise, mu)
         if touching == 0:
             for i in range(W if W > FEW else min(W, len(b))):
                 omega, step, _, _, _, _, _, _ = corrected(b, i)
@@ -155,12 +159,7 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
                 relax, torque = b[relax_ + i], b[force_ + i] * fma(slope, step, arm)
                 push_x, push_y, push = b[push_x_ + i] * torque, b[push_y_ + i] * torque, b[push_ + i] * torque
                 b[torque_ + i] = torque
-                b[push_x_ + i] = push_x
-                b[push_y_ + i] = push_y
-                b[push_ + i] = push
-                b[vx_ + i] = fma(relax, push_x, b[vx_ + i])
-                b[vy_ + i] = fma(relax, push_y, b[vy_ + i])
-                b[speed_ + i] = fma(relax, push, b[speed_ + i])
+                push_on(b, i, places, relax, push_x, push_y, push)
                 b[direction_ + i] = fma(dg, step, g)
                 b[decay_ + i] = fma(ddecayed, step, decayed)
                 b[slope_ + i] = slope
@@ -177,15 +176,12 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
         for i in range(W):
             x, y, r, relax, q, R_c = (b[x_ + i], b[y_ + i], b[radius_ + i], b[relax_ + i], b[q_ + i], b[R_c_ + i])
             per_r = 1.0 / r
-            penetration = max(r - b[gap_ + i], 0.0)
-            normal = b[k_w_ + i] * penetration
-            if hertz:
-                normal = normal * np.sqrt(penetration)
+            normal = wall_force(r, b[gap_ + i], b[k_w_ + i], hertz)
             wx, wy, turn_w = unit_friction(x, y, per_r, b[cosine_ + i], b[sine_ + i], q, R_c, b[iml_ + i], b[iJ_ + i])
             bx, by, turn = b[push_x_ + i], b[push_y_ + i], b[push_ + i]
             # What each load takes from each slip, per unit of its law.
-            ww = -fma(fma(x, wy, -(y * wx)), per_r, R_c * turn_w) * normal
-            wb = -fma(fma(x, by, -(y * bx)), per_r, R_c * turn) * b[force_ + i]
+            ww = taken_around(x, y, per_r, R_c, wx, wy, turn_w) * normal
+            wb = taken_around(x, y, per_r, R_c, bx, by, turn) * b[force_ + i]
             free, c_ww = b[slip_ + i] * per_r, relax * ww
             b[free_ + i] = free
             b[normal_ + i] = normal
@@ -223,12 +219,7 @@ def make_solve(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             push_y = fma(b[push_wy_ + i], friction, b[push_y_ + i] * torque)
             push = fma(b[push_w_ + i], friction, b[push_ + i] * torque)
             b[tangential_ + i] *= friction
-            b[push_x_ + i] = push_x
-            b[push_y_ + i] = push_y
-            b[push_ + i] = push
-            b[vx_ + i] = fma(relax, push_x, b[vx_ + i])
-            b[vy_ + i] = fma(relax, push_y, b[vy_ + i])
-            b[speed_ + i] = fma(relax, push, b[speed_ + i])
+            push_on(b, i, places, relax, push_x, push_y, push)
 
     return solve
 

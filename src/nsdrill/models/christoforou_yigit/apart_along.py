@@ -22,9 +22,16 @@ from numba import types
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
 from nsdrill.elementary import fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
-from nsdrill.models.christoforou_yigit.laws import RATIONAL
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.unit_loads import FEW, bit_rates, unit_friction
+from nsdrill.models.christoforou_yigit.unit_loads import (
+    FEW,
+    bit_rates,
+    first_speed,
+    push_on,
+    taken_around,
+    unit_friction,
+    wall_force,
+)
 
 # Auxiliary rows: slip along the hole without friction, and what friction takes from it.
 ALONG = ("free_along", "zz")
@@ -56,7 +63,7 @@ def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
     iml_, iJ_, q_, R_c_ = (P[name] for name in ("per_lateral_mass", "per_inertia", "unbalance_arm", "collar_radius"))
     eps_w_, tau_w_, rise_w_, mu_w_ = (P[f"wall_{name}"] for name in ("smoothing", "decay", "rise", "dynamic"))
     eps_b_, tau_b_, rise_b_, mu_b_ = (P[f"bit_{name}"] for name in ("smoothing", "decay", "rise", "dynamic"))
-    rational = law == RATIONAL
+    places = (push_x_, push_y_, push_, vx_, vy_, speed_)
 
     @inlined
     def corrected(b, i):  # type: ignore[no-untyped-def]
@@ -99,14 +106,11 @@ def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
         for i in range(W):
             x, y, r, relax, q, R_c = b[x_ + i], b[y_ + i], b[radius_ + i], b[relax_ + i], b[q_ + i], b[R_c_ + i]
             per_r = 1.0 / r
-            penetration = max(r - b[gap_ + i], 0.0)
-            normal = b[k_w_ + i] * penetration
-            if hertz:
-                normal = normal * np.sqrt(penetration)
+            normal = wall_force(r, b[gap_ + i], b[k_w_ + i], hertz)
             wx, wy, turn_w = unit_friction(x, y, per_r, b[cosine_ + i], b[sine_ + i], q, R_c, b[iml_ + i], b[iJ_ + i])
             bx, by, turn = b[push_x_ + i], b[push_y_ + i], b[push_ + i]
-            ww = -fma(fma(x, wy, -(y * wx)), per_r, R_c * turn_w) * normal
-            wb = -fma(fma(x, by, -(y * bx)), per_r, R_c * turn) * b[force_ + i]
+            ww = taken_around(x, y, per_r, R_c, wx, wy, turn_w) * normal
+            wb = taken_around(x, y, per_r, R_c, bx, by, turn) * b[force_ + i]
             b[normal_ + i] = normal
             b[radial_ + i] = normal * per_r
             b[tangential_ + i] = per_r
@@ -132,12 +136,9 @@ def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             f, _ = hyperbolic(size, eps, tau, rise, mu)
             b[size_ + i] = max(size, LEAST)
             free_b = fma(-b[bw_ + i], free * f / (fma(c_ww, f, size) + LEAST), b[speed_ + i])
-            if rational:
-                b[omega_ + i] = first_slip(free_b, b[bb_ + i], b[eps_b_ + i], 0.0, 0.0, b[mu_b_ + i])
-            else:
-                b[omega_ + i] = first_slip(
-                    free_b, b[bb_ + i], b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
-                )
+            b[omega_ + i] = first_speed(
+                law, free_b, b[bb_ + i], b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
+            )
         for _ in range(MOST):
             some = 0
             for i in range(W):
@@ -163,13 +164,8 @@ def make_along(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...
             push = fma(b[wt_ + i], friction, b[push_ + i] * torque)
             push_z = -(b[slip_ + i] * b[ima_ + i])
             b[tangential_ + i] *= friction
-            b[push_x_ + i] = push_x
-            b[push_y_ + i] = push_y
+            push_on(b, i, places, relax, push_x, push_y, push)
             b[push_z_ + i] = push_z
-            b[push_ + i] = push
-            b[vx_ + i] = fma(relax, push_x, b[vx_ + i])
-            b[vy_ + i] = fma(relax, push_y, b[vy_ + i])
             b[vz_ + i] = fma(relax, push_z, b[vz_ + i])
-            b[speed_ + i] = fma(relax, push, b[speed_ + i])
 
     return rub

@@ -17,15 +17,13 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, Rows, compiled, inlined
 from nsdrill.elementary import fma
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
-from nsdrill.models.christoforou_yigit.laws import RATIONAL
 from nsdrill.models.christoforou_yigit.options import Options
-from nsdrill.models.christoforou_yigit.unit_loads import bit_rates, unit_friction
+from nsdrill.models.christoforou_yigit.unit_loads import bit_rates, first_speed, push_on, unit_friction, wall_force
 
 # Auxiliary rows: slip at the stabilisers as it is found and without friction, the force there with no bit torque and
 # what a unit of torque takes from it; what loads take from slips; accelerations of a unit of friction there.
@@ -66,7 +64,7 @@ def make_held(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...]
     eps_w_, tau_w_, rise_w_, mu_w_ = (P[f"wall_{name}"] for name in ("smoothing", "decay", "rise", "dynamic"))
     eps_s_, tau_s_, rise_s_, mu_s_ = (P[f"stabilizer_{name}"] for name in ("smoothing", "decay", "rise", "dynamic"))
     eps_b_, tau_b_, rise_b_, mu_b_ = (P[f"bit_{name}"] for name in ("smoothing", "decay", "rise", "dynamic"))
-    rational = law == RATIONAL
+    places = (push_x_, push_y_, push_, vx_, vy_, speed_)
 
     @inlined
     def beside(free, own, across, free_other, back, normal, eps, tau, rise, mu):  # type: ignore[no-untyped-def]
@@ -130,10 +128,7 @@ def make_held(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...]
             )  # fmt: skip
             per_mass, per_inertia, R_c, R_s = b[iml_ + i], b[iJ_ + i], b[R_c_ + i], b[R_s_ + i]
             per_r = 1.0 / r
-            penetration = max(r - b[gap_ + i], 0.0)
-            normal = b[k_w_ + i] * penetration
-            if hertz:
-                normal = normal * np.sqrt(penetration)
+            normal = wall_force(r, b[gap_ + i], b[k_w_ + i], hertz)
             lever, length = b[room_ + i] * per_r, max(r - b[room_ + i], 0.0)
             wx, wy, turn_w = unit_friction(x, y, per_r, c, s, q, R_c, per_mass, per_inertia)
             ux, uy, turn_s = unit_friction(x, y, per_r, c, s, q, R_s, per_mass, per_inertia)
@@ -186,10 +181,9 @@ def make_held(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...]
             f_s, _ = hyperbolic(slip_s, eps_s, tau_s, rise_s, mu_s)
             free_b = b[speed_ + i] - fma(b[bs_ + i], pressed * f_s, b[bw_ + i] * normal * f)
             relaxed = b[bb_ + i] * b[force_ + i]
-            if rational:
-                b[omega_ + i] = first_slip(free_b, relaxed, b[eps_b_ + i], 0.0, 0.0, b[mu_b_ + i])
-            else:
-                b[omega_ + i] = first_slip(free_b, relaxed, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i])
+            b[omega_ + i] = first_speed(
+                law, free_b, relaxed, b[eps_b_ + i], b[tau_b_ + i], b[rise_b_ + i], b[mu_b_ + i]
+            )
         for _ in range(MOST):
             some = 0
             for i in range(W):
@@ -219,11 +213,6 @@ def make_held(lanes: int, options: Options, rows: Rows, columns: tuple[str, ...]
             b[radial_ + i] = (b[normal_ + i] + fma(-b[loss_ + i], torque, b[force_s_ + i])) * per_r
             b[tangential_ + i] = (friction + friction_s) * per_r
             b[friction_ + i] = fma(b[arm_s_ + i], friction_s, friction)
-            b[push_x_ + i] = push_x
-            b[push_y_ + i] = push_y
-            b[push_ + i] = push
-            b[vx_ + i] = fma(relax, push_x, b[vx_ + i])
-            b[vy_ + i] = fma(relax, push_y, b[vy_ + i])
-            b[speed_ + i] = fma(relax, push, b[speed_ + i])
+            push_on(b, i, places, relax, push_x, push_y, push)
 
     return rub
