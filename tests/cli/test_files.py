@@ -425,5 +425,5 @@ def test_a_trace_is_exported_in_either_system(call: Call, tmp_path: Path) -> Non
     call("export", trace, "-o", str(tmp_path / "trace.nc"))
     assert nsdrill.open_results(str(tmp_path / "trace.nc")).equals(kept)
     assert "a trace, whose table has everything" in call("export", trace, "-o", "-", "--peaks").err
-    assert "a results file, which nsdrill run makes" in call("window", trace).err
+    assert "a results file is needed here, which nsdrill run makes" in call("window", trace).err
     assert f"nsdrill run {study} -o out.h5" in call("window", study).err
