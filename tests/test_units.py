@@ -194,3 +194,27 @@ def test_a_value_remembers_the_unit_in_which_it_was_asked_for() -> None:
         assert units.readable(same, "N") == "10 klbf"
     assert units.readable(float(value), "N") == "44.4822 kN"
     assert type(value * 2) is float
+
+
+def test_round_values_stay_round_in_another_unit() -> None:
+    """8 klbf in newtons are no float; the nearest one, taken back exactly, is 7.999999999999999 klbf."""
+    for unit, si in (("klbf", "N"), ("rpm", "rad/s"), ("ft", "m"), ("in", "m")):
+        for number in (1.0, 3.0, 7.5, 8.0, 9.9, 60.0, 95.0, 9500.0):
+            assert units.rounded_from_si(to_si(f"{number!r} {unit}", si), unit) == number
+    assert from_si(to_si("8 klbf", "N"), "klbf") != 8.0  # why it is needed
+    assert math.isnan(units.rounded_from_si(math.nan, "klbf"))
+
+
+@given(st.floats(-1e9, 1e9))
+def test_rounded_values_give_back_the_same_bits_or_are_those_of_from_si(value: float) -> None:
+    number = units.rounded_from_si(value, "klbf")
+    assert to_si(f"{number!r} klbf", "N") == value or number == from_si(value, "klbf")
+
+
+def test_a_dimension_has_its_usual_name() -> None:
+    for text, si, said in (
+        ("8 kN", "m", "in units of force"), ("8 kN*m", "N", "in units of torque"), ("3 ppg", "m", "of density"),
+        ("2 ft*lb", "N m", "in units of length times mass; .* A pound is a mass here: write ft\\*lbf"),
+    ):  # fmt: skip
+        with pytest.raises(QuantityError, match=said):
+            to_si(text, si)

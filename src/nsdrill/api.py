@@ -656,7 +656,7 @@ def fit(
     set: Settings = None,
     rename: Mapping[str, str] | None = None,
     ignore: Sequence[str] = (),
-    errors: Mapping[str, str] | None = None,
+    errors: Mapping[str, str | float] | None = None,
     skip_gaps: bool = False,
     shortest: Quantity = "120 s",
     settle: Quantity = "60 s",
@@ -672,9 +672,9 @@ def fit(
 
     ``data``: a CSV file with a name and a unit over every column, over operating points or over time. ``rename`` has
     the names of nsdrill by heads of the file, ``ignore`` heads to pass over (``"*"`` for all that are not known),
-    ``errors`` standard deviations by name, as ``{"surface_torque_max": "0.2 kft*lbf"}`` or in percent; ``skip_gaps``
-    passes over rows with gaps. Of a table over time, a stretch of constant settings lasts at least ``shortest`` [s], of
-    which the first part, ``settle`` [s], is not used.
+    ``errors`` standard deviations by name, as ``{"surface_torque_max": "0.2 kft*lbf"}``, in percent, or in SI as
+    numbers; ``skip_gaps`` passes over rows with gaps. Of a table over time, a stretch of constant settings lasts at
+    least ``shortest`` [s], of which the first part, ``settle`` [s], is not used.
 
     Rounds of ``batch`` samples are run, at most so many ``rounds``; ``samples`` are left in the study that comes out.
     With ``path`` the study is written there, and until then every round is kept beside it: after a KeyboardInterrupt,

@@ -15,6 +15,7 @@ from nsdrill.units import from_si, plain_units, readable, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of
 
 SYSTEMS = ("si", "field")
+LONG = 3.0  # m, from which a length is told in feet, not in inches
 
 # SI units -> those shown in SI, as engineers write it, and in field units; both as nsdrill.units reads them.
 SHOWN: dict[str, tuple[str, str]] = {
@@ -137,7 +138,8 @@ class Quantity:
             return self.choices[int(value)]
         if system == "si" and self.name not in (*AXES, *_SHOWN_OF_NAME):
             return readable(value, self.units, digits)
-        return amount(value, self.unit(system), digits)
+        unit = self.unit(system)
+        return amount(value, "ft" if unit == "in" and abs(value) >= LONG else unit, digits)
 
 
 def amount(value: float, unit: str, digits: int = 6) -> str:

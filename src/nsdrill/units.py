@@ -50,6 +50,13 @@ USUAL: dict[str, tuple[str, ...]] = {
 }
 """Units to suggest and to display in, by the SI units of the quantity; SI engineering units first."""
 
+KINDS = {
+    "m": "length", "N": "force", "rad/s": "speed of rotation", "rad": "angle", "s": "time", "m/s": "speed",
+    "m/s^2": "acceleration", "kg/m^3": "density", "Pa": "pressure", "N/m": "stiffness", "N m": "torque",
+    "kg": "mass", "Hz": "frequency", "m^3/s": "flow",
+}  # fmt: skip
+"""What a quantity with these SI units is, in words."""
+
 CF = {
     "": "1", "percent": "percent", "m": "m", "N": "N", "rad/s": "rad s-1", "rad": "rad", "s": "s", "m/s": "m s-1",
     "m/s^2": "m s-2", "kg/m^3": "kg m-3", "Pa": "Pa", "N/m": "N m-1", "N/m^1.5": "N m-1.5", "N s/m": "N s m-1",
@@ -141,6 +148,17 @@ def from_si(value: float, units: str) -> float:
     return float(Fraction(value) / factor)
 
 
+def rounded_from_si(value: float, units: str) -> float:
+    """As :func:`from_si`, to 15 digits where :func:`to_si` makes the same ``value`` of that: 8 klbf stay 8 klbf, and
+    are not the 7.999999999999999 that the nearest float in newtons is."""
+    exact = from_si(value, units)
+    if not math.isfinite(exact):
+        return exact
+    text = f"{exact:.15g}"
+    factor, _ = _meaning(units, units, units)
+    return float(text) if float(Fraction(text) * factor) == value else exact
+
+
 def format_quantity(value: float, units: str, digits: int = 6) -> str:
     """An SI ``value`` for people, in ``units`` and to ``digits`` significant digits: ``format_quantity(22240, "kN")``
     is "22.24 kN"."""
@@ -222,16 +240,39 @@ def _wrong_dimension(text: str, units: str, unit: str, dimensions: Dimensions) -
         return QuantityError(
             f"{quoted(text)}, a mass", allowed_units(units), "g is the gram here: write gravity, as in 0.25 gravity."
         )
-    return QuantityError(f"{quoted(text)}, in units of {_in_words(dimensions)}", allowed_units(units))
+    return QuantityError(
+        f"{quoted(text)}, in units of {_in_words(dimensions)}", allowed_units(units), _pounds(units, unit, dimensions)
+    )
+
+
+def _pounds(units: str, unit: str, dimensions: Dimensions) -> str | None:
+    """What was meant where a pound that is a mass stands for one that is a force: ft*lbf for ft*lb."""
+    wanted = _evaluate(_tidy(units))[1]
+    force, mass = _evaluate("N")[1], {"[mass]": Fraction(1)}
+    names = {*dimensions, *force}
+    as_force = {n: dimensions.get(n, Fraction(0)) + force.get(n, Fraction(0)) - mass.get(n, Fraction(0)) for n in names}
+    if {n: power for n, power in as_force.items() if power} != wanted or not re.search(r"lbs?\b", unit):
+        return None
+    meant = re.sub(r"lbs?\b", "lbf", unit)
+    return f"A pound is a mass here: write {meant}."
+
+
+def kind_of(units: str) -> str:
+    """What a quantity with these SI units is, in words: "force" of N; the units themselves where there is no word."""
+    return KINDS.get(units, units)
 
 
 def _in_words(dimensions: Dimensions) -> str:
+    for units, kind in KINDS.items():
+        if _evaluate(_tidy(units))[1] == dimensions:
+            return kind
+
     def power(name: str, exponent: Fraction) -> str:
         size = abs(exponent)
         return name.strip("[]") + ("" if size == 1 else f"^{float(size):g}")
 
-    above = " ".join(power(name, e) for name, e in sorted(dimensions.items()) if e > 0)
-    below = " ".join(power(name, e) for name, e in sorted(dimensions.items()) if e < 0)
+    above = " times ".join(power(name, e) for name, e in sorted(dimensions.items()) if e > 0)
+    below = " times ".join(power(name, e) for name, e in sorted(dimensions.items()) if e < 0)
     if not below:
         return above or "no dimension"
     return f"{above or '1'}/{below}" if " " not in below else f"{above or '1'}/({below})"

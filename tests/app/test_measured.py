@@ -136,6 +136,8 @@ def test_the_hook_load_of_a_string_of_segments_is_told_about_its_mean(table):
         ("wob [m],bit_force_max [kN]\n10,20\n", "line 1: wob: found '1 m', in units of length; allowed: a number with"),
         ("wob [kg],bit_force_max [kN]\n10,20\n", "'kg' is a unit of mass, not of force"),
         ("wob [kN],bit_force [kN]\n10,20\n", "the column 'bit_force', which is not known. Did you mean bit_force_max"),
+        ("wob [kN],bit_force [kN]\n10,20\n", "bit_force by itself is a signal over time, which needs a column time."),
+        ("wob,bit_force_max [kN]\n10,20\n", "wob: found no unit; allowed: wob [klbf] or another unit of force in"),
         ("wob [kN],gamma [api]\n10,20\n", "--ignore 'gamma' passes over it"),
         ("wob [kN],bit_force_max [kN]\n10,2x\n", "line 2: bit_force_max: found '2x'; allowed: a number."),
         ('wob [kN],bit_force_max [kN]\n10,"2,5"\n', "Write a decimal point"),
@@ -218,3 +220,37 @@ def test_the_noise_of_a_smooth_signal_is_told(noise):
     assert noise_of(smooth + noise * rng.standard_normal(2000)) == pytest.approx(noise, rel=0.1)
     assert noise_of(smooth) == 0.0
     assert noise_of(np.full(100, 3.0)) == 0.0
+
+
+def test_errors_may_be_numbers_in_si(table):
+    text = "wob [kN],bit_force_max [kN],stick_slip_index [%]\n10,20,30\n20,30,40\n"
+    found = table(text, Reading(errors={"bit_force_max": 500.0, "stick_slip_index": 3}))
+    assert found.errors["bit_force_max"].tolist() == [500.0, 500.0]
+    assert found.errors["stick_slip_index"].tolist() == [3.0, 3.0]
+    for wrong in (0.0, -1.0, float("nan"), True, [1.0]):
+        with pytest.raises(InputError, match=r"errors, bit_force_max: found .*; allowed: a number above 0 in SI \[N\]"):
+            table(text, Reading(errors={"bit_force_max": wrong}))
+
+
+def ratchet(time):
+    """A motion without noise that sticks for a part of each period and slips, as that of a bit."""
+    phase = (time / 7.3) % 1.0
+    return np.where(phase < 0.4, 0.0, 3.0 * np.sin(np.pi * (phase - 0.4) / 0.6))
+
+
+@pytest.mark.parametrize("step", [0.1, 0.25, 0.5])
+def test_a_motion_of_sharp_turns_is_no_noise(step):
+    assert noise_of(ratchet(np.arange(0.0, 240.0, step))) == 0.0
+
+
+def test_samples_as_slow_as_the_motion_leave_the_extremes_as_they_are(table):
+    """With a sample a second nothing tells noise from a fast motion: the greatest value stays, with its doubt."""
+    time = np.arange(0.0, 300.0)
+    torque = 4000.0 + 300.0 * np.random.default_rng(4).standard_normal(300)
+    rows = "".join(f"{t:g},30,{one:.6f}\n" for t, one in zip(time, torque, strict=True))
+    found = table(f"time [s],wob [kN],surface_torque [N m]\n{rows}", Reading(settle=0.0))
+    assert found.values["surface_torque_max"][0] == pytest.approx(torque.max())
+    assert found.values["surface_torque_min"][0] == pytest.approx(torque.min())
+    assert any("with a sample every 1 s, has noise or a motion as fast as the samples" in one for one in found.notes)
+    plain = np.hypot(0.05, 0.02) * torque.max()
+    assert found.errors["surface_torque_max"][0] > 1.2 * plain

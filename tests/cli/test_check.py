@@ -149,10 +149,11 @@ ROTARY = "rotary-assembly"
 def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> None:
     """The eccentricities that are named have their wall speed at the ends of the sweep."""
     call("new", "--example", ROTARY, "-o", "rotary.yaml")
-    sets = ["--set", "drillstring.eccentricity=12.7 mm"]
+    sweep = ["--set", "sweep.rotary_speed={from: 60 rpm, to: 140 rpm, points: 17}"]
+    sets = ["--set", "drillstring.eccentricity=12.7 mm", *sweep]
     said = call("check", "rotary.yaml", *sets).err
     (line,) = (one for one in said.splitlines() if one.startswith("Warning: Wall: "))
-    offsets = re.search(r"at 60 rpm up to ([\d.]+) mm, at 140 rpm up to ([\d.]+) mm", line)
+    offsets = re.search(r"be at 60 rpm up to ([\d.]+) mm, at 140 rpm up to ([\d.]+) mm", line)
     assert offsets is not None
     for offset, speed in zip(map(float, offsets.groups()), (60, 140), strict=True):
 
@@ -168,11 +169,33 @@ def test_a_collar_on_the_wall_below_the_slowest_speed_is_told(call: Call) -> Non
 
         assert reached(1.005 * offset)
         assert not reached(0.995 * offset)
-    assert "Wall:" not in call("check", "rotary.yaml").err  # 2 mm: 62 rpm
+    assert "Wall:" not in call("check", "rotary.yaml", *sweep).err  # 2 mm: 62 rpm
     assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "drillstring.collar.span=30 ft").err
     assert "Wall:" not in call("check", "rotary.yaml", *sets, "--set", "modes.lateral=frozen").err
     field = call("check", "rotary.yaml", *sets, "--units", "field").err
     assert "The eccentricity is 0.5 in" in field
+
+
+def test_a_sweep_that_begins_above_a_critical_speed_is_told(call: Call) -> None:
+    """A string that is brought up to speed passes through it; the speed that is named is that of the figures."""
+    call("new", "--example", ROTARY, "-o", "rotary.yaml")
+    assert "Start:" not in call("check", "rotary.yaml").err
+    sets = ["--set", "drillstring.eccentricity=12.7 mm"]
+    speed = "sweep.rotary_speed={from: 80 rpm, to: 140 rpm, points: 4}"
+
+    def told(*more: str) -> re.Match[str] | None:
+        said = call("check", "rotary.yaml", *sets, "--set", speed, *(word for one in more for word in ("--set", one)))
+        return re.search(r"Start: .* begins at 80 rpm.* reaches the wall \(([\d.]+) rpm to ([\d.]+) rpm\)", said.err)
+
+    found = told()
+    assert found is not None
+    for wob, said in zip((25, 5), found.groups(), strict=True):
+        at = ["--set", "sweep={}", "--set", f"operation.wob={wob} klbf", "--set", "operation.rotary_speed=80 rpm"]
+        figures = json.loads(call("check", "rotary.yaml", *sets, *at, "--json").out)["figures"]
+        assert figures["wall_speed"]["value"] * 30 / math.pi == pytest.approx(float(said), rel=1e-3)
+    assert told("sweep.procedure=same", "sweep.along=null") is None  # every point from its own start
+    assert told("initial.x=60 mm") is None  # it is on the wall from the start
+    assert told("drillstring.eccentricity=1 mm") is None
 
 
 def test_numbers_on_which_the_answer_hangs_are_named(call: Call) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import xarray
 
+import nsdrill
 from nsdrill.plot import kinds_for
 from nsdrill.store import read_results, read_trace
 
@@ -398,7 +399,7 @@ def test_schema(call: Call) -> None:
 
 def test_trace_is_no_results_file(call: Call, shared: Path) -> None:
     assert call("simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1 s").code == 0
-    for command, *more in (["classify"], ["export", "-o", "x.csv"], ["replay", "-o", "y.h5"]):
+    for command, *more in (["classify"], ["window"], ["replay", "-o", "y.h5"]):
         answer = call(command, "trace.h5", *more)
         assert answer.code == 2, command
         assert "results file" in answer.err
@@ -407,3 +408,22 @@ def test_trace_is_no_results_file(call: Call, shared: Path) -> None:
     assert "a trace, which is of one point" in cut.err
     with h5py.File("trace.h5") as file:
         assert file.attrs["nsdrill_kind"] == "trace"
+
+
+def test_a_trace_is_exported_in_either_system(call: Call, tmp_path: Path) -> None:
+    """The table has the samples of the file, bit for bit in SI; of a window is said what it needs."""
+    trace, study = str(tmp_path / "trace.h5"), str(tmp_path / "study.yaml")
+    call("new", "-o", study)
+    call("simulate", study, "--duration", "2s", "--sample", "0.5s", "-o", trace)
+    rows = [row.split(",") for row in call("export", trace, "-o", "-").out.splitlines()]
+    field = [row.split(",") for row in call("export", trace, "-o", "-", "--units", "field").out.splitlines()]
+    kept = nsdrill.open_results(trace)
+    place = [head.partition(" ")[0] for head in rows[0]].index("bit_force")
+    assert [float(row[place]) for row in rows[1:]] == kept["bit_force"].values.tolist()
+    assert field[0][place] == "bit_force [klbf]"
+    assert float(field[1][place]) == pytest.approx(float(rows[1][place]) / 4448.2216152605)
+    call("export", trace, "-o", str(tmp_path / "trace.nc"))
+    assert nsdrill.open_results(str(tmp_path / "trace.nc")).equals(kept)
+    assert "a trace, whose table has everything" in call("export", trace, "-o", "-", "--peaks").err
+    assert "a results file is needed here, which nsdrill run makes" in call("window", trace).err
+    assert f"nsdrill run {study} -o out.h5" in call("window", study).err

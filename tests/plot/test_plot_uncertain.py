@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from nsdrill import plot
 from nsdrill.analysis.probability import chances
 from nsdrill.analysis.sensitivity import sensitivity
+from nsdrill.analysis.window import find_window
 from nsdrill.app.run import run_in_memory
 from nsdrill.data import Results
 from nsdrill.errors import InputError
@@ -127,3 +128,20 @@ def test_a_sample_is_drawn_as_a_sweep_of_its_own(both: Results) -> None:
 def test_pictures_are_in_field_units_too(both: Results, kind: str) -> None:
     figure = plot.draw(both, kind, units="field")
     assert "ft" in figure.get_suptitle()
+
+
+def test_where_nothing_is_safe_the_most_probable_point_is_drawn(both: Results) -> None:
+    figure = plot.draw(both, "window", confidence=0.9999)
+    note = find_window(both, confidence=0.9999)
+    drawn = [line for axes in figure.axes for line in axes.lines if line.get_gid() == "most_probable"]
+    assert len(drawn) == (0 if note["safe"] else 1)
+    for line in drawn:
+        assert line.get_xdata()[0] == pytest.approx(note["most_probable"]["rotary_speed"])
+
+
+def test_an_answer_that_does_not_vary_is_told_in_words(both: Results) -> None:
+    both.variables["lift_off_fraction"] = np.zeros_like(both.variables["lift_off_fraction"])
+    panels = {axes.get_xlabel().partition(" [")[0]: axes for axes in plot.draw(both, "tornado").axes}
+    (said,) = panels["Time off the rock"].texts
+    assert said.get_text().startswith("0 % in every sample")
+    assert not panels["Time off the rock"].patches

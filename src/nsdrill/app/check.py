@@ -141,6 +141,15 @@ def _warnings(study: Study, units: str) -> list[str]:
     return [warning for warning in found if warning is not None]
 
 
+def passed_over(study: Study) -> list[dict[str, Any]]:
+    """The critical speeds that lie below the speed at which a carried sweep begins; none of a model that does not tell
+    them. Each has its ``name`` and ``words``, ``min``, ``max`` and ``from`` along its ``axis`` (SI), and whether they
+    lie below ``everywhere`` in the study."""
+    own = checks_of(study.model)
+    found: list[dict[str, Any]] = getattr(own, "passed_over", lambda study, corners: [])(study, _corners(study))
+    return found
+
+
 def checks_of(model: str) -> Any:
     """What the model of this name has for ``check``: the module that its description names; None where it has none."""
     name = described(model).checks

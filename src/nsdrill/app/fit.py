@@ -29,8 +29,9 @@ from nsdrill.kernel.gang import choose_lanes
 from nsdrill.models.leaves import OPERATION
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Record
+from nsdrill.quantity import quantity
 from nsdrill.sampling import quantile, rounded
-from nsdrill.study.keys import keys_of
+from nsdrill.study.keys import Leaf, keys_of
 from nsdrill.study.load import parse_study
 from nsdrill.study.study import Study
 from nsdrill.study.uncertain import HOW
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 QUANTILES = (0.05, 0.5, 0.95)
+SHORT = 12  # characters of a setting that is round
 FAR = 3.0  # times beyond the ends of the sweep, where a measured setting may be in another unit
 
 
@@ -121,8 +123,9 @@ def unknowns_of(study: Study) -> dict[str, Any]:
     return keys
 
 
-def far_from_the_sweep(study: Study, measured: Measured) -> list[str]:
-    """In words, the settings that lie far outside of what the study sweeps: a unit may be wrong."""
+def far_from_the_sweep(study: Study, measured: Measured, units: str = "si") -> list[str]:
+    """In words, in ``units`` "si" or "field", the settings that lie far outside of what the study sweeps: a unit may be
+    wrong."""
     leaves = keys_of(study.model).axes
     said = []
     for key, values in measured.at.items():
@@ -132,12 +135,18 @@ def far_from_the_sweep(study: Study, measured: Measured) -> list[str]:
         low, high = float(swept[0]), float(swept[-1])
         bad = np.flatnonzero((values < low / FAR) | (values > high * FAR))
         if bad.size:
-            text = leaves[key].text
+            found, first, last = (_setting(leaves[key], float(one), units) for one in (values[bad[0]], low, high))
             said.append(
-                f"{measured.source}, {measured.where[bad[0]]}: {key} is {text(float(values[bad[0]]))}, and the study "
-                f"sweeps {text(low)} to {text(high)}. Is the unit in the head right?"
+                f"{measured.source}, {measured.where[bad[0]]}: {key} is {found}, and the study sweeps {first} to "
+                f"{last}. Is the unit in the head right?"
             )
     return said
+
+
+def _setting(leaf: Leaf, value: float, units: str) -> str:
+    """A setting in words: in SI in the unit in which it is round, as it was written, where there is one."""
+    exact = leaf.text(value)
+    return exact if units == "si" and len(exact) <= SHORT else quantity(leaf.key).text(value, units, 4)
 
 
 def _check_points(study: Study, measured: Measured) -> None:

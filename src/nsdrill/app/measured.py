@@ -25,7 +25,7 @@ from nsdrill.errors import FileError, InputError
 from nsdrill.models.registry import NAMES, described
 from nsdrill.study.keys import Keys, keys_of
 from nsdrill.study.study import Study
-from nsdrill.units import QuantityError, plain_units, to_si
+from nsdrill.units import QuantityError, kind_of, plain_units, to_si
 from nsdrill.variables import dimension_of
 
 MOST_BYTES = 200_000_000
@@ -36,6 +36,8 @@ SAME = 0.05  # a setting stays the same while it is within this part of its mean
 SLOWEST = 2.0  # s between samples, beyond which extremes are missed
 LEAST_FOR_NOISE = 40  # samples of a stretch, from which its noise is told
 WHITE = 1.25  # ratio of two estimates up to which it is noise that they see
+CHANCE = 0.01  # of white noise to be taken for a motion, by each of two tests
+FINE = 0.5  # s between samples, beyond which a motion may be as fast as they are
 TIME = "time"
 ERROR = "_error"
 MEAN, CHANGE = "_mean", "_change"
@@ -47,12 +49,12 @@ _JOINED = re.compile(r"(?<=[A-Za-z])[.\-·](?=[A-Za-z])")  # kft.lbf and kft-lbf
 class Reading:
     """How a table is read: ``rename`` has the names of nsdrill by the heads of the file, ``ignore`` the heads that are
     passed over, ``*`` for all that are not known; ``errors`` the standard deviations by name, as texts (``0.5
-    kft*lbf``, ``10 percent``); ``gaps`` whether rows with gaps are passed over; and of a table over time how long a
-    stretch lasts at least and what of its beginning is not used [s]."""
+    kft*lbf``, ``10 percent``) or in SI as numbers; ``gaps`` whether rows with gaps are passed over; and of a table
+    over time how long a stretch lasts at least and what of its beginning is not used [s]."""
 
     rename: Mapping[str, str] = field(default_factory=dict)
     ignore: Sequence[str] = ()
-    errors: Mapping[str, str] = field(default_factory=dict)
+    errors: Mapping[str, str | float] = field(default_factory=dict)
     gaps: bool = False
     shortest: float = 120.0
     settle: float = 60.0
@@ -219,6 +221,8 @@ def _unknown(where: str, head: str, name: str, names: _Names, timed: bool) -> st
     models = _models_with(name)
     if models and names.keys.model.name not in models:
         hint = f" It is one of the model {' and of '.join(models)}; the study has another."
+    if not timed and name in names.signals:
+        hint += f" {name} by itself is a signal over time, which needs a column time."
     what = "signals over time" if timed else "features and severities of a run"
     some = ", ".join(list(names.signals if timed else names.results)[:8])
     return (
@@ -248,7 +252,8 @@ def _scale(where: str, head: str, unit: str | None, si: str, of_result: bool) ->
         return factors[text]
     if not text:
         raise FileError(
-            f"{where}: {head}: found no unit; allowed: {head} [{_example(si)}] or another unit of {si} in brackets."
+            f"{where}: {head}: found no unit; allowed: {head} [{_example(si)}] or another unit of {kind_of(si)} in "
+            "brackets."
         )
     try:
         return to_si(f"1 {_JOINED.sub('*', text)}", si)
@@ -373,9 +378,11 @@ def _over_time(
         means = np.array([part.mean() for part in parts])
         low, high = np.array([part.min() for part in parts]), np.array([part.max() for part in parts])
         # Noise makes a greatest value greater: by nothing at a sharp peak, by sqrt(2 ln n) deviations of a steady one.
+        # Of samples as slow as the motion it is not known to be noise: the extremes stay, and the doubt is their error.
         noise = np.array([noise_of(part) for part in parts])
         half = 0.5 * noise * np.sqrt(2.0 * np.log([len(part) for part in parts]))
-        low, high = low + half, high - half
+        if step <= FINE:
+            low, high = low + half, high - half
         every = {MEAN: means, "_min": low, "_max": high, f"{CHANGE}_min": low - means, f"{CHANGE}_max": high - means}
         wanted = {f"{name}{end}": one for end, one in every.items() if not coarse or end == MEAN}
         found |= {full: one for full, one in wanted.items() if full in names.results}
@@ -386,6 +393,10 @@ def _over_time(
             notes.append(
                 f"noise of {name}: up to {whole * noise.max():.2g} % of its mean; its extremes are taken up to "
                 f"{whole * half.max():.2g} % inwards, which is added to their error"
+                if step <= FINE
+                else f"{name}, with a sample every {step:g} s, has noise or a motion as fast as the samples: which, "
+                f"they cannot tell. Its extremes stay as they are, with up to {whole * half.max():.2g} % of the mean "
+                f"added to their error; samples every {FINE:g} s or less tell"
             )
     if not found:
         raise FileError(
@@ -398,13 +409,33 @@ def _over_time(
 def noise_of(values: Array) -> float:
     """The standard deviation of the white noise in evenly spaced samples of a smooth signal, 0 where there is none that
     can be told: differences of order 6 and 8 pass over the signal, and of white noise give the same (their squares sum
-    to the binomial coefficients of 12 over 6 and 16 over 8)."""
+    to the binomial coefficients of 12 over 6 and 16 over 8). The upper half of its spectrum has to be that of white
+    noise as well, flat and without lines, which a motion of sharp turns is not."""
     if len(values) < LEAST_FOR_NOISE:
         return 0.0
     six, eight = (
         float(np.sqrt(np.mean(np.diff(values, order) ** 2) / math.comb(2 * order, order))) for order in (6, 8)
     )
-    return eight if six > 0.0 and 1.0 / WHITE < eight / six < WHITE else 0.0
+    return eight if six > 0.0 and 1.0 / WHITE < eight / six < WHITE and _white(values) else 0.0
+
+
+def _white(values: Array) -> bool:
+    """Whether the frequencies above half the greatest look like white noise: as much power in their lower half as in
+    their upper one (F test), and none with more than chance gives (Fisher 1929, g test)."""
+    from scipy.signal import periodogram
+    from scipy.stats import f as f_distribution
+
+    frequency, power = periodogram(values, window="hann", detrend="linear")
+    upper = power[(frequency >= 0.25) & (frequency < 0.5)]
+    lower, higher = np.array_split(upper, 2)
+    if not higher.mean() > 0.0:
+        return False
+    widened = 1.5  # bins of a Hann window that are as one independent one
+    freedom = [2.0 * len(part) / widened for part in (lower, higher)]
+    ratio = float(lower.mean() / higher.mean())
+    even = 2.0 * min(float(f_distribution.sf(ratio, *freedom)), float(f_distribution.cdf(ratio, *freedom)))
+    line = 1.0 - (1.0 - math.exp(-float(upper.max() / upper.mean()))) ** (len(upper) / widened)
+    return even > CHANCE and line > CHANCE
 
 
 def _stretches(time: Array, settings: dict[str, Array], step: float) -> list[tuple[int, int]]:
@@ -453,8 +484,15 @@ def _made(
     return Measured(str(path), settings, values, errors, tuple(where), tuple(notes))
 
 
-def _error(name: str, text: str, si: str, values: Array) -> Array:
-    """The standard deviations that an option gives, as a quantity or in percent of the values."""
+def _error(name: str, text: str | float, si: str, values: Array) -> Array:
+    """The standard deviations that an option gives, as a quantity, in percent of the values, or as a number in SI."""
+    if not isinstance(text, str):
+        if isinstance(text, bool) or not isinstance(text, int | float | np.number) or not 0 < text < math.inf:
+            raise InputError(
+                f"errors, {name}: found {text!r}; allowed: a number above 0 in SI{f' [{si}]' if si else ''}, or a text "
+                "with its unit or in percent."
+            )
+        return np.full(values.shape, float(text))
     plain = text.replace("%", "percent").strip()
     try:
         share = plain.endswith("percent") and si != "percent"

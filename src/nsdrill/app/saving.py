@@ -7,12 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
+from nsdrill.app.table import write_trace_csv
 from nsdrill.data import Results, Trace
 from nsdrill.errors import InputError
-from nsdrill.files import replacing
 from nsdrill.models.registry import model_in
 from nsdrill.store import HeldResults, claim_file, kept_of, recorded, to_csv, write_results, write_trace
-from nsdrill.store.trace import held_in
 from nsdrill.variables import COUNTED
 
 ENDINGS = (".h5", ".hdf5", ".nc", ".csv")
@@ -28,7 +27,7 @@ def save(data: Results | Trace, path: str | os.PathLike[str], *, overwrite: bool
     claim_file(path, overwrite)
     if isinstance(data, Trace):
         if suffix == ".csv":
-            _trace_table(data, path, overwrite)
+            write_trace_csv(data, path, overwrite=overwrite)
         else:
             write_trace(path, data, overwrite=overwrite)
         return
@@ -52,14 +51,3 @@ def _check_whole(results: Results) -> None:
         values = results.coords.get(name, np.arange(0))
         if not np.array_equal(values, np.arange(len(values))):
             raise InputError(f"the Dataset: found a part of {name}; allowed: all of it, from 0 on.")
-
-
-def _trace_table(trace: Trace, path: str | os.PathLike[str], overwrite: bool) -> None:
-    """One row for each sample, the units in the headings; the numbers have as many digits as give back the same
-    bits."""
-    from nsdrill.store.dataset import to_dataset
-
-    columns = {v.name: f"{v.name} [{v.units}]" for v in held_in(trace)}
-    table = to_dataset(trace).to_dataframe()[list(columns)].rename(columns=columns)
-    with replacing(path, overwrite=overwrite) as temporary:
-        table.to_csv(temporary, index_label="time [s]", na_rep="nan")

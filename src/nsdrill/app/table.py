@@ -1,4 +1,4 @@
-"""The table of a sweep as CSV, in SI or in field units."""
+"""The table of a sweep, or of a trace, as CSV, in SI or in field units."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ import os
 import re
 import tempfile
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import TextIO
 
-from nsdrill.data import Results
+from nsdrill.data import Results, Trace
 from nsdrill.files import replacing
 from nsdrill.quantity import find
 from nsdrill.store import to_csv
-from nsdrill.units import from_si
+from nsdrill.store.trace import held_in
+from nsdrill.units import rounded_from_si
 
 _HEADING = re.compile(r"(?P<name>\w+?)(?P<number>_\d+)?(?: \[(?P<units>.+)\])?")
 
@@ -35,6 +37,22 @@ def write_csv(
         return
     with replacing(path, overwrite=overwrite) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
         print_csv(results, file, peaks=peaks, section=section, states=states, units=units)
+
+
+def write_trace_csv(trace: Trace, path: str | os.PathLike[str], *, units: str = "si", overwrite: bool = True) -> None:
+    """The table of a trace, a row for each sample; in field units where ``units`` is "field"."""
+    with replacing(path, overwrite=overwrite) as temporary, open(temporary, "w", newline="", encoding="utf-8") as file:
+        print_trace_csv(trace, file, units=units)
+
+
+def print_trace_csv(trace: Trace, file: TextIO, *, units: str = "si") -> None:
+    """Write the table of :func:`write_trace_csv` to an open ``file``; the numbers have as many digits as give back the
+    same bits."""
+    held = held_in(trace)
+    columns = [trace.time, *(trace.variables[one.name] for one in held)]
+    rows = ([repr(value) for value in row] for row in zip(*(column.tolist() for column in columns), strict=True))
+    table = chain([["time [s]", *(f"{one.name} [{one.units}]" for one in held)]], rows)
+    csv.writer(file).writerows(_in_field_units(table) if units == "field" else table)
 
 
 def print_csv(
@@ -63,7 +81,9 @@ def _in_field_units(rows: Iterator[list[str]]) -> Iterator[list[str]]:
     shown = [_field_unit(head) for head in heads]
     yield [f"{head.partition(' [')[0]} [{unit}]" if unit else head for head, unit in zip(heads, shown, strict=True)]
     for row in rows:
-        yield [repr(from_si(float(text), unit)) if unit else text for text, unit in zip(row, shown, strict=True)]
+        yield [
+            repr(rounded_from_si(float(text), unit)) if unit else text for text, unit in zip(row, shown, strict=True)
+        ]
 
 
 def _field_unit(head: str) -> str | None:

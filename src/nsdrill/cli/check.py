@@ -147,5 +147,6 @@ def _sweep(study: Study, chains: int, units: str) -> str:
         how = f"the state carried {way} along the {along}, in {most}{counted(chains, 'chain')}"
     several = ""
     if study.samples:
-        several = f"{counted(study.samples, 'sample')} of {', '.join(label_of(one.key) for one in study.unknowns)}"
+        unknowns = ", ".join(label_of(one.key) for one in study.unknowns)
+        several = f"{counted(study.samples, 'sample')} of {unknowns}, in place of the values in their own sections"
     return "; ".join(filter(None, (", ".join(axes), several, how)))

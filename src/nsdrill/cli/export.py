@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -9,6 +10,8 @@ import click
 
 from nsdrill.cli import options
 from nsdrill.errors import InputError
+
+SI_ONLY = " netCDF stays in SI units, which its attributes name."
 
 
 @click.command(
@@ -28,7 +31,10 @@ from nsdrill.errors import InputError
 @options.units
 @options.overwrite
 def command(results: str, output: str, peaks: bool, section: bool, states: bool, units: str, overwrite: bool) -> int:
-    """Write RESULTS as a table (CSV, one row a point, units in the headings) or as netCDF (everything, in SI units)."""
+    """Write RESULTS as a table (CSV, units in the headings) or as netCDF (everything, in SI units).
+
+    The table has one row a point; of a trace, as simulate and replay write it, one row a sample.
+    """
     suffix = ".csv" if output == "-" else Path(output).suffix.lower()
     if suffix not in (".csv", ".nc"):
         raise InputError(f"{output}: found the ending {suffix or '(none)'}; allowed: .csv or .nc.")
@@ -37,12 +43,16 @@ def command(results: str, output: str, peaks: bool, section: bool, states: bool,
         raise InputError(f"{given[0]}: found with netCDF, which holds everything; allowed: with .csv.")
     from nsdrill.app.reading import is_branches
     from nsdrill.app.table import print_csv, write_csv
-    from nsdrill.store import claim_file, read_results, to_netcdf
+    from nsdrill.store import claim_file, kind_of, read_results, to_netcdf
 
     if is_branches(results):
         if given:
             raise InputError(f"{given[0]}: found with branches, whose table has everything; allowed: with results.")
         return _branches(results, output, suffix, units, overwrite)
+    if os.path.lexists(results) and kind_of(results) == "trace":
+        if given:
+            raise InputError(f"{given[0]}: found with a trace, whose table has everything; allowed: with results.")
+        return _trace(results, output, suffix, units, overwrite)
     if output == "-":
         print_csv(read_results(results), sys.stdout, peaks=peaks, section=section, states=states, units=units)
         return 0
@@ -54,8 +64,25 @@ def command(results: str, output: str, peaks: bool, section: bool, states: bool,
         )
     else:
         to_netcdf(results, output, overwrite=overwrite)
-    stays = " netCDF stays in SI units, which its attributes name." if suffix == ".nc" and units == "field" else ""
-    click.echo(f"{output}: written.{stays}", err=True)
+    click.echo(f"{output}: written.{SI_ONLY if suffix == '.nc' and units == 'field' else ''}", err=True)
+    return 0
+
+
+def _trace(file: str, output: str, suffix: str, units: str, overwrite: bool) -> int:
+    """The table of a trace."""
+    from nsdrill.app.table import print_trace_csv, write_trace_csv
+    from nsdrill.store import claim_file, read_trace, to_netcdf
+
+    if output == "-":
+        print_trace_csv(read_trace(file), sys.stdout, units=units)
+        return 0
+    options.keep_apart(file, output)
+    claim_file(output, overwrite)
+    if suffix == ".nc":
+        to_netcdf(file, output, overwrite=overwrite)
+    else:
+        write_trace_csv(read_trace(file), output, units=units, overwrite=overwrite)
+    click.echo(f"{output}: written.{SI_ONLY if suffix == '.nc' and units == 'field' else ''}", err=True)
     return 0
 
 

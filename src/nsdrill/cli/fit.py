@@ -93,11 +93,13 @@ def command(
     how = Reading(_pairs("--rename", rename), ignore, _pairs("--error", errors), skip_gaps,
                   **{name: value for name, value in given.items() if value is not None})  # fmt: skip
     measured = read_measured(data, loaded, how)
-    for doubt in far_from_the_sweep(loaded, measured):
+    for doubt in far_from_the_sweep(loaded, measured, units):
         click.echo(f"Warning: {doubt}", err=True)
     kept = Rounds()
     if output is not None:
         kept = Rounds.beside(output, loaded, measured, batch, overwrite=overwrite, resume=resume)
+    if resume and not kept.runs:
+        click.echo("Nothing is there to go on with: the fit starts anew.", err=True)
     with kept.guarding():
         with reporting(not quiet) as watch:
             found = fit(loaded, measured, batch=batch, rounds=rounds, samples=samples, workers=workers, watch=watch,

@@ -43,7 +43,7 @@ Exit codes:
   1    the run failed, and not through its input: a full disk, too little memory
   2    the command line, the study or an input file is wrong; nothing was written
   3    finished, but some points failed; they are marked in the file
-  130  interrupted; nsdrill run and continue go on with --resume"""
+  130  interrupted; nsdrill run, continue and fit go on with --resume"""
 
 
 class LazyGroup(click.Group):

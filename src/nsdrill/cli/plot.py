@@ -239,7 +239,12 @@ def _overlay(
     study = study_from_resolved(json.loads(data.attrs["study_resolved"]))
     measured = read_measured(field, study, Reading(ignore=("*",), gaps=True))
     drawn = overlay(figure, cut(data, chosen or None, start), measured, units)
-    click.echo(f"{field}: {count(drawn, 'measurement')} drawn.", err=True)
+    rest = measured.points - drawn
+    beyond = (
+        f" of {measured.points}; the other {rest} lie beyond the axes of the picture, at other settings, or have no "
+        "value that it shows"
+    )
+    click.echo(f"{field}: {count(drawn, 'measurement')}{beyond if rest > 0 else ''} drawn.", err=True)
 
 
 def _chart(

@@ -68,8 +68,8 @@ def _session(file: str, units: str, over: str | None) -> Session:
 
 def _notes(session: Session, units: str) -> list[tuple[str, list[str]]]:
     """What ``nsdrill show`` and ``nsdrill window`` say of the file."""
-    from nsdrill.analysis.window import find_window
     from nsdrill.app.report import summarize
+    from nsdrill.app.window import window_of
     from nsdrill.cli.show import lines
     from nsdrill.cli.window_note import lines as window_lines
 
@@ -79,5 +79,5 @@ def _notes(session: Session, units: str) -> list[tuple[str, list[str]]]:
         raise InputError(f"{session.path}: found a study; allowed: results. Run it first: nsdrill run.")
     notes = [("Numbers", list(lines(session.path, summarize(session.results), units)))]
     with suppress(NsdrillError):  # of a single point, or of four axes, there is no window
-        notes.append(("Safe window", list(window_lines(find_window(session.results), units))))
+        notes.append(("Safe window", list(window_lines(window_of(session.results), units))))
     return notes

@@ -10,6 +10,8 @@ import click
 from nsdrill.cli import options
 from nsdrill.errors import InputError
 
+LEAST_PART = 0.05  # first-order index below which an unknown is said to have no part by itself
+
 
 @click.command(
     "sensitivity",
@@ -112,7 +114,7 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
         yield (
             "No sample differs in whether it is safe: no measurement tells more about that."
             if constant
-            else "No unknown by itself tells whether a run is safe: more samples may, or none does."
+            else _not_told(note)
         )
     else:
         alike = ", ".join(label_of(key) for key in first["alike"])
@@ -124,6 +126,22 @@ def lines(note: dict[str, Any], units: str) -> Iterator[str]:
     if not exact:
         why = "the unknowns depend on each other" if note["dependent"] else "between these bounds"
         yield f"Total: {why}; with uncertain.design: saltelli it is estimated."
+
+
+def _not_told(note: dict[str, Any]) -> str:
+    """Why no unknown is named: its part is lost in the error of so few samples, or no unknown has one."""
+    from nsdrill.cli.words import label_of
+
+    rows = [row for row in note["answers"][0]["unknowns"] if row["first"] is not None]
+    best = max(rows, key=lambda row: float(row["first"]), default=None)
+    if best is None or best["first"] < LEAST_PART:
+        return "No unknown by itself tells whether a run is safe: what counts is how they come together."
+    index = _index(best["first"], best["first_error"])
+    return (
+        f"{note['samples']} samples cannot tell which unknown to measure first: the largest index of the safe run, "
+        f"that of {label_of(best['key'])}, is {index}, which may be chance. Run with four times as many: "
+        f"--set uncertain.samples={4 * note['samples']}."
+    )
 
 
 def _index(value: float, error: float) -> str:

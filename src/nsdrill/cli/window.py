@@ -38,8 +38,7 @@ def command(
     if output is not None:
         options.claim_picture(results, output, overwrite)
 
-    from nsdrill.analysis.window import find_window
-    from nsdrill.app.window import read_for_window
+    from nsdrill.app.window import read_for_window, window_of
     from nsdrill.cli.window_note import lines
     from nsdrill.cli.words import in_units
     from nsdrill.data import json_text
@@ -47,7 +46,7 @@ def command(
 
     data = read_for_window(results, severity)
     part = None if confidence is None else confidence / 100.0
-    note = find_window(data, severity, part)
+    note = window_of(data, severity, part)
     if as_json:
         click.echo(json_text(in_units(note, units), indent=2))
     else:

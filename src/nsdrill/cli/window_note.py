@@ -60,7 +60,7 @@ class Writer:
 def lines(note: dict[str, Any], units: str) -> Iterator[str]:
     """The lines of the note in the units ``si`` or ``field``."""
     w = Writer(units)
-    yield from _basis(note)
+    yield from _basis(note, w)
     yield ""
     held = ", ".join(w.value(axis, value) for axis, value in note["fixed"].items())
     yield f"{f'At {held}' if held else 'In all'}: {_shares(note)}."
@@ -124,7 +124,7 @@ def _percent(best: dict[str, Any]) -> str:
     return f"{100 * best['probability']:.1f} % ({ends})"
 
 
-def _basis(note: dict[str, Any]) -> Iterator[str]:
+def _basis(note: dict[str, Any], w: Writer) -> Iterator[str]:
     """What was looked at, and what not."""
     if note["overrides"]:
         yield f"  overrides {'; '.join(f'{key} = {value}' for key, value in note['overrides'].items())}"
@@ -157,6 +157,13 @@ def _basis(note: dict[str, Any]) -> Iterator[str]:
         )
     if note["confidence"] is None:
         yield "  critical  no run of the point was safe"
+    for one in note.get("passed_over", ()):
+        speeds = w.span(one["axis"], [one["min"], one["max"]]).removeprefix(f"{name_of(one['axis'])} ")
+        some = "" if one["everywhere"] else " (in a part of the study)"
+        yield (
+            f"  THE SWEEP BEGINS at {w.value(one['axis'], one['from'])}, above {one['words']}, {speeds}{some}.\n  A "
+            "string that is brought up to speed passes through that: a point that is safe here need not be safe then."
+        )
     if note["unknown"]:
         yield "  unknown   a run failed or has no severity, and the others leave it open; no window goes there"
     if note["failed_runs"]:
@@ -194,14 +201,20 @@ def _row(note: dict[str, Any], counts: dict[str, Any]) -> str:
 def _no_window(note: dict[str, Any], w: Writer) -> Iterator[str]:
     met = [f"{_words(name)} at {count}" for name, count in note["obstacles"].items() if count]
     noun = "point" if note["points"] == 1 else "points"
-    none = "There is no safe point."
+    none, what = "There is no safe point.", "Critical responses, in any history"
     if note["confidence"] is not None:
         none = f"No point is safe with {100 * note['confidence']:g} %."
-    yield none + (f" Critical responses, in any history: {', '.join(met)} {noun}." if met else "")
+        often = 100 * (1 - note["confidence"]) / 3
+        what = f"Critical responses in {often:.2g} % of the samples or more, in any history"
+    yield none + (f" {what}: {', '.join(met)} {noun}." if met else "")
     if best := note["most_probable"]:
         axes = sorted((axis for axis in (*note["axes"], note["third"]) if axis), key=_order)
         at = ", ".join(w.value(axis, best[axis]) for axis in axes)
-        yield f"Most probably safe: {at}, with {_percent(best)}."
+        ties = ""
+        if best["ties"]:
+            first = ", of which this drills fastest" if "rate_of_penetration" in best else ""
+            ties = f" {count(best['ties'], 'other point')} as probable{first}."
+        yield f"Most probably safe: {at}, with {_percent(best)}.{_yields(best, w)}{ties}"
     if note["severity"] is None:
         yield (
             "How bad they are, the severities say: --severity 1 (or 2, 3) allows runs up to that; `nsdrill "

@@ -54,7 +54,7 @@ def _draw(
         axes.tick_params(labelbottom=axes is panels[-1])
     _points(panels[-1], measured, units, named)
     put_title(figure, title)
-    legend_below(figure, _handles(), 4)
+    legend_below(figure, _handles(), 3)
     return figure
 
 
@@ -107,4 +107,5 @@ def _handles() -> list[Any]:
         Patch(facecolor=BLUE, alpha=0.7, label="after"),
         Line2D([], [], color=BLACK, marker="o", markersize=3, linewidth=0.7, label="measured, one deviation"),
         Patch(facecolor=SKY, alpha=0.6, label="the model after, 5 to 95 %"),
+        Line2D([], [], color=BLUE, linewidth=1.0, label="its median"),
     ]

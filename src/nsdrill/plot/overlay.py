@@ -90,7 +90,7 @@ def _settings(axes: Axes, at: dict[str, Array], here: Array, results: Results, u
     shown = here & (x >= left) & (x <= right) & (y >= bottom) & (y <= top)
     for colour, wide in (("white", 3.0), (VERMILLION, 1.4)):
         axes.plot(x[shown], y[shown], linestyle="none", marker="x", markersize=6, color=colour, markeredgewidth=wide,
-                  zorder=4.5, gid="measured" if colour == VERMILLION else "halo")  # fmt: skip
+                  zorder=4.5, clip_on=False, gid="measured" if colour == VERMILLION else "halo")  # fmt: skip
     return int(shown.sum())
 
 

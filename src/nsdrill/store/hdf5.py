@@ -272,6 +272,10 @@ def check_readable(path: str | os.PathLike[str]) -> None:
         raise FileError(f"{path}: what is kept of an unfinished continuation or fit. Finish it with --resume.")
     if not first.startswith(SIGNATURE):
         found = "empty" if not first else "not an HDF5 file"
+        if first and str(path).endswith((".yaml", ".yml")):
+            raise FileError(
+                f"{path}: this is not an HDF5 file but a study, it seems. Run it first: nsdrill run {path} -o out.h5"
+            )
         raise FileError(f"{path}: this file is {found}. Give the output of 'nsdrill run' or 'nsdrill simulate'.")
     _probe(path)
 

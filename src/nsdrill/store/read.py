@@ -215,7 +215,10 @@ class _Points:
     def of(cls, path: PathLike, file: Any) -> _Points:
         """Those of ``file``; FileError where its coordinates are not as they should be."""
         if file.attrs["nsdrill_kind"] != "results":
-            raise FileError(f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed here.")
+            raise FileError(
+                f"{path}: this is a {file.attrs['nsdrill_kind']} file; a results file is needed here, which nsdrill "
+                "run makes."
+            )
         axes = hdf5.read_axes(path, file)
         unknowns = tuple(Unknown(**vars(axis)) for axis in hdf5.read_axes(path, file, "unknowns"))
         grid = (*POINT, *(axis.name for axis in axes), *(name for name in ("sample", "start") if name in file))

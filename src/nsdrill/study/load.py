@@ -260,7 +260,7 @@ def _no_axis(
     if numbers := [key for key, (choice, _) in keys.model.units_by.items() if choice == name]:
         return f"a choice on which the units of {' and '.join(numbers)} depend", allowed, "Run a study for each word."
     if leaf is None:
-        return "an unknown key", allowed, _near_axis(name, keys)
+        return "an unknown key", allowed, did_you_mean(name, others) or _near_axis(name, keys)
     what = (
         "a number that is not of the string or its operation"
         if leaf.kind in ("quantity", "number", "whole")

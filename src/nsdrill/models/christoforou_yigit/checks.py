@@ -68,7 +68,7 @@ def warnings(study: Any, corners: list[Values], told: Told) -> list[str | None]:
     is nothing to warn of."""
     found = [
         one(study, corners, told)
-        for one in (_buckled, _slow, _rounded, _overloaded, _eccentric, _unstable, _on_the_wall, _hangs)
+        for one in (_buckled, _slow, _rounded, _overloaded, _eccentric, _unstable, _on_the_wall, _passed_over, _hangs)
     ]
     if study.swept or not study.ramped:  # else there is no observed window
         found.append(_few_periods(study, corners, told))
@@ -185,7 +185,7 @@ def _speeds(study: Any, corners: list[Values]) -> tuple[float, float]:
 
 
 def _on_the_wall(study: Any, corners: list[Values], told: Told) -> str | None:
-    """The collar reaches the wall below the slowest speed, at every corner: no point of the sweep is free of it."""
+    """The imbalance can hold the collar at the wall in the whole sweep, which begins above the speed for that."""
     slowest, fastest = _speeds(study, corners)
     if any(at.parameters.modes.lateral == "frozen" for at in corners):
         return None
@@ -204,14 +204,67 @@ def _on_the_wall(study: Any, corners: list[Values], told: Told) -> str | None:
         for speed in sorted({slowest, fastest})
     ]
     free = ", ".join(
-        f"at {told(speed, 'rad/s', 'rpm')} "
-        + (f"up to {told(offset, 'm', 'mm')}" if offset > LEAST_OFFSET else "with none")
+        f"at {told(speed, 'rad/s', 'rpm')} " + (f"up to {told(offset, 'm', 'mm')}" if offset > LEAST_OFFSET else "none")
         for speed, offset in ends
     )
     return (
-        f"Wall: from {told(highest, 'rad/s', 'rpm')} on the imbalance brings the collar to the wall, and the slowest "
-        f"speed is {told(slowest, 'rad/s', 'rpm')}: no point lies below. The eccentricity is {told(own, 'm', 'mm')}; "
-        f"the collar would stay off the wall {free}. A shorter span helps as well."
+        f"Wall: from {told(highest, 'rad/s', 'rpm')} on the imbalance can bring the collar to the wall, and the whole "
+        f"sweep, from {told(slowest, 'rad/s', 'rpm')} on, lies above that. A collar that passes through that speed "
+        "reaches the wall and may stay there; one that starts centred above it need not. The eccentricity is "
+        f"{told(own, 'm', 'mm')}; too small to bring it there would be {free}. A shorter span helps as well."
+    )
+
+
+def passed_over(study: Any, corners: list[Values]) -> list[dict[str, Any]]:
+    """The critical speeds below the speed at which a sweep that carries the state along the speed begins: a string
+    that is brought up to speed passes through them, and what it meets there may last; the sweep has not met it. Of each
+    the ``name``, what it is in ``words``, its least (``min``) and greatest (``max``) value over the corners where it
+    lies below, and ``from`` where the sweep begins, all along the ``axis`` rotary_speed [rad/s]; ``everywhere`` where
+    it lies below at all of them."""
+    if study.along != "rotary_speed" or study.procedure == "same":
+        return []
+    start = _speeds(study, corners)[1 if study.procedure == "down" else 0]
+    found: dict[str, list[float]] = {}
+    first = [at for at in corners if float(at.operation[2]) == start]
+    for at in first:
+        critical = _critical(at.parameters, Operation(*at.operation))
+        for name in LASTING:
+            speed = critical.get(name)
+            if speed is not None and 0.0 < speed < start and not _met_already(name, at):
+                found.setdefault(name, []).append(float(speed))
+    return [
+        {
+            "axis": "rotary_speed", "name": name, "words": CRITICAL[name], "min": min(speeds), "max": max(speeds),
+            "from": start, "everywhere": len(speeds) == len(first),
+        }
+        for name, speeds in found.items()
+    ]  # fmt: skip
+
+
+def _met_already(name: str, at: Values) -> bool:
+    """Whether the first run has what is met at a critical speed from its start on, or never meets it."""
+    if name == "lobe_resonance":
+        return float(at.parameters.bit.surface_amplitude) == 0.0
+    gap = float(derive(at.parameters, *at.operation).gap)
+    start: Any = at.initial
+    return math.hypot(float(start.x), float(start.y)) >= gap
+
+
+def _passed_over(study: Any, corners: list[Values], told: Told) -> str | None:
+    found = passed_over(study, corners)
+    if not found:
+        return None
+    each = []
+    for one in found:
+        low, high = (told(one[end], "rad/s", "rpm") for end in ("min", "max"))
+        each.append(f"{one['words']} ({low if low == high else f'{low} to {high}'})")
+    least = told(min(one["min"] for one in found), "rad/s", "rpm")
+    some = "" if all(one["everywhere"] for one in found) else ", in a part of the study,"
+    lasting = " or ".join(LASTING[one["name"]] for one in found)
+    return (
+        f"Start: the sweep begins at {told(found[0]['from'], 'rad/s', 'rpm')}, which lies{some} above "
+        f"{' and '.join(each)}. A string that is brought up to speed passes through that, and may {lasting} from there "
+        f"on; this sweep does not, so a point may look safe that is not. Begin the sweep below {least}."
     )
 
 
@@ -265,6 +318,8 @@ CRITICAL = {
     "stick_slip_onset": "the speed below which the bit sticks and slips",
     "lobe_resonance": "the speed at which the lobes make the bit bounce",
 }
+
+LASTING = {"wall_speed": "stay on the wall", "lobe_resonance": "go on bouncing"}
 
 
 def _critical(parameters: Parameters, operation: Operation) -> dict[str, float | None]:

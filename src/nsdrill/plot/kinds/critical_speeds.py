@@ -30,7 +30,12 @@ def _draw(figure: Figure, axes: Axes, drawn: Chart, units: str) -> list[Artist]:
     )
     handles: list[Artist] = []
     low, high = (speed / up.scale for speed in drawn.speeds)
-    if high > low:
+    if chart.axis == "rotary_speed":  # the string turns with the speed that lies across: on the diagonal
+        axes.plot(x, x, color=REFERENCE, linewidth=2.5, alpha=0.5, zorder=0, gid="operating")
+        handles.append(
+            Line2D([], [], color=REFERENCE, linewidth=2.5, alpha=0.5, label="the speed at which the string turns")
+        )
+    elif high > low:
         axes.axhspan(low, high, color=OPERATING, linewidth=0, zorder=0, gid="operating")
         handles.append(Patch(color=OPERATING, label="rotary speeds of the study"))
     else:

@@ -50,14 +50,28 @@ def draw(results: Results, units: str = "si", severity: int | None = None) -> Fi
 def _panel(axes: Axes, answer: dict[str, Any], units: str) -> None:
     """The bars of one answer, and beside each the first-order index, and the total one where the samples tell it."""
     scale, label = _shown(answer["name"], units)
+    if answer["deviation"] is None:
+        unit = label.partition("[")[2].partition("]")[0]
+        words = f"{answer['mean'] / scale:.4g} {unit} in every sample,\nwhatever the unknowns are"
+        axes.text(
+            0.5, 0.5, words, ha="center", va="center", transform=axes.transAxes, fontsize=type_size(7)
+        )  # fmt: skip
+        axes.set_xticks([])
+        axes.set_yticks([])
+        axes.set_xlabel(label)
+        for side in ("top", "right"):
+            axes.spines[side].set_visible(False)
+        return
     rows = [row for row in answer["unknowns"] if None not in (row["low"]["answer"], row["high"]["answer"])]
     rows.sort(key=lambda row: -abs(row["high"]["answer"] - row["low"]["answer"]))
     middle = answer["mean"] / scale
     for number, row in enumerate(rows):
         ends = sorted((("low", LOW), ("high", HIGH)), key=lambda end: -abs(row[end[0]]["answer"] / scale - middle))
-        for end, colour in ends:  # the shorter one in front, where both reach to one side
-            value = row[end]["answer"] / scale
-            axes.barh(number, value - middle, BAR, middle, color=colour, gid=f"{end}:{row['key']}")
+        reach = [row[end]["answer"] / scale - middle for end, _ in ends]
+        thick = (BAR, 0.5 * BAR if reach[0] * reach[1] > 0.0 else BAR)
+        for (end, colour), far, tall in zip(ends, reach, thick, strict=True):
+            # Where both reach to one side the shorter one stands in front, and is thinner: equal ends show both.
+            axes.barh(number, far, tall, middle, color=colour, gid=f"{end}:{row['key']}")
         if row["first"] is not None:
             known = [which for which in ("first", "total") if row[which] is not None]
             told = [f"{100 * row[which]:.0f} \u00b1 {100 * row[f'{which}_error']:.0f} %" for which in known]

@@ -50,6 +50,15 @@ def draw(results: Results, units: str = "si", severity: int | None = None, confi
             x, y = (found.values(axis) / quantity(axis, units).scale for axis in (found.x, found.y))
             lines |= equal.draw_lines(axes, x, y, found.yields[RATE][number], units)
         _recommend(axes, found, note["maps"][number]["recommended"], units)
+        if (likely := _likely(found, note, number)) is not None:
+            scales = [quantity(axis, units).scale if axis else 1.0 for axis in (found.x, found.y)]
+            height = likely[found.y] / scales[1] if found.y else 0.5
+            for colour, size in (("white", 8.0), (BLACK, 6.0)):
+                name = "most_probable" if colour == BLACK else "halo"
+                axes.plot(
+                    [likely[found.x] / scales[0]], [height], linestyle="none", marker="D", markersize=size,
+                    color=colour, zorder=5, clip_on=False, gid=name,
+                )  # fmt: skip
     handles = [*_legend(found, note), *([equal.handle(units)] if lines else [])]
     legend_below(figure, handles, 3)
     return figure
@@ -131,6 +140,14 @@ def is_hint(best: dict[str, Any]) -> bool:
     return any(side["margin"] == 0.0 for axis in best["margins"].values() for side in axis.values())
 
 
+def _likely(found: Classes, note: dict[str, Any], number: int) -> dict[str, Any] | None:
+    """Where nothing is safe, the most probable point, if it lies in this map."""
+    best: dict[str, Any] | None = note["most_probable"]
+    if best is None or note["safe"]:
+        return None
+    return best if found.third is None or note["maps"][number]["at"] == {found.third: best[found.third]} else None
+
+
 def _bar(best: dict[str, Any], axis: str, scale: float) -> list[list[float]]:
     return [[best["margins"][axis][side]["margin"] / scale] for side in ("less", "more")]
 
@@ -175,6 +192,9 @@ def _legend(found: Classes, note: dict[str, Any]) -> list[Artist]:
             face = "white" if hint else BLACK
             style: dict[str, Any] = {"color": BLACK, "marker": "o", "markersize": 5, "markerfacecolor": face}
             handles.append(Line2D([], [], linewidth=1.0, label=words, **style))
+    if note["most_probable"] and not note["safe"]:
+        words = f"most probably safe, with {100 * note['most_probable']['probability']:.0f} %"
+        handles.append(Line2D([], [], color=BLACK, marker="D", markersize=5, linestyle="none", label=words))
     if len(found.state) > MAX_PANELS:
         handles.append(Line2D([], [], linestyle="none", label=f"{MAX_PANELS} of {len(found.state)} panels shown"))
     return handles
