@@ -57,13 +57,13 @@ class Problem:
 
 @dataclass(frozen=True)
 class Started(Work):
-    """Work whose points start from ``states`` [points, 9] (the drive angle last) where given, not from the rule."""
+    """Work whose points start from ``begun`` [points, 9] (the drive angle last) where given, not from the rule."""
 
-    states: Array | None = None
+    begun: Array | None = None
 
     def prepare(self, points: Array) -> Runs:
         runs = super().prepare(points)
-        return runs if self.states is None else replace(runs, initial=self.states[points])
+        return runs if self.begun is None else replace(runs, initial=self.begun[points])
 
 
 def grid(
@@ -155,7 +155,7 @@ def spun_up(work: Started, seconds: float, rtol: float = 1e-8) -> Started:
     """The same work, but from the states reached after ``seconds``: for cases that must begin in their regime."""
     long = replace(work, simulation=Simulation(seconds / 2, seconds / 2, rtol))
     columns, _ = sweep(long, 8)
-    return replace(work, states=columns["final_state"])
+    return replace(work, begun=columns["final_state"])
 
 
 def regimes(columns: dict[str, Array]) -> dict[str, int]:

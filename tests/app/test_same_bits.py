@@ -286,6 +286,8 @@ def test_a_worker_with_other_versions_is_refused(monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_worker_that_joined_later_is_refused() -> None:
-    assert _compared(versions(), divmod, 7, 2) == (3, 1)
+    assert _compared(versions(), {}, divmod, 7, 2) == (3, 1)
     with pytest.raises(NsdrillError, match=r"other versions \(Python 3\.1 there"):
-        _compared({**versions(), "python": "3.1.2"}, divmod, 7, 2)
+        _compared({**versions(), "python": "3.1.2"}, {}, divmod, 7, 2)
+    with pytest.raises(NsdrillError, match="another version of the model spring, or none"):
+        _compared(versions(), {"spring": "0123456789abcdef"}, divmod, 7, 2)

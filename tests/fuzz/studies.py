@@ -296,12 +296,13 @@ def attempt(folder: Path, seed: int, number: int) -> bool:
         study = load_study(path, overrides)
         if study.initial.starts > 1000:
             return True
-        ends = {key: np.array([axis[0], axis[-1]]) for key, axis in study.axes.items()}
-        at, model = values_at(study.parameters, study.initial, ends), model_named(study.model)
-        runs = model.runs(model.pack(at, study.thresholds), model.variant(study.parameters), model.starts(at, 0))
-        for what, values in vars(runs).items():
-            if values is not None and not np.all(np.isfinite(values)):
-                raise Broken(f"the {what} of the lanes are not finite")
+        model = model_named(study.model)
+        for end in (0, -1):
+            at = values_at(study.parameters, study.initial, {key: axis[[end]] for key, axis in study.axes.items()})
+            runs = model.runs(model.pack(at, study.thresholds), model.variant(at.parameters), model.starts(at, 0))
+            for what, values in vars(runs).items():
+                if values is not None and not np.all(np.isfinite(values)):
+                    raise Broken(f"the {what} of the lanes are not finite")
     return True
 
 
