@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from benchmarks.limit import filippov, stick_slip
-
 
 def test_stick_slip_approaches_the_limit_cycle_of_coulombs_friction() -> None:
     """Smoothing takes the top off friction that falls with speed: what is lacking of the greatest torque falls as
     1/sqrt(eps), by the square root of a hundred from 1e4 to 1e6, and so do the features that follow from it."""
+    from benchmarks.limit import filippov, stick_slip
+
     limit = filippov()
     found = {smoothing: stick_slip(smoothing) for smoothing in (1e4, 1e6)}
     for name in ("bit_speed_max", "bit_torque_max", "surface_torque_min", "surface_torque_max"):

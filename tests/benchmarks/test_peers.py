@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +10,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 
-def test_scipy_and_nsdrill_reach_the_same_state(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.syspath_prepend(str(ROOT))
-    monkeypatch.delitem(sys.modules, "benchmarks", raising=False)
+def test_scipy_and_nsdrill_reach_the_same_state() -> None:
     workload = pytest.importorskip("benchmarks.workload")
     from benchmarks.peers.scipy_peer import Scipy
 

@@ -47,7 +47,12 @@ def test_traces(call: Call, shared: Path) -> None:
     words = ["simulate", shared / "small.yaml", "-o", "trace.h5", "--duration", "1s", "--set", "operation.wob=30 kN"]
     assert call(*words).code == 0
     assert "  overrides      operation.wob = 30 kN\n" in call("show", "trace.h5").out
-    assert plot.draw(read("trace.h5"), "orbit").get_suptitle().splitlines()[:2] == ["Small", "operation.wob = 30 kN"]
+    # An operating value that was changed stands in the title among the others, once.
+    title = plot.draw(read("trace.h5"), "orbit").get_suptitle()
+    assert title.splitlines()[:2] == ["Small", "2000 m, 30 kN, 3 rad/s"]
+    other = [word if word != "operation.wob=30 kN" else "bit.lobes=2" for word in words]
+    assert call(*other, "--overwrite").code == 0
+    assert "bit.lobes = 2" in plot.draw(read("trace.h5"), "orbit").get_suptitle()
 
 
 def test_a_replay_has_those_of_its_sweep(call: Call, shared: Path, old: Path) -> None:

@@ -25,7 +25,8 @@ from nsdrill.orbit.labels import tests_of as labels_of
 from nsdrill.orbit.periodic import Periodic
 from nsdrill.orbit.rounds import advance
 from nsdrill.scalar import in_lanes
-from tests.orbit.flows import at
+
+from .flows import at
 
 ZETA, STIFF, FORCE, GAP = 0.05, 20.0, 0.5, 1.0
 REACHED = 102

@@ -10,7 +10,8 @@ from nsdrill.orbit.flow import Legs
 from nsdrill.orbit.labels import tests_of as labels_of
 from nsdrill.orbit.periodic import Periodic
 from nsdrill.orbit.rounds import advance
-from tests.orbit.flows import at, duffing, flow_of, lorenz, mathieu, roessler, van_der_pol
+
+from .flows import at, duffing, flow_of, lorenz, mathieu, roessler, van_der_pol
 
 
 def cycle(flow, state, period, number, segments=6):

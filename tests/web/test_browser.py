@@ -14,7 +14,8 @@ import pytest
 from nsdrill.study import parse_study
 from nsdrill.web.server import Explorer
 from nsdrill.web.session import Session
-from tests.web.test_branches import write
+
+from .test_branches import write
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 playwright = pytest.importorskip("playwright.sync_api", reason="no browser: pip install playwright")
