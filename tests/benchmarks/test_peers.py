@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-
-ROOT = Path(__file__).parents[2]
 
 
 def test_scipy_and_nsdrill_reach_the_same_state() -> None:
