@@ -18,9 +18,8 @@ from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
 from nsdrill.models.christoforou_yigit.options import Options, options_of
-from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
+from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.models.christoforou_yigit.rhs import STATES, drifts, make_right_hand_side, pack, rows_of
-from nsdrill.models.christoforou_yigit.tangent import make_tangent
 from nsdrill.models.leaves import with_values
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study
@@ -258,12 +257,6 @@ def test_the_deviation_is_the_derivative_of_the_motion(form: str) -> None:
     quotient = (end(1e-5, 1e-12) - end(-1e-5, 1e-12))[:8] / 2e-5 / size
     followed = end(0.0, 1e-8)[8:16] / size
     assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
-
-
-@pytest.mark.parametrize("keys", [{"stabilizer.clearance": 0.01}, {"well.axial_friction": True}])
-def test_no_tangent_dynamics_where_there_are_none(keys: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match="no tangent dynamics"):
-        make_tangent(1, options_of(with_values(Parameters(), keys)), 0)
 
 
 WIDE = "stabilizer: {clearance: 25.4 mm}"
