@@ -15,6 +15,7 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from nsdrill.orbit.flow import Ends, Legs
+from nsdrill.orbit.linear import sign_of_determinant, solve
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 T = TypeVar("T")
@@ -79,7 +80,7 @@ def tangent_of(jacobian: Array, along: Array) -> Array | None:
     m = len(jacobian)
     system = np.vstack([jacobian, along])
     try:
-        found = np.linalg.solve(system, np.concatenate([np.zeros(m), [1.0]]))
+        found = solve(system, np.concatenate([np.zeros(m), [1.0]]))
     except np.linalg.LinAlgError:
         found = np.linalg.svd(jacobian)[2][-1]
     length = np.linalg.norm(found)
@@ -101,7 +102,7 @@ def correct(problem: Problem, guess: Array, normal: Array) -> Steps[tuple[Array,
         residual = float(np.max(np.abs(reading.residual)))
         system = np.vstack([reading.jacobian, normal])
         try:
-            step = np.linalg.solve(system, -np.concatenate([reading.residual, [normal @ (x - guess)]]))
+            step = solve(system, -np.concatenate([reading.residual, [normal @ (x - guess)]]))
         except np.linalg.LinAlgError:
             return None
         size = float(np.max(np.abs(step)))
@@ -134,7 +135,7 @@ def corrected(
 
 
 def _turn(jacobian: Array, tangent: Array) -> float:
-    return float(np.linalg.slogdet(np.vstack([jacobian, tangent]))[0])
+    return sign_of_determinant(np.vstack([jacobian, tangent]))
 
 
 def _unit(length: int) -> Array:
