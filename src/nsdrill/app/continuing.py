@@ -34,6 +34,7 @@ from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.kept import from_arrays, to_arrays
 from nsdrill.orbit.labels import Graze
+from nsdrill.orbit.multipliers import finer_multipliers
 from nsdrill.store import open_branches, part_path, read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
 from nsdrill.study.keys import keys_of
@@ -402,11 +403,11 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
     rows = np.array([len(branch) for branch in branches], dtype=np.int64)
     numbers = np.array([point.found.values[-1] for point in points])
     names = model.states(setting.fixed)
-    widest = max(len(point.found.multipliers) for point in points)
+    finer = finer_multipliers(flow, branches, interrupt.look)
+    widest = max(map(len, finer))
     multipliers = np.full((len(points), widest), np.nan + 0j)
-    for place, point in enumerate(points):
-        own = point.found.multipliers
-        multipliers[place, : len(own)] = own[np.argsort(-np.abs(own), kind="stable")]
+    for place, found_there in enumerate(finer):
+        multipliers[place, : len(found_there)] = found_there[np.argsort(-np.abs(found_there), kind="stable")]
     states = np.stack([point.found.state for point in points])
     periods = np.array([point.found.period for point in points])
     coordinates: dict[str, Any] = {}

@@ -21,7 +21,7 @@ from nsdrill.orbit.branch import Branch, assembled, passes
 from nsdrill.orbit.cycle import Cycle, rates, sampled_cycle
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import turned
-from nsdrill.orbit.labels import Graze, kinks_of, tests_of
+from nsdrill.orbit.labels import Graze, kinks_of, margins_of, tests_of
 from nsdrill.orbit.periodic import Orbit, Periodic, between_segments, starts_of
 from nsdrill.orbit.rounds import advance
 from nsdrill.orbit.switch import at_hopf, branched, doubled, doubled_cycle, started
@@ -387,12 +387,13 @@ class Explorer:
         most = orders.points
         # A circle is smooth, and ends where it is not.
         kinks = kinks_of(0 if one.motion == CIRCLE else len(self.flow.equations.contacts))
-        half = yield from follow(problem, start, sense, self.bounds, most, tests, stop, kinked=kinks)
+        margins = None if one.motion == CIRCLE else margins_of  # of a circle they are too rough
+        half = yield from follow(problem, start, sense, self.bounds, most, tests, stop, kinked=kinks, margins=margins)
         while (
             half.ended.startswith("no convergence")
             and isinstance(problem, Periodic)
             and problem.segments < FINEST * one.lobes
-            and len(half.points) < most
+            and len(half.points) - half.further < most
         ):
             last = half.points[-1].point if half.points else replace(start, tangent=sense * start.tangent)
             problem = replace(problem, segments=2 * problem.segments)
@@ -405,13 +406,17 @@ class Explorer:
             ):
                 continue
             side = 1 if last.tangent[-1] > 0.0 else -1
-            left = most - len(half.points)
-            more = yield from follow(problem, again, side, self.bounds, left, tests, stop, kinked=kinks)
+            left = most - len(half.points) + half.further
+            more = yield from follow(
+                problem, again, side, self.bounds, left, tests, stop, kinked=kinks, margins=margins
+            )
             if not more.points:
                 continue
             reach = last.s
             half = Half(
-                half.points + [replace(m, point=replace(m.point, s=reach + m.point.s)) for m in more.points], more.ended
+                half.points + [replace(m, point=replace(m.point, s=reach + m.point.s)) for m in more.points],
+                more.ended,
+                half.further + more.further,
             )
         return half
 
