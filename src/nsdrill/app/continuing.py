@@ -202,7 +202,13 @@ def continue_study(
         number, points = len(kept), sum(map(len, kept.values()))
         say(f"{number} branch{'' if number == 1 else 'es'}, {points} points")
 
-    explorer = Explorer(flow, orders, known, keep, interrupt.look)
+    def begin(number: int) -> None:
+        what = "a branch is followed, and kept when it has ended"
+        if number > 1:
+            what = f"{number} branches are followed side by side, and kept when all of them have ended"
+        say(what)
+
+    explorer = Explorer(flow, orders, known, keep, interrupt.look, begin)
     try:
         with interrupt.heeded():
             found = explorer.run(started)
@@ -239,8 +245,10 @@ def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
 
 
 def _interrupted(part: Path | None, kept: Mapping[Any, Branch]) -> str:
-    if part is None or not kept:
+    if part is None:
         return interrupt.NOTHING
+    if not kept:
+        return "Interrupted before the first branches had ended: nothing is kept. The same command begins anew."
     return f"Interrupted: {len(kept)} branches are safe in {part}. Go on with --resume."
 
 

@@ -34,7 +34,8 @@ LOCATED = 1e-8  # of the arclength at which a special point is known
 NOISE = 1e-7  # of a residual, in natural sizes, that the steps of the integration may leave
 CORNER = 1e-5  # of a step: shorter ones look for a corner
 BEYOND = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)  # lengths of the first step beyond a corner
-HALVINGS, WIDEST = 6, 0.5  # in search of a window; how far a margin may change between neighbouring points
+HALVINGS = 6  # in search of a window
+CLOSENESS, WIDEST = 4.0, 0.5  # of a margin: how far from zero, over its change between points; that change
 STRAIGHT = 0.95  # cosine between that step, or the next shorter one, and the tangent at its end
 
 
@@ -389,8 +390,9 @@ def _window(
     it back: a point there, and the special points to both sides; none where no margin does. ``first`` and ``second``
     have the problems of the steps that lead on from them.
 
-    Only margins that are less from zero at the point in the middle than they change to one of its sides are suspected;
-    halving both sides about the closest point either finds the window or shows that the margin turns before.
+    A margin is suspected that is closest to zero at the point in the middle, and not much farther from it than it
+    changes to one of the sides. Halving both sides about the closest point either finds the window, or shows that the
+    margin turns before.
     """
     (early, a), (late, b), c = first, second, last
     sides: list[tuple[Problem, Point]] = [(early, a), (late, b)]
@@ -433,7 +435,7 @@ def _close(a: Array, b: Array, c: Array) -> int | None:
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(same & peak & (change < WIDEST), np.abs(b) / change, np.inf)
     best = int(np.argmin(share)) if len(share) else 0
-    return best if len(share) and share[best] < 1.0 else None
+    return best if len(share) and share[best] < CLOSENESS else None
 
 
 def _located(problem: Problem, here: Point, there: Point, test: Test) -> Steps[Point | None]:

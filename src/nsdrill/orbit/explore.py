@@ -111,7 +111,7 @@ class _Candidate:
 class Explorer:
     """Follows all that can be found. ``known`` are branches that were kept, by key; ``keep`` is told of those
     of each wave;
-    ``look`` is called often, and may raise to stop."""
+    ``look`` is called often, and may raise to stop; ``begin`` is told how many branches a wave has."""
 
     def __init__(
         self,
@@ -120,8 +120,10 @@ class Explorer:
         known: dict[Key, Branch] | None = None,
         keep: Callable[[dict[Key, Branch]], None] = lambda branches: None,
         look: Callable[[], None] = lambda: None,
+        begin: Callable[[int], object] = lambda number: None,
     ) -> None:
         self.flow, self.orders, self.known, self.keep, self.look = flow, orders, known or {}, keep, look
+        self.begin = begin
         self.scale = float(flow.scales[-1])
         low, high = orders.bounds
         self.bounds = (low / self.scale, high / self.scale)
@@ -157,6 +159,9 @@ class Explorer:
                 self._grow(wave)
             elif not guesses and not (self.orders.switch and self._left(switched)):
                 break
+        for one in guesses:
+            if not self._known_line(one.motion, one.lobes, one.signatures, NEAR):
+                words[one.number] = f"left when {MOST_WAVES} rounds of seeds had been followed"
         return Found(self.branches, [word or "followed" for word in words])
 
     def _settled(self, one: _Guess, words: list[str]) -> Steps[_Candidate | None]:
@@ -351,6 +356,8 @@ class Explorer:
                 jobs[(*one.key, -1)] = self._side(one, 1, one.other)
             elif not one.one_side:
                 jobs[(*one.key, -1)] = self._side(one, -1, one.point)
+        if new := sum(one.key not in self.known for one in wave):
+            self.begin(new)
         halves = self._all(jobs)
         made: dict[Key, Branch] = {}
         for one in wave:
