@@ -1,8 +1,8 @@
 """Floquet multipliers of points that are known, finer than those that led there.
 
 A deviation is as good as the instant at which the motion reaches a contact: the tolerance that serves Newton's method
-leaves multipliers wrong by 1e-8 to 1e-7. One monodromy of each point at a hundredth of it costs a twentieth of the way
-there.
+leaves multipliers wrong by 1e-8 to 1e-7. One monodromy of each point at a hundredth of it costs a fiftieth of the way
+there. Close to grazing, multipliers depend on the orbit so much that the orbit would have to be found anew: they stay.
 """
 
 from __future__ import annotations
@@ -21,12 +21,14 @@ from nsdrill.orbit.periodic import ANGLES, Orbit, product
 
 Array = np.ndarray[Any, np.dtype[Any]]
 FINER = 0.01  # of the tolerance of the flow
+ALIKE = 1e-6  # finer multipliers that differ by more, relative to their size, are of an orbit beside
 TOGETHER = 400  # legs in one batch
 
 
 def finer_multipliers(flow: Flow, branches: list[Branch], look: Callable[[], None] = lambda: None) -> list[Array]:
-    """The multipliers [free states] of all points of all branches, one after the other. Those of circles are as they
-    were: the interpolation along them errs by more. ``look`` is called once a batch, and may raise to stop."""
+    """The multipliers [free states] of all points of all branches, one after the other. Those of circles stay: the
+    interpolation along them errs by more. ``look`` is called once a batch, and may raise to stop."""
+    flow = Flow(flow.equations, rtol=FINER * flow.rtol, workers=flow.workers)
     points = [(branch, one.point.found) for branch in branches for one in branch.marked]
     made = [orbit.multipliers for _, orbit in points]
     batch: list[tuple[int, Legs, Array]] = []
@@ -49,10 +51,10 @@ def _segments(flow: Flow, branch: Branch, orbit: Orbit) -> tuple[Legs, Array]:
     every, tangent = np.tile(orbit.values, (J, 1)), np.ones(J, dtype=bool)
     if branch.motion == CYCLE:
         angles = flow.phase_rate(every) * orbit.period / J
-        return Legs(pieces, np.zeros(J), np.full(J, orbit.period / J), every, tangent, FINER), angles
+        return Legs(pieces, np.zeros(J), np.full(J, orbit.period / J), every, tangent), angles
     angle = 2.0 * math.pi * branch.lobes / (flow.symmetry.folds or ANGLES)
     angles = np.where(np.arange(J) == J - 1, angle, 0.0)
-    return Legs(pieces, np.arange(J) * angle / J, np.full(J, angle / J), every, tangent, FINER, True), angles
+    return Legs(pieces, np.arange(J) * angle / J, np.full(J, angle / J), every, tangent, 1.0, True), angles
 
 
 def _measure(
@@ -69,4 +71,12 @@ def _measure(
         back = np.swapaxes(turned(flow.symmetry, np.swapaxes(ends.monodromy[part], 1, 2), -angles[:, None]), 1, 2)
         whole = product(back[:, free][:, :, free] * (size / size[:, None]))
         if ends.ok[part].all() and np.isfinite(whole).all():
-            made[place] = np.linalg.eigvals(whole)
+            finer = np.linalg.eigvals(whole)
+            if _apart(orbit.multipliers, finer) < ALIKE:
+                made[place] = finer
+
+
+def _apart(one: Array, two: Array) -> float:
+    """By how much the multipliers ``one`` differ from the nearest of ``two``, relative to their size where above 1."""
+    distances = np.abs(one[:, None] - two[None, :]) / np.maximum(np.abs(one[:, None]), 1.0)
+    return float(np.max(distances.min(axis=1)))
