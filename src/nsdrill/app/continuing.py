@@ -129,13 +129,20 @@ def setting_of(study: Study) -> Setting:
         except NotImplementedError:
             raise InputError(
                 f"{source}: found the model {study.model}, which does not say how its motions repeat, or has no "
-                "linearised equations; allowed: a model that does, as christoforou_yigit, torsion or beam."
+                "linearised equations; allowed: a model that does, as christoforou_yigit, torsion or beam. A sweep "
+                "up and down (sweep.procedure: up-down) follows the stable motions of any model."
             ) from None
     if any(one != found[0] for one in found):
         raise InputError(
             f"{source}: found a range of {' and '.join(keys)} at whose ends the equations have different symmetries, "
             "such as a hole that is vertical at one end and inclined at the other, or lobes of no height at one end; "
             "allowed: a range that leaves such an end out."
+        )
+    if found[0][1].folds and {*asked.motions} == {"stick_slip"}:
+        raise InputError(
+            f"{source}: continue.motions: found stick_slip alone, over lobes; allowed: a smooth rock, on which "
+            "stick-slip is a cycle, or other motions. Over lobes it is a torus that is not followed: a sweep up and "
+            "down (sweep.procedure: up-down) tells where it is stable."
         )
     return Setting(study, asked, model, *found[0])
 
@@ -216,14 +223,14 @@ def continue_study(
         raise KeyboardInterrupt(_interrupted(part, kept)) from None
     if not found.branches:
         raise InputError(_no_branch(study, found, started))
-    data = dataset_of(setting, flow, found)
-    if asked.curves is not None:
-        say("curves")
-        try:
-            with interrupt.heeded():
+    try:
+        with interrupt.heeded():
+            data = dataset_of(setting, flow, found)
+            if asked.curves is not None:
+                say("curves")
                 data = with_curves(setting, data, found, workers or processors())
-        except KeyboardInterrupt:
-            raise KeyboardInterrupt(_interrupted(part, kept)) from None
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(_interrupted(part, kept)) from None
     if path is not None:
         write_branches(path, data, overwrite=overwrite or bool(known))
         if part is not None:
