@@ -14,8 +14,8 @@ WIDE, DEEP = 0.02, 0.002
 
 @dataclass(frozen=True)
 class Tongue:
-    """The straight branch u = number with a margin that is lowest far from ``at`` and rises to ``top`` there, as that of
-    a resonance does."""
+    """The straight branch u = number with a margin that is lowest far from ``at`` and rises to ``top`` there, as that
+    of a resonance does."""
 
     at: float
     top: float

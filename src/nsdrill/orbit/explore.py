@@ -260,9 +260,8 @@ class Explorer:
                 return _Guess(number, CIRCLE, problem.lobes, problem, x, signs, 1.0)
         if seed.near and misses and min(misses.values()) < MISS:
             return guess(min(misses, key=lambda lobes: misses[lobes]), AFAR)
-        words[number] = (
-            "neither a period of the lobes asked for nor a circle: chaotic, stick-slip (over lobes a torus), or not settled"
-        )
+        what = "chaotic, stick-slip (a torus over lobes), or not settled"
+        words[number] = f"neither a period of the lobes asked for nor a circle: {what}"
         return None
 
     def _guessed_smooth(self, number: int, seed: Seed, words: list[str]) -> Steps[_Guess | None]:
