@@ -28,6 +28,7 @@ import llvmlite
 import numba
 import numpy as np
 from numba import types
+from numba.core.registry import CPUDispatcher
 
 from nsdrill.cache import cache_for
 
@@ -92,12 +93,29 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
     return compile_function
 
 
+class Inlined(CPUDispatcher):
+    """A helper that is compiled for its compiled callers alone: making an entry for Python too would cost as much as a
+    sixth of all compiling. A call from Python goes through a compiled caller, made at the first of them."""
+
+    def __call__(self, *arguments: Any) -> Any:
+        if not hasattr(self, "_caller"):
+            helper = self
+
+            def caller(*arguments):  # type: ignore[no-untyped-def]
+                return helper(*arguments)
+
+            self._caller = numba.njit(caller)
+        return self._caller(*arguments)
+
+
 def inlined(function: Callable[..., Any]) -> Any:
     """A helper that disappears into its caller, so that the caller's lane loop still vectorises."""
-    # Its callers are compiled, or in Python: without a wrapper for C a tenth less is compiled.
-    made = numba.njit(forceinline=True, fastmath=FASTMATH, error_model="numpy", _nrt=False, no_cfunc_wrapper=True)(
-        function
-    )
+    made = numba.njit(
+        forceinline=True, fastmath=FASTMATH, error_model="numpy", _nrt=False,
+        no_cfunc_wrapper=True, no_cpython_wrapper=True,
+    )(function)  # fmt: skip
+    if isinstance(made, CPUDispatcher):  # not where compilation is switched off
+        made.__class__ = Inlined
     return lasting(made, f"{function.__module__}.{function.__name__}")
 
 
