@@ -124,7 +124,7 @@ def test_lanes_and_exponent_change_no_bit_and_torque_tops_are_those_of_the_trace
     case = Case(wob=40e3, bit_law=law)
     work = work_for(case, Simulation(transient=5.0, observe=15.0, rtol=1e-8), rotary_speed=np.linspace(1.0, 8.0, 5))
     kept = run_work(work, lanes=8)
-    for other in (run_work(work, lanes=1), run_work(replace(work, record=Record(exponent=True)), lanes=4)):
+    for other in (run_work(work, lanes=1), run_work(replace(work, record=Record(exponent=True)), lanes=1)):
         assert all(kept[name].tobytes() == other[name].tobytes() for name in kept)
     study = parse_study(
         f"operation: {{wob: 40 kN, rotary_speed: 1 rad/s}}\nbit: {{friction: {{law: {law}}}}}\n"
