@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.kernel.gang import widened
 from nsdrill.models.steepness import METHODS
 from nsdrill.store import Sink, pending_records
 from nsdrill.sweep.engine import Engine, Progress, Starts
@@ -36,6 +37,7 @@ class Passes:
     lanes: int
     watch: Watch = lambda progress: None
     remote: bool = False
+    wider: bool = False  # work that gains from more lanes may have more
     progress: Progress = field(default_factory=lambda: Progress(total=0))
     synced: float = field(default_factory=time.monotonic)
 
@@ -52,24 +54,25 @@ class Passes:
             add(now)
             self.watch(own)
 
-        def engine(one: Work, **more: Any) -> Engine:
+        def engine(one: Work, chains: int, **more: Any) -> Engine:
             nonlocal base
             base = replace(own)
+            lanes = widened(self.lanes, -(-chains // self.workers), one.variant.rows) if self.wider else self.lanes
             if not one.compiled:
-                compiled_parts(self.lanes, one.variant)
-            return Engine(one, self.executor, self.workers, self.lanes, deliver, watch, remote=self.remote, **more)
+                compiled_parts(lanes, one.variant)
+            return Engine(one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more)
 
         for part, points in work.parts(pending):
             if part.plan.chain_length > 1:
                 if starts is None:
                     starts = Starts(np.arange(part.plan.chains), np.zeros(part.plan.chains, np.int64))
                 for one, begun, reach, handed in _carried(part, starts):
-                    chains = engine(one, reach=reach)
+                    chains = engine(one, len(begun), reach=reach)
                     add(chains.run(begun, points))
                     handed += chains.handed
             else:
                 for one, some in part.by_method(points):
-                    add(engine(one).run(starts, some))
+                    add(engine(one, len(some)).run(starts, some))
 
     def write(self, points: Array, records: Array) -> None:
         """Put records into the log, and make them safe now and then."""
