@@ -109,6 +109,32 @@ def test_lane_loops_compile_to_packed_instructions(part: str, tmp_path: Path) ->
     assert len(single) < (0.25 if part == "slips 8" else 0.1) * len(packed)
 
 
+BESIDE = """
+from nsdrill.models.christoforou_yigit.features import make_observer
+from nsdrill.models.christoforou_yigit.options import Options
+for apart in (0, 1):
+    print("".join(make_observer(16, Options(apart=apart))[0].inspect_asm().values()))
+    print("NEXT")
+"""
+
+
+@pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
+def test_the_observer_is_as_packed_with_friction_apart_as_without(tmp_path: Path) -> None:
+    """It has rare parts for one lane, which are the same in both, so it is compared with itself."""
+    done = subprocess.run(
+        [sys.executable, "-c", BESIDE],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    together, apart = (
+        len(re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub)sd\b", text)) for text in done.stdout.split("NEXT")[:2]
+    )
+    assert together > 0
+    assert apart <= together + 10
+
+
 PLAIN = """
 import json, sys
 sys.path.insert(0, {tests!r})
