@@ -30,7 +30,7 @@ from benchmarks.machine import alone, describe, table, where, write
 METHODS = ("explicit", "implicit")
 POINTS = 128  # of nsdrill: a few to a lane, as in a sweep
 PEER_POINTS = 16  # a peer makes one after the other
-LONGER = 6  # times the length of the short runs, at whose end the error is taken
+LONGER = 4  # times the length of the short runs, at whose end the error is taken
 SMOOTHINGS = (1e2, 5e2, 1e3, 1e4, 1e5, 1e6)
 EXPLICIT_UP_TO = 1e4
 TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8)
@@ -48,7 +48,7 @@ HEAD = (
 )  # fmt: skip
 PEERS = ("lsoda", "cvode")
 Entry = Callable[[int, float], Any]  # of the short runs (0) or the long ones (1), at a relative tolerance
-ROUNDS = 4
+ROUNDS, SLOW = 4, 2.0  # what takes longer [s] runs once
 
 
 def main() -> None:
@@ -78,7 +78,8 @@ def main() -> None:
             where(machine),
             f"{POINTS} points each ({PEER_POINTS} of the peers), relative tolerance 1e-6, "
             f"{arguments.lanes or 'the usual'} lanes; processor time of a simulated second in one process, without "
-            f"what a sweep and a run cost besides; the least of {ROUNDS} runs that take turns.",
+            f"what a sweep and a run cost besides; the least of {ROUNDS} runs that take turns (of one where it takes "
+            f"over {SLOW:g} s).",
             *sections,
         ]
     )
@@ -87,7 +88,7 @@ def main() -> None:
 
 def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     def number(name: str, form: str = ".2f") -> str:
-        return "-" if row[name] is None else format(row[name], form)
+        return "-" if row[name] is None or not np.isfinite(row[name]) else format(row[name], form)
 
     return (
         f"{row['smoothing']:.0e}", number("steps", ".0f"), number("rejected", ".0%"), number("explicit"),
@@ -167,8 +168,9 @@ def _measure(
         at = {}
         for name in (auto, *there):
             errors = [_error(one[name].end[some if name == auto else slice(None)], exact, scale) for one in each]
-            if np.all(np.isfinite(errors)):  # else it gave up at some point
-                at[name] = _at_error([one[name].seconds / simulated[name] for one in each], errors)
+            times = [one[name].seconds / simulated[name] for one in each]
+            if np.all(np.isfinite([errors, times])):  # else it gave up at some point
+                at[name] = _at_error(times, errors)
         there = [name for name in there if name in at]
         row |= {f"{name}_error": at[name] / at[auto] for name in there}
     return row
@@ -200,21 +202,21 @@ class Found:
 
 
 def _in_turns(entries: dict[str, Entry], rtol: float) -> dict[str, Found]:
-    """Of each the least times, of runs that take turns."""
+    """Of each the least times, of runs that take turns; NaN seconds where a long run gave up."""
     least, steps = {name: [np.inf, np.inf] for name in entries}, {name: [0, 0] for name in entries}
-    ends: dict[str, np.ndarray] = {}
+    ends: dict[str, dict[int, np.ndarray]] = {name: {} for name in entries}
     for _ in range(ROUNDS):
         for name, run in entries.items():
-            for which in (0, 1):
+            for which in (0, 1) if not SLOW < least[name][1] < np.inf else ():
                 done = run(which, rtol)
                 least[name][which] = min(least[name][which], done.cpu_seconds)
                 steps[name][which] = done.steps or 0
-                if which == 0:
-                    ends[name] = done.end
+                ends[name][which] = done.end
     found = {}
     for name, (short, long) in least.items():
         between = steps[name][1] - steps[name][0]
-        found[name] = Found(long - short, (long - short) / between if between else np.nan, ends[name])
+        taken = long - short if np.all(np.isfinite(ends[name][1])) else np.nan
+        found[name] = Found(taken, taken / between if between else np.nan, ends[name][0])
     return found
 
 
