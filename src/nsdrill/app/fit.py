@@ -211,10 +211,10 @@ class _Runs:
             total = max(self.most * self.measured.points, self.before + self.done + now.done)
             self.watch(replace(now, total=total, before=self.before, done=self.done + now.done, note="fit"))
 
-        usual = choose_lanes(-(-plan.points // self.workers))
+        share = -(-plan.points // self.workers)
         with ThreadPoolExecutor(self.workers) as threads:
             for one, points in work.by_method(np.arange(plan.points)):
-                lanes = widened(usual, -(-len(points) // self.workers), one.variant.rows)
+                lanes = widened(choose_lanes(share), share, one.variant.rows)
                 compiled_parts(lanes, one.variant)
                 Engine(one, threads, self.workers, lanes, deliver, watch).run(None, points)
                 self.done += len(points)

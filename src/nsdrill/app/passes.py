@@ -37,7 +37,7 @@ class Passes:
     lanes: int
     watch: Watch = lambda progress: None
     remote: bool = False
-    wider: bool = False  # work that gains from more lanes may have more
+    chains: int = 0  # of the study, a worker: whether work that gains from more lanes than these has them
     progress: Progress = field(default_factory=lambda: Progress(total=0))
     synced: float = field(default_factory=time.monotonic)
 
@@ -54,10 +54,10 @@ class Passes:
             add(now)
             self.watch(own)
 
-        def engine(one: Work, chains: int, **more: Any) -> Engine:
+        def engine(one: Work, **more: Any) -> Engine:
             nonlocal base
             base = replace(own)
-            lanes = widened(self.lanes, -(-chains // self.workers), one.variant.rows) if self.wider else self.lanes
+            lanes = widened(self.lanes, self.chains, one.variant.rows)
             if not one.compiled:
                 compiled_parts(lanes, one.variant)
             return Engine(one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more)
@@ -67,12 +67,12 @@ class Passes:
                 if starts is None:
                     starts = Starts(np.arange(part.plan.chains), np.zeros(part.plan.chains, np.int64))
                 for one, begun, reach, handed in _carried(part, starts):
-                    chains = engine(one, len(begun), reach=reach)
+                    chains = engine(one, reach=reach)
                     add(chains.run(begun, points))
                     handed += chains.handed
             else:
                 for one, some in part.by_method(points):
-                    add(engine(one, len(some)).run(starts, some))
+                    add(engine(one).run(starts, some))
 
     def write(self, points: Array, records: Array) -> None:
         """Put records into the log, and make them safe now and then."""
