@@ -233,7 +233,7 @@ class Motions:
     def ready(self, study: Study, state: Array, key: str = "", values: Array | None = None) -> None:
         """Make the machine code of :meth:`go_on`, or of :meth:`around` where there is a ``key``; others may compute
         meanwhile."""
-        if key:
+        if values is not None:
             work, _, lanes = self._group(study, state, {key: np.atleast_1d(values)}, 0.0, 1.0)
         else:
             work, lanes = self._alone(study, replace(study.simulation, transient=0.0, observe=1.0), state), 1

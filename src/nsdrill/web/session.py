@@ -11,6 +11,7 @@ import math
 import os
 import shlex
 import threading
+import time
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
