@@ -81,6 +81,8 @@ def choices_of(model: str) -> dict[str, tuple[str, ...]]:
 def words_of(key: str) -> tuple[str, ...]:
     """The words of the choice at this dotted key, those of all models that have it; () for a number. The place of a
     word among them is its value along an axis."""
+    if "." not in key:  # an operating value: no model need be imported to tell
+        return ()
     return tuple(dict.fromkeys(word for model in NAMES for word in choices_of(model).get(key, ())))
 
 
@@ -138,7 +140,7 @@ def _choice(name: str) -> tuple[str, ...]:
 def is_apart(model: str, key: str) -> bool:
     """Whether the points of each value along this axis have code of their own: those of a choice, or of a number that
     is compiled in."""
-    return key in described(model).compiled or bool(words_of(key))
+    return key in described(model).compiled or key in choices_of(model)
 
 
 def in_parts(model: str, values: Mapping[str, Any]) -> Iterator[tuple[dict[str, Any], Array | slice]]:
