@@ -61,6 +61,11 @@ def friction_rates(points: Values) -> dict[str, Any]:
     return {"bit.cutting.smoothing": rate}
 
 
+def options(parameters: Parameters) -> tuple[str, ...]:
+    """What brings features of its own: an electric motor, or a drive by torque."""
+    return ("by_torque",) if parameters.drive.by_torque else ("motor",)
+
+
 DESCRIPTION = Description(
     name="segments",
     title="A string of segments in the axial and the torsional direction, with mud, hoist and an electric motor",
@@ -82,11 +87,12 @@ DESCRIPTION = Description(
         "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set speed",
         "bit.friction": "Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w)",
         "drive": "What turns the string; each kind reads its own keys",
-        "drive.kind": "A motor at constant voltage or with gains, one that keeps its speed, one with a regulator",
+        "drive.kind": "A motor at constant voltage or with gains, one with a regulator, a top that keeps its speed, or a drive by torque",
         "initial.z": "Bit above its mean cutting surface; null: where it rests under the weight on bit",
         "initial.bit_speed": "Bit speed; null: as start says, the set speed or 0",
     },
     states=states,
+    options=options,
     states_allowed=are_states,
     sliced=("z", "twist", "bit_speed", "drive_angle"),
     responses=("bit_bounce", "stick_slip"),
@@ -97,8 +103,10 @@ DESCRIPTION = Description(
             "bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction", "axial_min",
             "axial_max", "lift_off_fraction", "bit_force_max", "surface_torque_min", "surface_torque_max",
             "surface_torque_mean", "drive_speed_min", "drive_speed_max")),
-        feature("current_min", "A", "least current of the motor"),
-        feature("current_max", "A", "greatest current of the motor"),
+        feature("current_min", "A", "least current of the motor", "motor"),
+        feature("current_max", "A", "greatest current of the motor", "motor"),
+        feature("drive_torque_min", "N m", "least torque of the drive", "by_torque"),
+        feature("drive_torque_max", "N m", "greatest torque of the drive", "by_torque"),
         feature("hook_load_change_min", "N", "least hook load, less that of steady drilling"),
         feature("hook_load_change_max", "N", "greatest hook load, less that of steady drilling"),
     ),
@@ -107,13 +115,13 @@ DESCRIPTION = Description(
     section=(
         *(BY_NAME[f"section_{name}"] for name in ("axial", "axial_velocity", "twist", "bit_speed")),
         at_section("drive_speed", "rad s-1", "speed of the drive"),
-        at_section("current", "A", "current of the motor"),
+        at_section("current", "A", "current of the motor, 0 where the drive goes by torque,"),
     ),
     own_trace=(
         *(IN_TRACE[name] for name in ("z", "vz", "twist", "bit_speed")),
         IN_TRACE["lag"],
         in_trace("drive_speed", "rad s-1", "speed of the drive"),
-        in_trace("current", "A", "current of the motor"),
+        in_trace("current", "A", "current of the motor; 0 where the drive goes by torque"),
         *(IN_TRACE[name] for name in ("drive_angle", "bit_force", "bit_torque", "surface_torque")),
         in_trace("hook_load_change", "N", "hook load less that of steady drilling"),
     ),

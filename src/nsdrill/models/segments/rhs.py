@@ -9,6 +9,8 @@ beta_t, and D_i the mud's drag on a node:
     J_0 w_0' = nK I - (c_rt + cw_0) w_0 + M_0,      J_i w_i' = M_i - M_{i-1} - cw_i w_i,
     J_n w_n' = -T - M_{n-1} - cw_n w_n,             L I' = V - R I - nK w_0
 
+A drive by torque has T_m of :mod:`nsdrill.models.segments.drive` in place of nK I - c_rt w_0, and no current.
+
 The bit, with phi = th_n + the drive's angle, omega = w_n, d = s0 sin(b phi) - u_n and chi = c_c / W:
 
     F = k_c max(d, 0) max(1 + chi d', 0)
@@ -36,7 +38,7 @@ from nsdrill.abi import BUFFER, RATES, Rows, compiled, inlined
 from nsdrill.elementary import direction, exp2, fma, sincos
 from nsdrill.generate import constants, define
 from nsdrill.kernel.slip import first_slip, hyperbolic, kept
-from nsdrill.models.segments.names import AUX, PARAMETERS
+from nsdrill.models.segments.names import AUX, BY_TORQUE, PARAMETERS
 
 # The bend of a chain about a node times stiffness over mass, and the drag. A flow of either direction has the drag
 # v |v|; tanh w is 1 - 2 / (1 + 2^(2 w log2 e)).
@@ -190,18 +192,7 @@ MAIN = """
         pull = b[collar_axial + i] * fma(b[axial_time + i], b[v_n - 2 * W + i] - v, b[u_n - 2 * W + i] - u)
         own = (b[force_ + i] - b[wob + i]) * b[per_bit_mass + i]
         b[a_n + i] = fma(b[bit_share + i], fma(2.0, pull, drag), own)
-    for i in range(n):
-        th, w, current = b[th_0 + i], b[w_0 + i], b[I_ + i]
-        pull = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_0 + 2 * W + i] - w, b[th_0 + 2 * W + i] - th)
-        turn = fma(b[motor + i], current, -(b[table_damping + i] * w)) * b[per_drive_inertia + i]
-        b[alpha_0 + i] = fma(b[drive_share + i], fma(2.0, pull, -(b[pipe_drag + i] * w)), turn)
-        speed = b[set_speed + i]
-        law = fma(b[gain_lag + i], th, fma(b[gain_drive_speed + i], w - speed,
-              fma(b[gain_twist + i], b[th_n + i] - b[steady_twist + i],
-              fma(b[gain_bit_speed + i], b[w_n + i] - speed, b[gain_current + i] * (current - b[steady_current + i])))))
-        law = law if b[time_ + i] >= b[on_at + i] else 0.0
-        fall = fma(b[resistance + i], current - b[steady_current + i], b[motor + i] * (w - speed))
-        b[current_rate + i] = -(law + fall) * b[per_inductance + i]
+    DRIVE
     for i in range(n):
         th, w = b[th_j + i], b[w_j + i]
         above = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_j - 2 * W + i] - w, b[th_j - 2 * W + i] - th)
@@ -217,12 +208,39 @@ MAIN = """
 """
 
 
+MOTOR = """    for i in range(n):
+        th, w, current = b[th_0 + i], b[w_0 + i], b[I_ + i]
+        pull = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_0 + 2 * W + i] - w, b[th_0 + 2 * W + i] - th)
+        turn = fma(b[motor + i], current, -(b[table_damping + i] * w)) * b[per_drive_inertia + i]
+        b[alpha_0 + i] = fma(b[drive_share + i], fma(2.0, pull, -(b[pipe_drag + i] * w)), turn)
+        speed = b[set_speed + i]
+        law = fma(b[gain_lag + i], th, fma(b[gain_drive_speed + i], w - speed,
+              fma(b[gain_twist + i], b[th_n + i] - b[steady_twist + i],
+              fma(b[gain_bit_speed + i], b[w_n + i] - speed, b[gain_current + i] * (current - b[steady_current + i])))))
+        law = law if b[time_ + i] >= b[on_at + i] else 0.0
+        fall = fma(b[resistance + i], current - b[steady_current + i], b[motor + i] * (w - speed))
+        b[current_rate + i] = -(law + fall) * b[per_inductance + i]
+"""
+
+# The top turned by a law of torque: nothing moves the current, which such a drive has not.
+TORQUE = """    for i in range(n):
+        th, w, speed = b[th_0 + i], b[w_0 + i], b[set_speed + i]
+        pull = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_0 + 2 * W + i] - w, b[th_0 + 2 * W + i] - th)
+        law = fma(b[drive_stiffness + i], th, fma(b[drive_damping + i], w - speed,
+              fma(b[twist_gain + i], b[th_n + i] - th, b[speed_gain + i] * (b[w_n + i] - speed))))
+        given = min(max(-law, b[torque_least + i]), b[torque_most + i])
+        turn = fma(b[half_inertia + i], fma(2.0, pull, -(b[pipe_drag + i] * w)), given) * b[per_drive_inertia + i]
+        b[alpha_0 + i] = turn if b[time_ + i] >= b[on_at + i] else 0.0
+        b[current_rate + i] = 0.0
+"""
+
+
 @lru_cache
-def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> Any:
+def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_torque: int) -> Any:
     """The compiled right-hand side for a number of lanes and of segments of pipe and collar, in a buffer of these
-    rows; with the cutting torque apart where the rows have it so."""
+    rows, of a drive by torque or of the electric motor; with the cutting torque apart where the rows have it so."""
     W, last = lanes, pipes + collars
-    place = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
+    place = {name: W * (rows.parameter + i) for i, name in enumerate(BY_TORQUE if by_torque else PARAMETERS)}
     place |= {name: W * (rows.aux_now + i) for i, name in enumerate(AUX)}
     place |= {"time_": W * rows.stage_time, "phase_": W * rows.phase, "W": W}
     place |= {"relax": W * rows.relax, "falling": W * rows.falling, "push": W * rows.push}
@@ -250,22 +268,23 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> An
             f"{place[f'{ring}_drag']})",
         ]
     main = MAIN.replace("        BIT\n", BIT_APART if rows.apart else BIT)
+    main = main.replace("    DRIVE\n", TORQUE if by_torque else MOTOR)
     head = "".join(f"# {line}\n" for line in HELPERS.splitlines())  # their text is part of what names this code
     text = f"{head}{constants(**place)}def right_hand_side(b):{main}" + "\n".join(lines) + "\n"
     known = {"np": np, "fma": fma, "sincos": sincos, "exp2": exp2, "direction": direction}
     if rows.apart:
         known |= {"first_slip": first_slip, "hyperbolic": hyperbolic, "kept": kept, "load_of": load_of}
-    return compiled(types.void(BUFFER), W, pipes, collars, int(rows.apart > 0), int(rows.companions > 0))(
+    return compiled(types.void(BUFFER), W, pipes, collars, by_torque, int(rows.apart > 0), int(rows.companions > 0))(
         define("right_hand_side", text, **known, **helpers)
     )
 
 
 @lru_cache
-def make_contact(lanes: int, rows: Rows, place: int, pipes: int, collars: int, *apart: int) -> Any:
+def make_contact(lanes: int, rows: Rows, place: int, pipes: int, collars: int, by_torque: int, *apart: int) -> Any:
     """The compiled function that puts value, slope and second derivative of the interference of bit and rock at the end
     of the step into the observer's rows at ``place``."""
     W, last = lanes, pipes + collars
-    P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
+    P = {name: W * (rows.parameter + i) for i, name in enumerate(BY_TORQUE if by_torque else PARAMETERS)}
     A = {name: W * (rows.aux_now + i) for i, name in enumerate(AUX)}
     sine_, cosine_, interference_, closing_ = (A[name] for name in ("sine_", "cosine_", "interference_", "closing_"))
     amplitude_, lobes_ = P["surface_amplitude"], P["lobes_"]
@@ -273,7 +292,7 @@ def make_contact(lanes: int, rows: Rows, place: int, pipes: int, collars: int, *
     axial_, turning_ = W * (rows.acceleration + last), W * (rows.acceleration + 2 * last + 1)
     value_, rate_, bend_ = (W * (rows.observer + place + k) for k in range(RATES))
 
-    @compiled(types.void(BUFFER), W, place, pipes, collars, *apart)
+    @compiled(types.void(BUFFER), W, place, pipes, collars, by_torque, *apart)
     def rock(b):  # type: ignore[no-untyped-def]
         for i in range(W):
             turn = b[lobes_ + i] * b[speed_ + i]

@@ -42,7 +42,8 @@ class Ring(NamedTuple):
 
 class String(NamedTuple):
     """The whole string: segments of pipe and collar with their numbers; at the ends and at the junction the masses [kg]
-    and inertias [kg m^2]; stiffnesses of the whole string, the hoist's spring among them, [N/m, N m/rad]."""
+    and inertias [kg m^2]; stiffnesses of the whole string, the hoist's spring among them, [N/m, N m/rad]; the kelly's
+    inertia [kg m^2]. ``drive_inertia`` is that of the electric motor, with its table, kelly and half a segment."""
 
     pipe: Ring
     collar: Ring
@@ -56,6 +57,7 @@ class String(NamedTuple):
     bit_inertia: Any
     axial: Any
     torsional: Any
+    kelly_inertia: Any
 
     @property
     def drags(self) -> tuple[Any, ...]:
@@ -119,6 +121,7 @@ def string_of(parameters: Parameters, depth: Any) -> String:
         bit.mass * bit.radius * bit.radius / 2 + collar.inertia / 2,
         1 / compliance,
         1 / (cut.pipe / pipe.torsional + cut.collar / collar.torsional),
+        steel.density * polar * kelly.length,
     )
 
 
