@@ -19,7 +19,7 @@ at one frequency with one damping: J_d J s^4 + ... = J J_d (s^2 + 2 z w s + w^2)
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -171,3 +171,31 @@ def inertia_faults(check: Any) -> Iterator[Fault]:
         yield check.fault(limit, check.text(limit), allowed)
     if check.ends(taken)[1] >= check.ends(inertia)[0]:
         yield check.fault(taken, check.text(taken, 1), f"below {inertia}, which is {check.text(inertia, 0)}")
+
+
+def overloaded(pairs: Sequence[tuple[float, float]], told: Any) -> str | None:
+    """The warning of a motor whose limit is below the steady torque, of the worst of ``pairs`` (torque, limit) [N m];
+    ``told`` puts values in words."""
+    torque, limit = max(pairs, key=lambda pair: pair[0] - pair[1], default=(0.0, 0.0))
+    if torque <= limit:
+        return None
+    return (
+        f"Overloaded: steady drilling takes {told(torque, 'N m', 'kN*m')}, and the drive has "
+        f"{told(limit, 'N m', 'kN*m')} at most (drive.torque_limit). It cannot keep the set speed; the string "
+        "stops or turns slower, and lags behind more and more."
+    )
+
+
+def swinging(found: Sequence[tuple[complex, float, str]], several: bool, told: Any) -> str | None:
+    """The warning of a drive that swings the string by itself, of the worst of these (eigenvalue [1/s], depth [m],
+    kind); with the depth where there are ``several``."""
+    if not found:
+        return None
+    root, depth, kind = max(found, key=lambda one: one[0].real)
+    swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
+    where = f" at {told(depth, 'm', 'm')}" if several else ""
+    return (
+        f"Unstable: without any friction at the bit the string and its drive{where} do not come to rest: an eigenvalue "
+        f"is {root.real:.4g}{f' +- {abs(root.imag):.4g}i' if swing else ''} 1/s, so a deviation grows e-fold in "
+        f"{1 / root.real:.3g} s{swing}. Look at the signs and sizes of the gains of drive: {kind}."
+    )

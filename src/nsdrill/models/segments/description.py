@@ -93,6 +93,8 @@ DESCRIPTION = Description(
     },
     states=states,
     options=options,
+    checks="nsdrill.models.segments.checks",
+    charts="nsdrill.models.segments.charts",
     states_allowed=are_states,
     sliced=("z", "twist", "bit_speed", "drive_angle"),
     responses=("bit_bounce", "stick_slip"),

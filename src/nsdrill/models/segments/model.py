@@ -28,9 +28,9 @@ SECTION = {"axial": "z", "axial_velocity": "vz", "twist": "twist", "bit_speed": 
 
 
 class Segments(ScalarModel):
-    """Pairs of position and velocity from the surface to the bit, then angles and speeds, then the motor's current, which
-    stays 0 where the drive goes by torque. The variant are the numbers of segments of pipe and of collars, and whether
-    the drive goes by torque."""
+    """Pairs of position and velocity from the surface to the bit, then angles and speeds, then the motor's current,
+    which stays 0 where the drive goes by torque. The variant are the numbers of segments of pipe and of collars, and
+    whether the drive goes by torque."""
 
     name = "segments"
     contacts = ("rock",)

@@ -64,9 +64,7 @@ def _torque(check: Any) -> Iterator[Fault]:
     yield from inertia_faults(check)
     sweep = check.resolved["sweep"]
     if sweep.get("procedure", "same") != "same" and check.value("drive.on_at") > 0.0:
-        found = (
-            f"{check.text('drive.on_at')} with a sweep that carries the state, of a top that turns with another speed"
-        )
+        found = f"{check.text('drive.on_at')} with a sweep that carries the state, in which the drive is on"
         yield check.fault("drive.on_at", found, "0 s, or sweep.procedure: same")
 
 
