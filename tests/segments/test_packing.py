@@ -17,8 +17,8 @@ from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.registry import model_named
 model = model_named("segments")
 function = {
-    "rates": lambda: model.right_hand_side(8, (3, 2)),
-    "step": lambda: STEPPERS["tsitouras"].make(8, STEPPERS["tsitouras"].rows(model.rows((10, 10), model.observed))),
+    "rates": lambda: model.right_hand_side(8, (3, 2, 0)),
+    "step": lambda: STEPPERS["tsitouras"].make(8, STEPPERS["tsitouras"].rows(model.rows((10, 10, 0), model.observed))),
 }[sys.argv[1]]()
 print("".join(function.inspect_asm().values()))
 """

@@ -67,7 +67,9 @@ def every_figure(parameters: Parameters, operation: Operation) -> dict[str, Figu
     seen, circuit = seen_from_below(parameters, string)
     reflected = None if drive.kind == "ideal" else reflection(seen, pipe, float(first), circuit)
     found = {
-        "axial_free": Figure(axial_free(parameters, string), "rad/s", "first axial frequency, bit off the rock", "axial"),
+        "axial_free": Figure(
+            axial_free(parameters, string), "rad/s", "first axial frequency, bit off the rock", "axial"
+        ),
         "torsional": Figure(float(first), "rad/s", "first torsional frequency, top held"),
         "torsional_2": Figure(float(second), "rad/s", "second torsional frequency, top held"),
         "mean_torque": Figure(torque, "N m", "steady torque at the surface"),

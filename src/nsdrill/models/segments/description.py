@@ -87,7 +87,8 @@ DESCRIPTION = Description(
         "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set speed",
         "bit.friction": "Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w)",
         "drive": "What turns the string; each kind reads its own keys",
-        "drive.kind": "A motor at constant voltage or with gains, one with a regulator, a top that keeps its speed, or a drive by torque",
+        "drive.kind": "A motor at constant voltage or with gains, or with a regulator; a top that keeps its speed; or a "
+        "drive whose torque a controller sets",
         "initial.z": "Bit above its mean cutting surface; null: where it rests under the weight on bit",
         "initial.bit_speed": "Bit speed; null: as start says, the set speed or 0",
     },

@@ -1,4 +1,4 @@
-"""The string and its drive, linear about steady drilling: what damps torsional vibration, and below which speed it grows.
+"""The string and its drive, linear about steady drilling: what damps torsional vibration, and where it grows.
 
 The coordinates are the angle of the top, where something holds it, the twist of each segment e_i = th_{i+1} - th_i, the
 turning speeds less the set speed, and of an electric motor the current less that of steady drilling. Axial motion is

@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.models.leaves import Values
 from nsdrill.models.segments.drive import NEVER, UNLIMITED, gains_of, law_of
 from nsdrill.models.segments.parameters import Parameters
-from nsdrill.models.segments.string import Steady, String, steady_of, string_of
+from nsdrill.models.segments.string import Steady, String, cutting_fall, steady_of, string_of
 from nsdrill.observe.channels import Names
 from nsdrill.observe.thresholds import Thresholds
 
@@ -45,6 +45,8 @@ PARAMETERS = (
     "on_at",
     # Read by the observer and by the natural sizes.
     "surface_stiffness", "steady_torque", "chain_stiffness",
+    # By the implicit method: how steeply the root of the depth of cut falls at most.
+    "cutting_fall",
 )  # fmt: skip
 # What the electric motor reads, and a drive by torque in its place.
 MOTOR = (
@@ -118,6 +120,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         "live_": float(cut.speed == "live"),
         "threshold": chain.threshold_force, "per_threshold_width": 10 / chain.threshold_force,
         "surface_stiffness": pipe.torsional, "steady_torque": steady.table_torque, "chain_stiffness": string.axial,
+        "cutting_fall": cutting_fall(parameters, wob),
     }  # fmt: skip
 
 

@@ -23,6 +23,8 @@ import numpy as np
 
 from nsdrill.models.segments.parameters import Parameters
 
+SPEEDS = np.array([0.01 * 1.2**k for k in range(48)])  # rad/s, to 53: where the cutting torque is looked at
+
 
 class Ring(NamedTuple):
     """A segment of pipe or of collar: its length [m], stiffnesses [N/m, N m/rad], mass [kg], inertia [kg m^2], drag
@@ -163,6 +165,23 @@ def bit_torque(parameters: Parameters, wob: Any, set_speed: Any, force: Any, spe
     rubbing = np.tanh(speed) + law.hump * speed / (1 + law.narrowing * speed * speed) + law.viscous * speed
     cutting = on * (2 / math.pi) * np.arctan(cut.smoothing * speed) * cut.zeta * np.sqrt(depth / bit.radius)
     return force * bit.radius * (law.level * rubbing + cutting)
+
+
+def cut_roots(parameters: Parameters, wob: Any) -> Any:
+    """sqrt(depth of cut / radius) at each of the :data:`SPEEDS` of a bit that the depth follows, in the first
+    dimension, under weights on bit [N]."""
+    bit, cut = parameters.bit, parameters.bit.cutting
+    wob, c1, c2, slow, radius = np.broadcast_arrays(wob, cut.c1, cut.c2, cut.slow, bit.radius)
+    speed = SPEEDS.reshape(-1, *(1,) * wob.ndim)
+    advance = np.maximum(c1 * wob * np.sqrt(speed) + c2, 0.0)
+    return np.sqrt(2 * math.pi * advance / radius / np.sqrt(speed * speed + slow * slow))
+
+
+def cutting_fall(parameters: Parameters, wob: Any) -> Any:
+    """How steeply sqrt(depth of cut / radius) falls with the bit's speed at most [s/rad], to some percent."""
+    roots = cut_roots(parameters, wob)
+    steps = np.diff(SPEEDS).reshape(-1, *(1,) * (roots.ndim - 1))
+    return np.maximum(np.max(-np.diff(roots, axis=0) / steps, axis=0), 0.0)
 
 
 def steady_of(parameters: Parameters, string: String, wob: Any, speed: Any) -> Steady:
