@@ -199,8 +199,8 @@ def test_equal_damping_has_two_equal_modes_on_a_lumped_string() -> None:
 @pytest.mark.parametrize("kind", ["ideal", "soft_torque", "z_torque"])
 def test_stick_slip_begins_where_the_linear_loop_says(kind: str) -> None:
     """Without lobes and pulsation a bit that is 0.01 rad/s slow comes back to steady drilling above the onset of
-    `check`, and swings more and more below it: 15 percent on either side, a minute. Soft torque moves the onset from 32.8 to 14.3
-    rad/s, which is what it is for."""
+    `check`, and swings more and more below it: 15 percent on either side, a minute. Soft torque moves the onset from
+    32.8 to 14.3 rad/s, which is what it is for."""
     study = f"model: segments\ndrive: {{kind: {kind}}}\nsegments: {{pipe: 3, collar: 2}}\n"
     onset = check(parse_study(study)).figures["stick_slip_onset"].value
     assert onset is not None

@@ -12,7 +12,7 @@ import numpy as np
 from nsdrill.models.leaves import Values
 from nsdrill.models.segments.drive import NEVER, UNLIMITED, gains_of, law_of
 from nsdrill.models.segments.parameters import Parameters
-from nsdrill.models.segments.string import Steady, String, cutting_fall, steady_of, string_of
+from nsdrill.models.segments.string import Steady, String, creeping, steady_of, string_of
 from nsdrill.observe.channels import Names
 from nsdrill.observe.thresholds import Thresholds
 
@@ -45,8 +45,10 @@ PARAMETERS = (
     "on_at",
     # Read by the observer and by the natural sizes.
     "surface_stiffness", "steady_torque", "chain_stiffness",
-    # By the implicit method: how steeply the root of the depth of cut falls at most.
-    "cutting_fall",
+    # By the implicit method, of a bit that creeps: the root of the speed at which it begins to cut (0: there is none
+    # such), r over tau and over the root of its speed, how steeply r falls at most, and twice the slow speed. Of any
+    # other bit r at the set speed or at rest.
+    "creep_start", "creep_root", "creep_fall", "creep_speed", "flat_root",
 )  # fmt: skip
 # What the electric motor reads, and a drive by torque in its place.
 MOTOR = (
@@ -120,7 +122,7 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         "live_": float(cut.speed == "live"),
         "threshold": chain.threshold_force, "per_threshold_width": 10 / chain.threshold_force,
         "surface_stiffness": pipe.torsional, "steady_torque": steady.table_torque, "chain_stiffness": string.axial,
-        "cutting_fall": cutting_fall(parameters, wob),
+        **creeping(parameters, wob, speed),
     }  # fmt: skip
 
 

@@ -23,7 +23,8 @@ import numpy as np
 
 from nsdrill.models.segments.parameters import Parameters
 
-SPEEDS = np.array([0.01 * 1.2**k for k in range(48)])  # rad/s, to 53: where the cutting torque is looked at
+SPEEDS = tuple(0.01 * 1.2**k for k in range(48))  # rad/s, to 53: where the cutting torque is looked at
+LEAST_ADVANCE = 1e-12  # m/s at a rad/s: with less the bit never cuts
 
 
 class Ring(NamedTuple):
@@ -167,21 +168,34 @@ def bit_torque(parameters: Parameters, wob: Any, set_speed: Any, force: Any, spe
     return force * bit.radius * (law.level * rubbing + cutting)
 
 
-def cut_roots(parameters: Parameters, wob: Any) -> Any:
-    """sqrt(depth of cut / radius) at each of the :data:`SPEEDS` of a bit that the depth follows, in the first
-    dimension, under weights on bit [N]."""
+def cut_root(parameters: Parameters, wob: Any, speed: Any) -> Any:
+    """sqrt(depth of cut / radius) at a ``speed`` [rad/s] that the depth follows, under a weight on bit [N]."""
     bit, cut = parameters.bit, parameters.bit.cutting
-    wob, c1, c2, slow, radius = np.broadcast_arrays(wob, cut.c1, cut.c2, cut.slow, bit.radius)
-    speed = SPEEDS.reshape(-1, *(1,) * wob.ndim)
-    advance = np.maximum(c1 * wob * np.sqrt(speed) + c2, 0.0)
-    return np.sqrt(2 * math.pi * advance / radius / np.sqrt(speed * speed + slow * slow))
+    advance = np.maximum(cut.c1 * wob * np.sqrt(speed) + cut.c2, 0.0)
+    return np.sqrt(2 * math.pi * advance / bit.radius / np.sqrt(speed * speed + cut.slow * cut.slow))
 
 
-def cutting_fall(parameters: Parameters, wob: Any) -> Any:
-    """How steeply sqrt(depth of cut / radius) falls with the bit's speed at most [s/rad], to some percent."""
-    roots = cut_roots(parameters, wob)
-    steps = np.diff(SPEEDS).reshape(-1, *(1,) * (roots.ndim - 1))
-    return np.maximum(np.max(-np.diff(roots, axis=0) / steps, axis=0), 0.0)
+def creeping(parameters: Parameters, wob: Any, set_speed: Any) -> dict[str, Any]:
+    """What the implicit method knows of the cutting torque (:mod:`nsdrill.models.segments.rhs`), by name: of a bit that
+    creeps, whose depth of cut follows its speed and begins at one above zero, or else the root at the set speed or at
+    rest."""
+    bit, cut = parameters.bit, parameters.bit.cutting
+    live = cut.speed == "live"
+    advance, offset = np.broadcast_arrays(np.asarray(cut.c1 * wob, dtype=float), cut.c2)
+    creeps = (offset < 0.0) & live
+    start = np.where(creeps, -offset / np.maximum(advance, LEAST_ADVANCE), 0.0)
+    roots = [cut_root(parameters, wob, speed) for speed in SPEEDS]
+    falls = [(one - two) / (b - a) for one, two, a, b in zip(roots, roots[1:], SPEEDS, SPEEDS[1:], strict=False)]
+    steepest = 0.0
+    for fall in falls:
+        steepest = np.maximum(steepest, fall)
+    return {
+        "creep_start": start,
+        "creep_root": np.sqrt(2 * math.pi / bit.radius * cut.c1 * wob),
+        "creep_fall": np.where(creeps, steepest, 0.0),
+        "creep_speed": 2 * cut.slow,
+        "flat_root": np.where(creeps, 0.0, cut_root(parameters, wob, 0.0 * set_speed if live else set_speed)),
+    }
 
 
 def steady_of(parameters: Parameters, string: String, wob: Any, speed: Any) -> Steady:
