@@ -165,10 +165,12 @@ def inertia_faults(check: Any) -> Iterator[Fault]:
     taken, inertia, limit = "drive.compensated_inertia", "drive.inertia", "drive.torque_limit"
     if kind != "soft_torque" or not check.sound(taken, inertia, limit):
         return
-    limits = check.axis(limit) or check.value(limit) is not None
-    if limits and check.ends(taken)[1] > 0.0:
+    if check.ends(taken)[1] > 0.0:
         allowed = f"none with {taken}, which is {check.text(taken, 1)}: the motor's torque is then another one"
-        yield check.fault(limit, check.text(limit), allowed)
+        if check.axis(limit):
+            yield check.fault(f"sweep.{limit}", f"an axis over {limit}", allowed, ("sweep", limit))
+        elif check.value(limit) is not None:
+            yield check.fault(limit, check.text(limit), allowed)
     if check.ends(taken)[1] >= check.ends(inertia)[0]:
         yield check.fault(taken, check.text(taken, 1), f"below {inertia}, which is {check.text(inertia, 0)}")
 
