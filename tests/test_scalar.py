@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from kernel.test_compilation import has_wide_registers
+from machine_code import needs_wide_registers, packed_and_single, printed
 from scipy.integrate import solve_ivp
 
 from nsdrill.abi import Rows
@@ -122,16 +118,8 @@ print("".join(in_lanes(torsion, 8, ROWS).inspect_asm().values()))
 """
 
 
-@pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
+@needs_wide_registers
 def test_a_scalar_model_compiles_to_packed_instructions(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", ASSEMBLY.format(tests=str(Path(__file__).parent))],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    packed = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)pd\b[^\n]*%[yz]mm", done.stdout)
-    single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", done.stdout)
-    assert len(packed) > 20
-    assert len(single) < 0.5 * len(packed), "more than the loop over the lanes that are left, of which there are none"
+    packed, single = packed_and_single(printed(ASSEMBLY.format(tests=str(Path(__file__).parent)), tmp_path))
+    assert packed > 20
+    assert single < 0.5 * packed, "more than the loop over the lanes that are left, of which there are none"

@@ -16,9 +16,11 @@ named after a digest of all compiled sources and of the versions of numba and ll
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -28,6 +30,7 @@ import llvmlite
 import numba
 import numpy as np
 from numba import types
+from numba.core.registry import CPUDispatcher
 
 from nsdrill.cache import cache_for
 
@@ -81,7 +84,7 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
         function.__name__ = "_".join([function.__name__, *map(str, map(int, variant))])
         function.__qualname__ = function.__name__
         # numba has a lock for compiling, none for making what is then compiled.
-        with _compiling:
+        with _compiling, _uncollected():
             made = numba.njit(nogil=True, fastmath=FASTMATH, error_model="numpy", _nrt=False)(function)
             if hasattr(made, "compile"):  # not where compilation is switched off
                 made._cache = cache_for(function, source_digest())
@@ -92,12 +95,42 @@ def compiled(signature: Any, *variant: int) -> Callable[[Callable[..., Any]], An
     return compile_function
 
 
+class Inlined(CPUDispatcher):
+    """A helper that is compiled for its compiled callers alone: making an entry for Python too would cost as much as a
+    sixth of all compiling. A call from Python goes through a compiled caller, made at the first of them."""
+
+    def __call__(self, *arguments: Any) -> Any:
+        if not hasattr(self, "_caller"):
+            helper = self
+
+            def caller(*arguments):  # type: ignore[no-untyped-def]
+                return helper(*arguments)
+
+            self._caller = numba.njit(caller)
+        return self._caller(*arguments)
+
+
+@contextmanager
+def _uncollected() -> Iterator[None]:
+    """Without the collector of cyclic garbage, which would pass again and again over all that a compiler makes: an
+    eighth of the time."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
+
+
 def inlined(function: Callable[..., Any]) -> Any:
     """A helper that disappears into its caller, so that the caller's lane loop still vectorises."""
-    # Its callers are compiled, or in Python: without a wrapper for C a tenth less is compiled.
-    made = numba.njit(forceinline=True, fastmath=FASTMATH, error_model="numpy", _nrt=False, no_cfunc_wrapper=True)(
-        function
-    )
+    made = numba.njit(
+        forceinline=True, fastmath=FASTMATH, error_model="numpy", _nrt=False,
+        no_cfunc_wrapper=True, no_cpython_wrapper=True,
+    )(function)  # fmt: skip
+    if isinstance(made, CPUDispatcher):  # not where compilation is switched off
+        made.__class__ = Inlined
     return lasting(made, f"{function.__module__}.{function.__name__}")
 
 

@@ -103,7 +103,7 @@ def test_an_interrupted_run_goes_on(tmp_path: Path, text: str, after: int, monke
     stages = set()
     while not out.exists():
         try:
-            run_study(study, out, resume=True, workers=1, lanes=4, watch=Interrupt(after))
+            run_study(study, out, resume=True, workers=1, lanes=8, watch=Interrupt(after))
         except Interrupted:
             there = read_partial(part_path(out))
             ran = there["status"] == OK

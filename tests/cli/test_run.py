@@ -66,7 +66,7 @@ def test_resume(call: Call, small: Path) -> None:
     assert "16 were there already" in again.err
     other = call("run", small, "-o", "out.h5", "--resume", "--set", "mud.density=1400 kg/m^3")
     assert other.code == 2
-    assert "another study (mud.density: 1500.0 there, 1400.0 here)" in other.err
+    assert "another study (mud.density: 1500 kg/m^3 there, 1400 kg/m^3 here)" in other.err
     both = call("run", small, "-o", "out.h5", "--resume", "--overwrite")
     assert both.code == 2
     assert Path("out.h5").read_bytes() == before

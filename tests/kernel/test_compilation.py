@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-import platform
-import re
 import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from machine_code import needs_wide_registers, packed_and_single, printed
 from sweep.runs import run_from, work_for
 
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, scaled_error, start_of
@@ -58,14 +57,7 @@ print("".join(function.inspect_asm().values()))
 """
 
 
-def has_wide_registers() -> bool:
-    import llvmlite.binding as llvm
-
-    features = llvm.get_host_cpu_features()
-    return platform.machine().lower() in ("x86_64", "amd64") and bool(features.get("avx2") and features.get("fma"))
-
-
-@pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
+@needs_wide_registers
 @pytest.mark.parametrize(
     "part",
     [
@@ -94,19 +86,11 @@ def test_lane_loops_compile_to_packed_instructions(part: str, tmp_path: Path) ->
 
     Compiled afresh, as code from the cache shows no assembly.
     """
-    done = subprocess.run(
-        [sys.executable, "-c", ASSEMBLY, part],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    packed = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)pd\b[^\n]*%[yz]mm", done.stdout)
-    single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", done.stdout)
-    assert len(packed) > 50
+    packed, single = packed_and_single(printed(ASSEMBLY, tmp_path, part))
+    assert packed > 50
     # A few scalar ones may be left around the loops; a loop that fell back has as many as there are operations.
     # (A loop whose length the compiler does not know keeps a rest for one lane, which is never entered.)
-    assert len(single) < (0.25 if part == "slips 8" else 0.1) * len(packed)
+    assert single < (0.25 if part == "slips 8" else 0.1) * packed
 
 
 PLAIN = """

@@ -6,9 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from deviations import followed_and_quotient
 from reference import Case
 from scipy.integrate import solve_ivp
-from sweep.runs import finish, run_work, same_bits, work_for
+from sweep.runs import run_work, same_bits, work_for
 
 import nsdrill
 from model.cases import operation_of, random_case, random_state
@@ -16,7 +17,6 @@ from model.lateral import Lateral, derivative, parameters, solve
 from nsdrill.abi import Rows
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.forces import energy, powers
-from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
 from nsdrill.models.christoforou_yigit.options import Options, options_of
 from nsdrill.models.christoforou_yigit.parameters import Initial
 from nsdrill.models.christoforou_yigit.rhs import STATES, drifts, make_right_hand_side, pack, rows_of
@@ -245,17 +245,7 @@ def test_the_deviation_is_the_derivative_of_the_motion(form: str) -> None:
     work = work_for(Case(wob=10e3, speed=4.0), simulation, initial=Initial(x=0.07, vy=-0.6))
     work = replace(work, parameters=with_values(work.parameters, keys[form]), record=Record(exponent=True))
 
-    def end(shift: float, rtol: float) -> np.ndarray:
-        one = replace(work, simulation=replace(simulation, rtol=rtol))
-        runs, gang = one.prepare(np.array([0])), one.new_gang(1, 1)
-        runs.initial[0, :8] += shift * runs.initial[0, 8:16]
-        gang._store[GROWTH_HEADER] = np.inf  # the deviation keeps its length
-        gang.add(np.array([0]), runs)
-        return finish(one, gang)[-1].final[0]
-
-    size = work.prepare(np.array([0])).sizes[0, :8]
-    quotient = (end(1e-5, 1e-12) - end(-1e-5, 1e-12))[:8] / 2e-5 / size
-    followed = end(0.0, 1e-8)[8:16] / size
+    followed, quotient = followed_and_quotient(work)
     assert np.linalg.norm(followed - quotient) < 2e-4 * np.linalg.norm(quotient)
 
 

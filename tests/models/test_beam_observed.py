@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-import os
-import re
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from cli.helpers import call_here
-from kernel.test_compilation import has_wide_registers
+from machine_code import needs_wide_registers, packed_and_single, printed
 
 import nsdrill
 from nsdrill.errors import StudyError
@@ -198,15 +194,10 @@ print("".join(function.inspect_asm().values()))
 """
 
 
-@pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
+@needs_wide_registers
 @pytest.mark.parametrize("what", ["rhs 1 1", "rhs 2 1", "rhs 5 1", "rhs 5 5", "rhs 4 3 1 3 5 1", "step 5 5"])
 def test_loops_over_modes_and_stations_are_packed(what: str, tmp_path: Path) -> None:
     """Compiled afresh, as code from the cache shows no assembly."""
-    done = subprocess.run(
-        [sys.executable, "-c", ASSEMBLY, *what.split()],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}, capture_output=True, text=True, check=True,
-    )  # fmt: skip
-    packed = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)pd\b[^\n]*%[yz]mm", done.stdout)
-    single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", done.stdout)
-    assert len(packed) > 100
-    assert len(single) < 0.1 * len(packed)
+    packed, single = packed_and_single(printed(ASSEMBLY, tmp_path, *what.split()))
+    assert packed > 100
+    assert single < 0.1 * packed

@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sweep.runs import finish
+from deviations import followed_and_quotient
 
 import nsdrill
 from nsdrill.app.run import work_of
 from nsdrill.observe.thresholds import Record
 from nsdrill.store import from_dataset
 from nsdrill.study import parse_study
-from nsdrill.sweep.work import Work
 
 STABILIZERS = """
 operation: {wob: 40 kN, rotary_speed: 5 rad/s}
@@ -34,19 +33,6 @@ initial: {bit_speed: 9 rad/s}
 IDEAL = SEGMENTS + "drive: {kind: ideal}\n"
 
 
-def end_of(work: Work, shift: float, rtol: float) -> np.ndarray:
-    """The end of a run from a start that is moved by so much of its deviation, which keeps its length."""
-    from nsdrill.models.christoforou_yigit.layout import GROWTH_HEADER
-
-    one = replace(work, simulation=replace(work.simulation, rtol=rtol))
-    runs, gang = one.prepare(np.array([0])), one.new_gang(1, 1)
-    n = one.state_count
-    runs.initial[0, :n] += shift * runs.initial[0, n : 2 * n]
-    gang._store[GROWTH_HEADER] = np.inf
-    gang.add(np.array([0]), runs)
-    return finish(one, gang)[-1].final[0]
-
-
 # Steps land on rock and wall, as where the equations are linearised. In half a second of a bouncing bit on segments the
 # neighbouring runs themselves miss by 2e-3.
 @pytest.mark.parametrize(
@@ -55,12 +41,8 @@ def end_of(work: Work, shift: float, rtol: float) -> np.ndarray:
     ids=["stabilizers", "along", "touch", "segments", "ideal"],
 )
 def test_the_deviation_is_the_derivative_of_the_motion(text: str, seconds: float, within: float) -> None:
-    study = parse_study(f"{text}simulation: {{transient: 0 s, observe: {seconds} s}}\n")
-    work = replace(work_of(study), record=Record(exponent=True))
-    n = work.state_count
-    size = work.prepare(np.array([0])).sizes[0, :n]
-    quotient = (end_of(work, 1e-5, 1e-11) - end_of(work, -1e-5, 1e-11))[:n] / 2e-5 / size
-    followed = end_of(work, 0.0, 1e-8)[n : 2 * n] / size
+    study = parse_study(f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: 1.0e-8}}\n")
+    followed, quotient = followed_and_quotient(work_of(study), 1e-11)
     assert np.linalg.norm(followed - quotient) < within * np.linalg.norm(quotient)
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kernel.test_compilation import has_wide_registers
+from machine_code import needs_wide_registers, packed_and_single, printed
 from scipy.integrate import solve_ivp
 
 from nsdrill.abi import BUFFER, Rows, compiled
@@ -616,16 +616,10 @@ else:
 
 
 def child(folder: Path, *arguments: str) -> str:
-    return subprocess.run(
-        [sys.executable, "-c", CHILD.format(tests=TESTS), *arguments],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(folder)},
-        capture_output=True,
-        text=True,
-        check=True,
-    ).stdout
+    return printed(CHILD.format(tests=TESTS), folder, *arguments)
 
 
-@pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
+@needs_wide_registers
 @pytest.mark.parametrize("declaration", ["SWINGING", "TURNING", "MANY"])
 def test_the_observer_compiles_to_packed_instructions(declaration: str, tmp_path: Path) -> None:
     """What happens in every step. (What attends to the events of one lane is a function of its own; 8 lanes leave no
@@ -635,10 +629,9 @@ def test_the_observer_compiles_to_packed_instructions(declaration: str, tmp_path
     assert start is not None
     body = assembly[start.end() :]
     body = body[: re.search(r"^\.Lfunc_end\d+:", body, re.M).start()]  # type: ignore[union-attr]
-    packed = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)pd\b[^\n]*%[yz]mm", body)
-    single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", body)
-    assert len(packed) > 30
-    assert len(single) < 0.1 * len(packed)
+    packed, single = packed_and_single(body)
+    assert packed > 30
+    assert single < 0.1 * packed
 
 
 def test_the_next_process_finds_the_code(tmp_path: Path) -> None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from made_up import make_results
+from matplotlib.figure import Figure
 
 from nsdrill import plot
 from nsdrill.data import Results
+from nsdrill.plot import equal
 
 SPEEDS, WEIGHTS = np.linspace(1.0, 6.0, 11), np.linspace(10e3, 60e3, 9)
 
@@ -58,3 +60,23 @@ def test_no_lines_where_nothing_varies_or_none_is_known(results):
     for values in (np.full(results.shape, 1e-3), np.full(results.shape, np.nan), np.zeros(results.shape)):
         results.variables["rate_of_penetration"] = values
         assert not lines(plot.draw(results, "map"))
+
+
+def test_no_label_covers_a_point_that_is_to_be_clear():
+    x, y = SPEEDS, WEIGHTS / 1e3
+    values = np.outer(WEIGHTS / 1e4, SPEEDS) / 3600.0
+
+    def labels(clear):
+        axes = Figure().add_subplot()
+        axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+        assert equal.draw_lines(axes, x, y, values, "si", clear)
+        return {text.get_text(): np.array(text.get_position()) for text in axes.texts}
+
+    usual = labels(())
+    extent = [np.ptp(x), np.ptp(y)]
+    for text, place in usual.items():
+        moved = labels([tuple(place)])
+        assert moved.keys() == usual.keys()
+        for other, where in moved.items():
+            assert np.hypot(*((where - place) / extent)) > 0.1
+            assert other == text or np.allclose(where, usual[other], atol=0.02 * np.array(extent))

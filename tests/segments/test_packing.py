@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import os
-import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
-from kernel.test_compilation import has_wide_registers
+from machine_code import needs_wide_registers, packed_and_single, printed
 
 ASSEMBLY = """
 import sys
@@ -24,20 +20,12 @@ print("".join(function.inspect_asm().values()))
 """
 
 
-@pytest.mark.skipif(not has_wide_registers(), reason="an x86 processor with AVX2 and FMA is needed")
+@needs_wide_registers
 @pytest.mark.parametrize(("part", "share"), [("rates", 0.9), ("step", 0.4)])
 def test_many_states_compile_to_packed_instructions(part: str, share: float, tmp_path: Path) -> None:
     """A loop over lanes whose number the compiler does not know has one body in packed instructions and one for what is
     left, lane by lane: fewer single instructions than packed ones, where a loop that fell back has none packed. The
     step has in addition the controller. Compiled afresh, as code from the cache shows no assembly."""
-    done = subprocess.run(
-        [sys.executable, "-c", ASSEMBLY, part],
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    packed = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)pd\b[^\n]*%[yz]mm", done.stdout)
-    single = re.findall(r"\bv(?:fn?m(?:add|sub)\d+|mul|add|sub|div|sqrt)sd\b", done.stdout)
-    assert len(packed) > 200
-    assert len(single) < share * len(packed)
+    packed, single = packed_and_single(printed(ASSEMBLY, tmp_path, part))
+    assert packed > 200
+    assert single < share * packed

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from nsdrill.data import differences
 from nsdrill.errors import FileError
-from nsdrill.study import differences, parse_study, study_from_resolved, template_text
+from nsdrill.study import parse_study, study_from_resolved, template_text
 from nsdrill.units import from_si
 
 SWEEP = "sweep: {depth: {from: 500 m, to: 9000 m, points: 86}}\n"

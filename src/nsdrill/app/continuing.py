@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import time
 from collections.abc import Callable, Mapping
@@ -15,10 +14,11 @@ import numpy as np
 
 from nsdrill import interrupt
 from nsdrill.analysis.bifurcations import CIRCLE, DOUBLING, FOLD, HOPF, TORUS, meanings_of
+from nsdrill.analysis.equations import string_differences
 from nsdrill.app import unfinished
 from nsdrill.app.provenance import provenance
 from nsdrill.app.run import processors
-from nsdrill.data import Array, json_text
+from nsdrill.data import Array, json_text, resolved_study
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import Gang, choose_lanes
 from nsdrill.kernel.settings import Simulation
@@ -37,9 +37,8 @@ from nsdrill.orbit.labels import Graze
 from nsdrill.store import open_branches, part_path, read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
 from nsdrill.study.keys import keys_of
-from nsdrill.study.resolved import differences
 from nsdrill.study.study import Study
-from nsdrill.study.written import changes
+from nsdrill.study.written import told_changes
 from nsdrill.sweep.work import Variant as Compiled
 from nsdrill.sweep.work import compiled_parts
 from nsdrill.units import CF
@@ -142,10 +141,7 @@ def setting_of(study: Study) -> Setting:
 def _finished(study: Study, path: str | os.PathLike[str]) -> Continued:
     """What a file that is whole holds. FileError where it was made from another study."""
     data = open_branches(path)
-    there = json.loads(str(data.attrs.get("study_resolved") or "{}"))
-    if listed := "; ".join(
-        f"{key}: {was} there, {now} here" for key, was, now in changes(there, study.resolved) if key != "title"
-    ):
+    if listed := told_changes(resolved_study(data.attrs), study.resolved):
         raise FileError(f"{path}: finished, and made from another study ({listed}). Start anew by --overwrite.")
     return Continued(data, {}, 0.0)
 
@@ -302,17 +298,13 @@ def _seeds_in(setting: Setting, path: Path) -> list[Seed]:
     if str(results.attrs.get("model", study.model)) != study.model:
         raise FileError(f"{path}: made with the model {results.attrs['model']}, the study has {study.model}. Choose "
                         "results of the same model as seeds.")  # fmt: skip
-    there = json.loads(results.attrs.get("study_resolved", "{}"))
-    free = {asked.along, f"operation.{asked.along}"}
-    swept = {f"operation.{name}" for name in OPERATION} | set(there.get("sweep", {}))
-    ignored = ("title", "sweep", "simulation", "classify", "record", "initial", SECTION)
-    other = [
-        change
-        for change in differences(there, study.resolved)
-        if change[0].partition(".")[0] not in ignored and change[0] not in free and change[0] not in swept
-    ]
-    if other:
-        told = "; ".join(f"{key}: {_text(old)} there, {_text(new)} here" for key, old, new in other[:6])
+    there = resolved_study(results.attrs)
+    free = {asked.along, *there.get("sweep", {})}
+    keys = [key for key, _, _ in string_differences(there, study.resolved, free)]
+    if there.get("uncertain") != study.resolved.get("uncertain"):
+        keys.append("uncertain")
+    if keys:
+        told = told_changes(there, study.resolved, keys)
         raise FileError(f"{path}: made with another string ({told}). Choose results of the same string as seeds.")
     lines = np.ones(results.shape, dtype=bool)
     name_along = dimension_of(asked.along)
@@ -357,10 +349,6 @@ def _number_of(study: Study, name: str) -> float:
     for part in key.split("."):
         value = value[part]
     return float(value)
-
-
-def _text(value: Any) -> str:
-    return "nothing" if value is None else value if isinstance(value, str) else json_text(value)
 
 
 # What is kept of an unfinished continuation

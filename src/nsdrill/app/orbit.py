@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -10,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from nsdrill.analysis.equations import string_differences
 from nsdrill.app.trajectory import DEFAULT_SAMPLE, Trajectory, simulate
+from nsdrill.data import resolved_study
 from nsdrill.errors import FileError, InputError
 from nsdrill.models.leaves import OPERATION
 from nsdrill.models.registry import described
@@ -18,7 +19,7 @@ from nsdrill.orbit.flow import RTOL
 from nsdrill.store import open_branches
 from nsdrill.study.keys import keys_of
 from nsdrill.study.study import Study
-from nsdrill.study.written import changes
+from nsdrill.study.written import told_changes
 
 FEWEST_SAMPLES = 400  # of one period
 _ITS_STUDY = "Give the study that the branches were made from, with its --set: nsdrill show --study prints it."
@@ -82,15 +83,11 @@ def check_study(path: str | os.PathLike[str], study: Study, point: OrbitPoint, a
             f"{path}: branches of the model {attrs.get('model')}, the study has {study.model}. {_ITS_STUDY}"
         )
     own = {keys_of(study.model).axes[key].key for key in point.values}
-    there = json.loads(str(attrs.get("study_resolved") or "{}"))
-    differing = [
-        f"{key}: {was} there, {now} here"
-        for key, was, now in changes(there, study.resolved)
-        if key.partition(".")[0] in {*described(study.model).sections, "operation"} and key not in own
-    ]
-    if differing:
-        few = "; ".join(differing[:6]) + (f" and {len(differing) - 6} more" if len(differing) > 6 else "")
-        raise FileError(f"{path}: made from another string than that of the study ({few}). {_ITS_STUDY}")
+    there = resolved_study(attrs)
+    keys = [key for key, _, _ in string_differences(there, study.resolved, own)]
+    if keys:
+        told = told_changes(there, study.resolved, keys)
+        raise FileError(f"{path}: made from another string than that of the study ({told}). {_ITS_STUDY}")
 
 
 def simulate_orbit(

@@ -22,7 +22,7 @@ from nsdrill.app.provenance import provenance, unlike
 from nsdrill.app.refinement import Refining
 from nsdrill.app.size import check_memory
 from nsdrill.app.trust import any_failed, forget_failed, verified, verify
-from nsdrill.data import Results, json_text
+from nsdrill.data import Results, differences, resolved_study
 from nsdrill.errors import FileError, InputError
 from nsdrill.kernel.gang import choose_lanes
 from nsdrill.models.leaves import in_parts, values_at
@@ -40,8 +40,9 @@ from nsdrill.store import (
     renew,
     write_results,
 )  # fmt: skip
-from nsdrill.study.resolved import differences, digest
+from nsdrill.study.resolved import digest
 from nsdrill.study.study import Study
+from nsdrill.study.written import told_changes
 from nsdrill.sweep.engine import Progress
 from nsdrill.sweep.plan import Plan
 from nsdrill.sweep.work import Work
@@ -277,7 +278,7 @@ def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
     if not again.any() and not checked and not np.any(status == PENDING):
         return log
     old, new = log.header["attrs"], provenance(study, "run --retry-failed")
-    before = json.loads(old["study_resolved"])["simulation"]["max_steps"]
+    before = resolved_study(old)["simulation"]["max_steps"]
     change = (
         ""
         if before == study.simulation.max_steps
@@ -295,14 +296,13 @@ def _again(study: Study, plan: Plan, log: RunLog) -> RunLog:
 def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> None:
     """FileError where the log was made from another study or by another version of the model."""
     attrs = log.header["attrs"]
-    there = json.loads(attrs.get("study_resolved", "{}"))
+    there = resolved_study(attrs)
     if attrs.get("study_sha256") != study.sha256 and not (retry_failed and _looser(study, there)):
-        changes = [change for change in differences(there, study.resolved) if change[0] != "title"]
-        listed = "; ".join(f"{key}: {_as_written(old)} there, {_as_written(new)} here" for key, old, new in changes[:8])
+        listed = told_changes(there, study.resolved)
         may = ""
         if retry_failed:
             may = "With --retry-failed only simulation.max_steps may differ, and only be larger. "
-        elif [key for key, _, _ in changes] == ["simulation.max_steps"]:
+        elif [key for key, _, _ in differences(there, study.resolved) if key != "title"] == ["simulation.max_steps"]:
             may = "A larger limit can be given to the points that failed: --retry-failed. "
         raise FileError(
             f"{where}: made from another study ({listed or 'the digests differ'}). {may}Resume it with the study it "
@@ -324,11 +324,6 @@ def _check_same(study: Study, log: RunLog, where: Path, retry_failed: bool) -> N
             f"{where}: its labels were made by nsdrill classify, with thresholds that new points would not have. "
             "Restore those of the study first: nsdrill classify without --set."
         )
-
-
-def _as_written(value: Any) -> str:
-    """A value as a study file has it; of a key that is not there, so."""
-    return "nothing" if value is None else value if isinstance(value, str) else json_text(value)
 
 
 def _looser(study: Study, there: dict[str, Any]) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -43,7 +44,7 @@ def command(results: str, output: str, peaks: bool, section: bool, states: bool,
         raise InputError(f"{given[0]}: found with netCDF, which holds everything; allowed: with .csv.")
     from nsdrill.app.reading import is_branches
     from nsdrill.app.table import print_csv, write_csv
-    from nsdrill.store import claim_file, kind_of, read_results, to_netcdf
+    from nsdrill.store import kind_of, read_results
 
     if is_branches(results):
         if given:
@@ -56,14 +57,24 @@ def command(results: str, output: str, peaks: bool, section: bool, states: bool,
     if output == "-":
         print_csv(read_results(results), sys.stdout, peaks=peaks, section=section, states=states, units=units)
         return 0
-    options.keep_apart(results, output)
-    claim_file(output, overwrite)
-    if suffix == ".csv":
-        write_csv(
+    return _written(
+        results, output, suffix, units, overwrite,
+        lambda: write_csv(
             read_results(results), output, peaks=peaks, section=section, states=states, units=units, overwrite=overwrite
-        )
+        ),
+    )  # fmt: skip
+
+
+def _written(file: str, output: str, suffix: str, units: str, overwrite: bool, table: Callable[[], None]) -> int:
+    """Write the netCDF of ``file``, or its ``table``, as the ``suffix`` asks."""
+    from nsdrill.store import claim_file, to_netcdf
+
+    options.keep_apart(file, output)
+    claim_file(output, overwrite)
+    if suffix == ".nc":
+        to_netcdf(file, output, overwrite=overwrite)
     else:
-        to_netcdf(results, output, overwrite=overwrite)
+        table()
     click.echo(f"{output}: written.{SI_ONLY if suffix == '.nc' and units == 'field' else ''}", err=True)
     return 0
 
@@ -71,35 +82,26 @@ def command(results: str, output: str, peaks: bool, section: bool, states: bool,
 def _trace(file: str, output: str, suffix: str, units: str, overwrite: bool) -> int:
     """The table of a trace."""
     from nsdrill.app.table import print_trace_csv, write_trace_csv
-    from nsdrill.store import claim_file, read_trace, to_netcdf
+    from nsdrill.store import read_trace
 
     if output == "-":
         print_trace_csv(read_trace(file), sys.stdout, units=units)
         return 0
-    options.keep_apart(file, output)
-    claim_file(output, overwrite)
-    if suffix == ".nc":
-        to_netcdf(file, output, overwrite=overwrite)
-    else:
-        write_trace_csv(read_trace(file), output, units=units, overwrite=overwrite)
-    click.echo(f"{output}: written.{SI_ONLY if suffix == '.nc' and units == 'field' else ''}", err=True)
-    return 0
+    return _written(
+        file, output, suffix, units, overwrite,
+        lambda: write_trace_csv(read_trace(file), output, units=units, overwrite=overwrite),
+    )  # fmt: skip
 
 
 def _branches(file: str, output: str, suffix: str, units: str, overwrite: bool) -> int:
     """The table of a file of branches."""
     from nsdrill.cli.branches import table
-    from nsdrill.store import claim_file, open_branches, to_netcdf, write_text
+    from nsdrill.store import open_branches, write_text
 
     data = open_branches(file)
     if output == "-":
         click.echo(table(data, units), nl=False)
         return 0
-    options.keep_apart(file, output)
-    claim_file(output, overwrite)
-    if suffix == ".nc":
-        to_netcdf(file, output, overwrite=overwrite)
-    else:
-        write_text(output, table(data, units), overwrite=overwrite)
-    click.echo(f"{output}: written.", err=True)
-    return 0
+    return _written(
+        file, output, suffix, units, overwrite, lambda: write_text(output, table(data, units), overwrite=overwrite)
+    )

@@ -27,6 +27,7 @@ from nsdrill.kernel.loop import (
     REPORT,
     SETTINGS,
     make_advance,
+    places_of,
 )
 from nsdrill.kernel.settings import Simulation
 from nsdrill.kernel.steppers import STEPPERS, Stepper
@@ -216,12 +217,12 @@ class Gang:
         """Advance for about ``seconds`` of wall time, less where all runs end; unless ``drain``, also less where a lane
         finds nothing to do. Gives the runs that ended and forgets them."""
         deadline = time.perf_counter() + seconds
-        loop = make_advance(self.lanes, self.rows)
+        loop, places = make_advance(), places_of(self.lanes, self.rows)
         stepper = self._stepper.make(self.lanes, self.rows)
         while True:
             before = self.packed_steps
             loop(
-                self._buffer, self._store, self._lane, self._table, self._state, self._successor, self._queue,
+                places, self._buffer, self._store, self._lane, self._table, self._state, self._successor, self._queue,
                 self._outbox, self._finished, self._counters, drain, SEGMENT,
                 parts.right_hand_side, parts.observer, parts.marker, stepper,
             )  # fmt: skip

@@ -8,9 +8,8 @@ one from the queue at once, whatever its neighbours do. The work for one lane is
 from __future__ import annotations
 
 import math
-from dataclasses import astuple
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -57,42 +56,90 @@ def move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_):  # t
             b[a1_ + j * W + i] = b[acceleration_ + j * W + i]
 
 
-@lru_cache
-def make_advance(lanes: int, rows: Rows) -> Any:
-    """The compiled loop for a number of lanes and a row layout.
+_RATE, _FIRST, _LEAST, _PER_RTOL, _LIMIT, _OPENS = (
+    SETTINGS.index(name) for name in ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens")
+)
 
-    ``advance(buffer, store, lane, table, state, successor, queue, outbox, finished, counters, drain, budget,
+
+class Places(NamedTuple):
+    """Where the loop finds a run in the lane buffer and in the slot table: counts, offsets of rows (names that end in
+    ``_``) and columns of the table (in ``_c``). The loop is compiled once, for every layout: what it does for a lane is
+    rare, unlike what the stepper does."""
+
+    lanes: int
+    states: int
+    slopes: int
+    kept: int  # slopes and pushes, which stand together
+    parameters: int
+    own: int  # states that a chain hands on
+    stage_: int
+    acceleration_: int
+    t_stage_: int
+    phase_: int
+    parameter_: int
+    y_: int
+    a1_: int
+    t_: int
+    h_: int
+    moves_: int
+    window_: int
+    size_: int
+    drift_: int
+    relax_: int  # -1 where no friction is kept apart
+    proposed_: int
+    mark_time_: int
+    last_error_: int
+    growth_: int
+    per_rtol_: int
+    least_step_: int
+    accepted_: int
+    rejected_: int
+    limit_: int
+    running_: int
+    attention_: int
+    setting_c: int  # the first of SETTINGS
+
+
+@lru_cache
+def places_of(lanes: int, rows: Rows) -> Places:
+    """The places for a number of lanes and a row layout."""
+    places = {
+        name: lanes * row
+        for name, row in {
+            "stage_": rows.stage, "acceleration_": rows.acceleration, "t_stage_": rows.stage_time,
+            "phase_": rows.phase, "parameter_": rows.parameter, "y_": rows.start, "a1_": rows.start_acceleration,
+            "t_": rows.time, "h_": rows.step, "moves_": rows.moves, "window_": rows.window, "size_": rows.size,
+            "drift_": rows.drift,
+            **{f"{name}_": rows.control + i for i, name in enumerate(CONTROL) if f"{name}_" in Places._fields},
+        }.items()
+    }  # fmt: skip
+    return Places(
+        lanes=lanes,
+        states=rows.states,
+        slopes=rows.slopes,
+        kept=rows.slopes + len(rows.pushed),
+        parameters=rows.parameters,
+        own=rows.own,
+        relax_=lanes * rows.relax if rows.apart else -1,
+        setting_c=rows.parameters + rows.states + rows.slopes,
+        **places,
+    )
+
+
+@lru_cache
+def make_advance() -> Any:
+    """The compiled loop.
+
+    ``advance(places, buffer, store, lane, table, state, successor, queue, outbox, finished, counters, drain, budget,
     right_hand_side, observer, marker, stepper)`` makes at most ``budget`` packed steps. It returns early when all lanes
     are idle, or, unless ``drain``, when one more than at first is. A run that fails does not end its chain: the next
     one then starts from the state laid down in its own slot.
     """
-    W, N, M, P, own = lanes, rows.states, rows.slopes, rows.parameters, rows.own
-    A = M + len(rows.pushed)  # slopes and pushes stand together
-    apart, relax_ = rows.apart != 0, W * rows.relax
-    stage_, acceleration_, t_stage_, phase_ = (
-        W * r for r in (rows.stage, rows.acceleration, rows.stage_time, rows.phase)
-    )
-    parameter_, y_, a1_, t_, h_, moves_, window_ = (
-        W * r
-        for r in (rows.parameter, rows.start, rows.start_acceleration, rows.time, rows.step, rows.moves, rows.window)
-    )
-    size_, drift_ = W * rows.size, W * rows.drift
-    row = {name: W * (rows.control + i) for i, name in enumerate(CONTROL)}
-    proposed_, mark_, last_, growth_, per_rtol_, least_ = (
-        row[n] for n in ("proposed", "mark_time", "last_error", "growth", "per_rtol", "least_step")
-    )
-    accepted_, rejected_, limit_, running_, attention_ = (
-        row[n] for n in ("accepted", "rejected", "limit", "running", "attention")
-    )
-    setting = {name: P + N + M + i for i, name in enumerate(SETTINGS)}
-    rate_c, first_c, least_c, per_rtol_c, limit_c, opens_c = (
-        setting[n] for n in ("phase_rate", "first_step", "least_step", "per_rtol", "limit", "opens")
-    )
     report_state = len(REPORT)
-    report_observed = report_state + N + 1
 
     @compiled(
         types.void(
+            types.NamedUniTuple(types.int64, len(Places._fields), Places),
             BUFFER,
             BUFFER,
             _INDICES,
@@ -109,11 +156,10 @@ def make_advance(lanes: int, rows: Rows) -> Any:
             OBSERVER,
             MARKER,
             STEPPER,
-        ),
-        W,
-        *astuple(rows),
+        )
     )
     def advance(  # type: ignore[no-untyped-def]
+        at,
         b,
         store,
         lane,
@@ -131,6 +177,16 @@ def make_advance(lanes: int, rows: Rows) -> Any:
         marker,
         stepper,
     ):
+        W, N, M, A, P, own = at.lanes, at.states, at.slopes, at.kept, at.parameters, at.own
+        stage_, acceleration_, t_stage_, phase_, parameter_ = (
+            at.stage_,
+            at.acceleration_,
+            at.t_stage_,
+            at.phase_,
+            at.parameter_,
+        )
+        y_, a1_, t_, h_, moves_, window_ = at.y_, at.a1_, at.t_, at.h_, at.moves_, at.window_
+        first_setting, report_observed = at.setting_c, report_state + N + 1
         # lane[i] is the slot of lane i (-1: idle), lane[W + i] its next mark, lane[2 W + i] whether it was just loaded.
         refill = True
         idle_at_first = -1
@@ -154,23 +210,23 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                         b[phase_ + i] = np.fmod(state[slot, N], TWO_PI)
                         for j in range(N):
                             b[y_ + j * W + i] = state[slot, j]
-                            b[size_ + j * W + i] = table[slot, P + j]
+                            b[at.size_ + j * W + i] = table[slot, P + j]
                         for j in range(M):
-                            b[drift_ + j * W + i] = table[slot, P + N + j]
+                            b[at.drift_ + j * W + i] = table[slot, P + N + j]
                         b[t_ + i] = 0.0
                         b[moves_ + i] = 0.0
                         b[window_ + i] = 0.0
-                        b[proposed_ + i] = table[slot, first_c]
-                        b[least_ + i] = table[slot, least_c]
-                        b[per_rtol_ + i] = table[slot, per_rtol_c]
-                        b[limit_ + i] = table[slot, limit_c]
-                        b[last_ + i] = 0.0
-                        b[growth_ + i] = 0.0
-                        b[accepted_ + i] = 0.0
-                        b[rejected_ + i] = 0.0
-                        b[running_ + i] = 1.0
+                        b[at.proposed_ + i] = table[slot, first_setting + _FIRST]
+                        b[at.least_step_ + i] = table[slot, first_setting + _LEAST]
+                        b[at.per_rtol_ + i] = table[slot, first_setting + _PER_RTOL]
+                        b[at.limit_ + i] = table[slot, first_setting + _LIMIT]
+                        b[at.last_error_ + i] = 0.0
+                        b[at.growth_ + i] = 0.0
+                        b[at.accepted_ + i] = 0.0
+                        b[at.rejected_ + i] = 0.0
+                        b[at.running_ + i] = 1.0
                         lane[W + i] = OPENS
-                        b[mark_ + i] = table[slot, opens_c]
+                        b[at.mark_time_ + i] = table[slot, first_setting + _OPENS]
                 if fresh:
                     for i in range(W):
                         move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_)
@@ -179,8 +235,8 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                         b[stage_ + j] = b[y_ + j]
                     for i in range(W):
                         b[t_stage_ + i] = b[t_ + i]
-                        if apart:
-                            b[relax_ + i] = 0.0
+                        if at.relax_ >= 0:
+                            b[at.relax_ + i] = 0.0
                     right_hand_side(b)
                     for i in range(W):
                         b[moves_ + i] = float(lane[2 * W + i])
@@ -192,11 +248,11 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                             lane[2 * W + i] = 0
                             for j in range(A):
                                 b[a1_ + j * W + i] = b[acceleration_ + j * W + i]
-                            if b[mark_ + i] <= 0.0:  # no transient: the window opens at once
+                            if b[at.mark_time_ + i] <= 0.0:  # no transient: the window opens at once
                                 marker(b, store, i, OPENS, outbox[lane[i]], report_observed)
                                 b[window_ + i] = 1.0
                                 lane[W + i] = OPENS + 1
-                                b[mark_ + i] = table[lane[i], opens_c + 1]
+                                b[at.mark_time_ + i] = table[lane[i], first_setting + _OPENS + 1]
                 if idle_at_first < 0:
                     idle_at_first = idle
                 if idle == W or (idle > idle_at_first and not drain):
@@ -206,19 +262,19 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                 continue
             refill = True
             for i in range(W):
-                attention = b[attention_ + i]
+                attention = b[at.attention_ + i]
                 if attention == 0.0:
                     continue
                 slot = lane[i]
                 move_on(b, i, W, N, A, moves_, y_, stage_, a1_, acceleration_, t_, h_)
                 if attention == MARK:
-                    b[t_ + i] = b[mark_ + i]
+                    b[t_ + i] = b[at.mark_time_ + i]
                     mark = lane[W + i]
                     marker(b, store, i, mark, outbox[slot], report_observed)
                     if mark != CLOSES:
                         b[window_ + i] = 1.0
                         lane[W + i] = mark + 1
-                        b[mark_ + i] = table[slot, opens_c + mark + 1]
+                        b[at.mark_time_ + i] = table[slot, first_setting + _OPENS + mark + 1]
                         continue
                     status = OK
                 elif attention == LIMIT:
@@ -229,15 +285,15 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                     status = STEP_UNDERFLOW
                 # The run is over: report, then go on along the chain.
                 outbox[slot, 0] = status
-                outbox[slot, 1] = b[accepted_ + i]
-                outbox[slot, 2] = b[rejected_ + i]
+                outbox[slot, 1] = b[at.accepted_ + i]
+                outbox[slot, 2] = b[at.rejected_ + i]
                 for j in range(N):
                     outbox[slot, report_state + j] = b[y_ + j * W + i]
-                phase = state[slot, N] + table[slot, rate_c] * b[t_ + i]
+                phase = state[slot, N] + table[slot, first_setting + _RATE] * b[t_ + i]
                 outbox[slot, report_state + N] = phase
                 finished[counters[FINISHED]] = slot
                 counters[FINISHED] += 1
-                counters[LANE_STEPS] += int(b[accepted_ + i] + b[rejected_ + i])
+                counters[LANE_STEPS] += int(b[at.accepted_ + i] + b[at.rejected_ + i])
                 b[window_ + i] = 0.0
                 following = successor[slot]
                 if following >= 0:
@@ -249,7 +305,7 @@ def make_advance(lanes: int, rows: Rows) -> Any:
                     lane[2 * W + i] = 1
                 else:
                     lane[i] = -1
-                    b[running_ + i] = 0.0
-                    b[mark_ + i] = b[t_ + i]  # no time left: the idle lane steps by nothing
+                    b[at.running_ + i] = 0.0
+                    b[at.mark_time_ + i] = b[t_ + i]  # no time left: the idle lane steps by nothing
 
     return advance

@@ -25,7 +25,7 @@ from nsdrill.analysis.bifurcations import (
     TORUS,
     meanings_of,
 )
-from nsdrill.analysis.equations import unlike
+from nsdrill.analysis.equations import other_string
 from nsdrill.data import Array, Results
 from nsdrill.errors import InputError
 from nsdrill.models.registry import drawn_in, model_in
@@ -116,7 +116,7 @@ def _draw(data: Any, units: str, over: Results | None) -> Figure:
 def check_same_string(data: Any, over: Results, fixed: dict[str, float]) -> None:
     """InputError where a sweep and branches, one of which is to be drawn over the other, are of unlike strings."""
     free = {str(data.attrs.get(name, "")) for name in ("along", "along_key", "over", "over_key")}
-    found = unlike(data.attrs, over, fixed, free)
+    found = other_string(data.attrs, over, fixed, free)
     if found:
         told = "; ".join(f"{key}: {there} of the branches, {here} of the sweep" for key, there, here in found[:4])
         raise InputError(f"--over: found another string ({told}); allowed: results of the same string.")

@@ -12,14 +12,13 @@ from nsdrill.late import late
 if TYPE_CHECKING:
     from nsdrill.study.editor_schema import json_schema
     from nsdrill.study.load import change_thresholds, load_study, parse_study
-    from nsdrill.study.resolved import differences, study_from_resolved
+    from nsdrill.study.resolved import study_from_resolved
     from nsdrill.study.study import Study
     from nsdrill.study.template import template_text
 
 __all__ = [
     "Study",
     "change_thresholds",
-    "differences",
     "json_schema",
     "load_study",
     "parse_study",
@@ -32,7 +31,6 @@ __getattr__ = late(
     {
         "Study": "nsdrill.study.study",
         "change_thresholds": "nsdrill.study.load",
-        "differences": "nsdrill.study.resolved",
         "json_schema": "nsdrill.study.editor_schema",
         "load_study": "nsdrill.study.load",
         "parse_study": "nsdrill.study.load",

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
 from typing import Any, get_args
 
@@ -254,18 +254,3 @@ def _without(data: dict[str, Any], sections: Sequence[str], name: str) -> dict[s
         return {key: value for key, value in data.items() if key != name}
     first, *rest = sections
     return {**data, first: _without(data[first], rest, name)} if first in data else data
-
-
-def differences(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, Any, Any]]:
-    """(dotted key, value in ``a``, value in ``b``) where two resolved studies differ; None where a key is missing."""
-    left, right = dict(_flat(a, "")), dict(_flat(b, ""))
-    keys = [*left, *(key for key in right if key not in left)]
-    return [(key, left.get(key), right.get(key)) for key in keys if left.get(key) != right.get(key)]
-
-
-def _flat(data: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
-    for name, value in data.items():
-        if isinstance(value, dict):
-            yield from _flat(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
+from nsdrill.data import differences
 from nsdrill.sampling import KINDS, NAMED
 from nsdrill.study.continuation import SECTION as CONTINUE
 from nsdrill.study.keys import MODEL_LEAF, SLICE, Keys, Leaf, keys_of
 from nsdrill.study.meanings import MEANINGS
 from nsdrill.study.ramps import TIME
-from nsdrill.study.resolved import differences
 from nsdrill.study.template import line, section
 from nsdrill.study.uncertain import FACTOR, HOW
+
+MOST_TOLD = 6  # keys in a message
 
 
 def study_text(resolved: dict[str, Any], head: Iterable[str] = ()) -> str:
@@ -79,6 +81,15 @@ def changes(a: dict[str, Any], b: dict[str, Any]) -> list[tuple[str, str | None,
     """(key, value in ``a``, value in ``b``) where two resolved studies differ, the values as :func:`value_text`."""
     keys = dict.fromkeys(_key_of(entry) for entry, _, _ in differences(a, b))
     return [(key, value_text(a, key), value_text(b, key)) for key in keys]
+
+
+def told_changes(a: dict[str, Any], b: dict[str, Any], keys: Sequence[str] | None = None) -> str:
+    """The ``keys`` in which two resolved studies differ, all but the title if None, as a part of a message:
+    ``bit.friction.static: 0.5 there, 0.6 here; ...``."""
+    if keys is None:
+        keys = [key for key, _, _ in changes(a, b) if key != "title"]
+    told = [f"{key}: {value_text(a, key) or 'nothing'} there, {value_text(b, key) or 'nothing'} here" for key in keys]
+    return "; ".join(told[:MOST_TOLD]) + (f" and {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else "")
 
 
 def value_text(resolved: dict[str, Any], key: str) -> str | None:

@@ -253,7 +253,7 @@ def compiled_parts(lanes: int, variant: Variant) -> Compiled:
     compiled along, before several threads ask for it at once."""
     model, rows = model_named(variant.model), variant.rows
     STEPPERS[variant.stepper].make(lanes, rows)
-    make_advance(lanes, rows)
+    make_advance()
     if variant.exponent:
         observer, marker = make_watch(lanes, variant)
         return Compiled(model.tangent(lanes, variant.fixed, _landing_place(model)), observer, marker)

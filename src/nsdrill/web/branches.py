@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from nsdrill.analysis.equations import unlike
+from nsdrill.analysis.equations import other_string
 from nsdrill.data import Array, Results
 from nsdrill.errors import FileError
 from nsdrill.models.vocabulary import BY_NAME
@@ -148,7 +148,7 @@ def curves(found: Branches, name: str, units: str) -> tuple[dict[str, Any], dict
 
 def fits(found: Branches, results: Results, axis: str, place: Any, units: str) -> str:
     """Why the branches are no curves in a diagram along ``axis`` through ``place``; "" where they are."""
-    if other := unlike(found.attrs, results, {}, (found.key,)):
+    if other := other_string(found.attrs, results, {}, (found.key,)):
         key, there, here = other[0]
         return f"The branches are of another string: {key} is {there} there, {here} here."
     if axis != found.along:

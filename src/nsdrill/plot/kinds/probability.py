@@ -32,7 +32,8 @@ from nsdrill.variables import SAMPLE
 
 SCALE = "cividis"
 PERCENT = Normalize(0.0, 100.0)
-BAND: dict[str, Any] = {"alpha": 0.22, "linewidth": 0}
+BAND: dict[str, Any] = {"alpha": 0.16, "linewidth": 0}
+EDGES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 
 
 def draw(results: Results, units: str = "si", confidence: float = USUAL_CONFIDENCE) -> Figure:
@@ -131,14 +132,17 @@ def _lines(results: Results, found: Chances, units: str, confidence: float) -> F
     figure = new_figure(page_width(), 3.2)
     axes = figure.add_subplot(figure.add_gridspec(1, 1)[0])
     x, handles = values / shown.scale, []
-    for outcome in found.outcomes:
+    for place, outcome in enumerate(found.outcomes):
         words, colour, marker = _style(outcome)
         share, low, high = (100.0 * part.ravel() for part in found.of(outcome))
         axes.fill_between(x, low, high, facecolor=colour, gid=f"band:{outcome}", **BAND)
-        wide = 1.6 if outcome == SAFE else 1.0
+        for edge in (low, high):  # bands one over another are told apart by their edges
+            axes.plot(x, edge, color=colour, linewidth=0.7, linestyle=EDGES[place % len(EDGES)], gid=f"edge:{outcome}")
+        above = len(found.outcomes) - 1 - place  # lines one upon another: the lower is the wider
         (line,) = axes.plot(
-            x, share, color=colour, marker=marker, markersize=3, linewidth=wide, label=words, gid=f"line:{outcome}"
-        )
+            x, share, color=colour, marker=marker, markersize=2.6 + 0.8 * above, linewidth=0.9 + 0.4 * above,
+            label=words, gid=f"line:{outcome}",
+        )  # fmt: skip
         handles.append(line)
     for history, dashes in zip(found.histories[:-1], ("--", ":"), strict=False):
         share = 100.0 * found.of(SAFE, history)[0].ravel()

@@ -46,11 +46,14 @@ def draw(results: Results, units: str = "si", severity: int | None = None, confi
         )
         hatch(axes, cells, found.state[number] == RIM, "//////", RIM_COLOUR, "#3A3A3A", "rim")
         hatch(axes, cells, found.state[number] == UNKNOWN, "xxxxxx", UNKNOWN_COLOUR, BLACK, "unknown")
+        best, likely = note["maps"][number]["recommended"], _likely(found, note, number)
         if found.y and RATE in found.yields:
-            x, y = (found.values(axis) / quantity(axis, units).scale for axis in (found.x, found.y))
-            lines |= equal.draw_lines(axes, x, y, found.yields[RATE][number], units)
-        _recommend(axes, found, note["maps"][number]["recommended"], units)
-        if (likely := _likely(found, note, number)) is not None:
+            scale = {axis: quantity(axis, units).scale for axis in (found.x, found.y)}
+            x, y = (found.values(axis) / scale[axis] for axis in scale)
+            points = [tuple(one[axis] / scale[axis] for axis in scale) for one in (best, likely) if one]
+            lines |= equal.draw_lines(axes, x, y, found.yields[RATE][number], units, points)
+        _recommend(axes, found, best, units)
+        if likely is not None:
             scales = [quantity(axis, units).scale if axis else 1.0 for axis in (found.x, found.y)]
             height = likely[found.y] / scales[1] if found.y else 0.5
             for colour, size in (("white", 8.0), (BLACK, 6.0)):
