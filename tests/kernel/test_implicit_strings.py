@@ -61,8 +61,8 @@ def exact(work: Work) -> np.ndarray:
 
 @pytest.mark.parametrize("case", CASES)
 def test_end_states_equal_those_of_another_integrator(case: str) -> None:
-    """Within some thousand tolerances, as impacts magnify what steps leave; and a hundredth (of segments a thousandth) of the tolerance takes most
-    of the error away."""
+    """Within some thousand tolerances, as impacts magnify what steps leave; and a hundredth of the tolerance, of
+    segments a thousandth, takes most of the error away."""
     errors, seconds = [], SECONDS.get(case, 0.25)
     for rtol in (1e-6, FINE.get(case, 1e-8)):
         work = work_for(CASES[case], "implicit", rtol, seconds)
