@@ -1,6 +1,6 @@
 """Cost against friction smoothing, from 10^2 to 10^6: the sharper the friction law, the stiffer the equations.
 
-    python -m benchmarks.stiffness [--quick] [--out stiffness]
+    python -m benchmarks.stiffness [--quick] [--out stiffness] [--lanes 16]
 
 The bit's smoothing (s/rad) is varied in stick-slip and as the bit bounces, the wall's (s/m) in rolling contact; the
 other keeps its default. All start from the states that the default smoothing reaches in 30 s. Both methods of nsdrill
@@ -8,6 +8,10 @@ run with all observers, the explicit one as far as it comes in reasonable time. 
 (scikit-sundae), both with a compiled right-hand side, take turns with them where they are installed, without observers:
 at the same relative tolerance, and at the same error, 1e-4 of the final states in natural sizes against an implicit run
 at 1e-11, with times interpolated between tolerances. nsdrill is there the method that ``auto`` takes.
+
+The time is that of a simulated second in the regime: of runs of two lengths, the difference over the time simulated in
+between. What a sweep and a run cost besides is the same for both lengths and drops out: a millisecond and some
+microseconds, more than a bit that bounces for 6 s. (``benchmarks.scaling`` measures that.)
 """
 
 from __future__ import annotations
@@ -15,7 +19,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +28,9 @@ import numpy as np
 from benchmarks.machine import alone, describe, table, where, write
 
 METHODS = ("explicit", "implicit")
-POINTS, LANES = 16, 16
+POINTS = 128  # of nsdrill: a few to a lane, as in a sweep
+PEER_POINTS = 16  # a peer makes one after the other
+LONGER = 4  # times the length of the short runs, at whose end the error is taken
 SMOOTHINGS = (1e2, 5e2, 1e3, 1e4, 1e5, 1e6)
 EXPLICIT_UP_TO = 1e4
 TOLERANCES = (1e-5, 1e-6, 1e-7, 1e-8)
@@ -36,17 +42,20 @@ CASES = {
     "bouncing, smoothing of the bit": ("bit", 5000.0, 22.24e3, (4.2, 4.4), 6.0),
 }
 HEAD = (
-    "smoothing", "steps/s", "rejected", "explicit, us/s", "implicit, us/s", "step: implicit / explicit", "auto",
+    "smoothing", "steps/s", "rejected", "explicit, us/s", "implicit, us/s", "explicit, ns/step", "implicit, ns/step",
+    "step: implicit / explicit", "step: without observers", "auto",
     "LSODA / auto, rtol 1e-6", "LSODA / auto, error 1e-4", "CVODE / auto, rtol 1e-6", "CVODE / auto, error 1e-4",
 )  # fmt: skip
 PEERS = ("lsoda", "cvode")
-ROUNDS = 3
+Entry = Callable[[int, float], Any]  # of the short runs (0) or the long ones (1), at a relative tolerance
+ROUNDS, SLOW = 4, 2.0  # what takes longer [s] runs once
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="to 10^4, without the same error")
     parser.add_argument("--out", type=Path, help="write OUT.md and OUT.json")
+    parser.add_argument("--lanes", type=int, help="of nsdrill; else what a sweep takes")
     arguments = parser.parse_args()
     alone()
     machine = describe()
@@ -55,7 +64,7 @@ def main() -> None:
         chosen = [one for one in SMOOTHINGS if one <= 1e4 or not arguments.quick]
         rows = []
         for smoothing in chosen:
-            rows.append(_measure(*case, smoothing, arguments.quick))
+            rows.append(_measure(*case, smoothing, arguments.quick, arguments.lanes))
             print(title, *_cells(rows[-1]), file=sys.stderr)
         data[title] = rows
         growth = rows[-1]["implicit"] / rows[0]["implicit"]
@@ -67,8 +76,10 @@ def main() -> None:
         [
             "# Friction smoothing",
             where(machine),
-            f"{POINTS} points each, relative tolerance 1e-6, {LANES} lanes, processor time of a simulated second in "
-            "one process, the least of three runs that take turns.",
+            f"{POINTS} points each ({PEER_POINTS} of the peers), relative tolerance 1e-6, "
+            f"{arguments.lanes or 'the usual'} lanes; processor time of a simulated second in one process, without "
+            f"what a sweep and a run cost besides; the least of {ROUNDS} runs that take turns (of one where it takes "
+            f"over {SLOW:g} s).",
             *sections,
         ]
     )
@@ -77,20 +88,29 @@ def main() -> None:
 
 def _cells(row: dict[str, Any]) -> tuple[str, ...]:
     def number(name: str, form: str = ".2f") -> str:
-        return "-" if row[name] is None else format(row[name], form)
+        return "-" if row[name] is None or not np.isfinite(row[name]) else format(row[name], form)
 
     return (
-        f"{row['smoothing']:.0e}", number("steps", ".0f"), number("rejected", ".0%"), number("explicit", ".1f"),
-        number("implicit", ".1f"), number("step"), row["auto"], number("lsoda"), number("lsoda_error"),
-        number("cvode"), number("cvode_error"),
+        f"{row['smoothing']:.0e}", number("steps", ".0f"), number("rejected", ".0%"), number("explicit"),
+        number("implicit"), number("explicit_step", ".1f"), number("implicit_step", ".1f"), number("step"),
+        number("bare_step"), row["auto"], number("lsoda"), number("lsoda_error"), number("cvode"),
+        number("cvode_error"),
     )  # fmt: skip
 
 
 def _measure(
-    side: str, depth: float, wob: float, speeds: tuple[float, float], seconds: float, smoothing: float, quick: bool
+    side: str,
+    depth: float,
+    wob: float,
+    speeds: tuple[float, float],
+    seconds: float,
+    smoothing: float,
+    quick: bool,
+    lanes: int | None,
 ) -> dict[str, Any]:
     from benchmarks.peers.nsdrill_peer import Nsdrill
     from benchmarks.workload import STATES, grid, problem_of, spun_up
+    from nsdrill.kernel.gang import choose_lanes, widened
     from nsdrill.models.christoforou_yigit.parameters import Initial, Parameters
     from nsdrill.models.leaves import Values
     from nsdrill.models.steepness import implicit
@@ -100,41 +120,57 @@ def _measure(
     changed = replace(base, **{side: replace(part, friction=replace(part.friction, smoothing=smoothing))})
     work = spun_up(grid(np.array([depth]), np.linspace(*speeds, POINTS), 0.0, seconds, wob=wob), 30.0, rtol=1e-6)
     work = replace(work, parameters=changed)
-    works = {name: replace(work, simulation=replace(work.simulation, method=name)) for name in ("explicit", "implicit")}
-    if smoothing > EXPLICIT_UP_TO:
-        del works["explicit"]
+    methods = METHODS if smoothing <= EXPLICIT_UP_TO else METHODS[1:]
     auto = METHODS[
         int(np.any(implicit("auto", work.model, Values(changed, Initial(), (depth, wob, np.array(speeds))))))
     ]
-    problem, ours = problem_of(work), {name: Nsdrill(LANES) for name in works}
-    entries = {name: lambda rtol, name=name: ours[name].run(works[name], rtol) for name in works}
-    entries |= {name: lambda rtol, peer=peer: peer.run(problem, rtol) for name, peer in _peers().items()}
+    lengths = (seconds, LONGER * seconds)
+    works = {
+        name: [replace(work, simulation=replace(work.simulation, method=name, observe=length)) for length in lengths]
+        for name in methods
+    }
+    taken = {name: lanes or widened(choose_lanes(POINTS), POINTS, works[name][0].variant.rows) for name in methods}
+    ours = {name: Nsdrill(taken[name]) for name in methods}
+    bare = {f"{name}, bare": Nsdrill(taken[name], observed=False) for name in methods}
+    some = slice(None, None, POINTS // PEER_POINTS)
+    problems = [problem_of(one).part(some) for one in works[METHODS[1]]]
+    entries: dict[str, Entry] = {}
+    for name in methods:
+        entries[name] = lambda which, rtol, name=name: ours[name].run(works[name][which], rtol)
+    for name, peer in _peers().items():
+        entries[name] = lambda which, rtol, peer=peer: peer.run(problems[which], rtol)
+    simulated = {name: (PEER_POINTS if name in PEERS else POINTS) * (lengths[1] - lengths[0]) for name in entries}
     for name, one in works.items():
-        ours[name].run(replace(one, simulation=replace(one.simulation, observe=1e-3)))  # compiled before it is timed
-    least, _ = _in_turns(entries, 1e-6)
-    per = 1e6 / POINTS / seconds
-    steps = {name: ours[name].columns["steps"] + ours[name].columns["rejected"] for name in works}
+        ours[name].run(replace(one[0], simulation=replace(one[0].simulation, observe=1e-3)))  # compiled before
+    runs = {f"{name}, bare": lambda which, rtol, name=name: bare[f"{name}, bare"].run(works[name][which], rtol)
+            for name in methods}  # fmt: skip
+    found = _in_turns(entries | runs, 1e-6)
+    second = {name: found[name].seconds / simulated[name] for name in entries}
+    columns = ours["implicit"].columns
+    steps = float(np.sum(columns["steps"] + columns["rejected"]))
     row: dict[str, Any] = {
-        "smoothing": smoothing, "auto": auto,
-        "steps": float(steps["implicit"].sum()) / POINTS / seconds,
-        "rejected": float(ours["implicit"].columns["rejected"].sum() / steps["implicit"].sum()),
-        "explicit": least["explicit"] * per if "explicit" in least else None,
-        "implicit": least["implicit"] * per,
-        **dict.fromkeys(("step", *PEERS, *(f"{name}_error" for name in PEERS))),
+        "smoothing": smoothing, "auto": auto, "lanes": taken[auto],
+        "steps": steps / POINTS / lengths[1],
+        "rejected": float(np.sum(columns["rejected"])) / steps,
+        **{name: second[name] * 1e6 if name in second else None for name in METHODS},
+        **{f"{name}_step": found[name].step * 1e9 if name in found else None for name in METHODS},
+        **dict.fromkeys(("step", "bare_step", *PEERS, *(f"{name}_error" for name in PEERS))),
     }  # fmt: skip
-    if "explicit" in least:
-        row["step"] = least["implicit"] / steps["implicit"].sum() / (least["explicit"] / steps["explicit"].sum())
+    if "explicit" in found:
+        row["step"] = found["implicit"].step / found["explicit"].step
+        row["bare_step"] = found["implicit, bare"].step / found["explicit, bare"].step
     there = [name for name in PEERS if name in entries]
-    row |= {name: least[name] / least[auto] for name in there}
+    row |= {name: second[name] / second[auto] for name in there}
     if not quick and there:
-        exact = Nsdrill(LANES).run(works["implicit"], 1e-11).end[:, :STATES]
-        found = [_in_turns({name: entries[name] for name in (auto, *there)}, rtol) for rtol in TOLERANCES]
-        scale = problem.sizes + np.abs(exact)
+        exact = Nsdrill(taken["implicit"]).run(works["implicit"][0], 1e-11).end[some, :STATES]
+        scale = problems[0].sizes + np.abs(exact)
+        each = [_in_turns({name: entries[name] for name in (auto, *there)}, rtol) for rtol in TOLERANCES]
         at = {}
         for name in (auto, *there):
-            errors = [_error(one[1][name], exact, scale) for one in found]
-            if np.all(np.isfinite(errors)):  # else it gave up at some point
-                at[name] = _at_error([one[0][name] for one in found], errors)
+            errors = [_error(one[name].end[some if name == auto else slice(None)], exact, scale) for one in each]
+            times = [one[name].seconds / simulated[name] for one in each]
+            if np.all(np.isfinite([errors, times])):  # else it gave up at some point
+                at[name] = _at_error(times, errors)
         there = [name for name in there if name in at]
         row |= {f"{name}_error": at[name] / at[auto] for name in there}
     return row
@@ -155,14 +191,33 @@ def _peers() -> dict[str, Any]:
     return found
 
 
-def _in_turns(entries: dict[str, Callable[[float], Any]], rtol: float) -> tuple[dict[str, float], dict[str, Any]]:
-    """The least processor seconds of each, and their final states, of runs that take turns."""
-    least, ends = dict.fromkeys(entries, np.inf), {}
+@dataclass
+class Found:
+    """Processor seconds by which the long runs take longer than the short ones, those of a step, and the states at the
+    end of the short ones."""
+
+    seconds: float
+    step: float
+    end: np.ndarray
+
+
+def _in_turns(entries: dict[str, Entry], rtol: float) -> dict[str, Found]:
+    """Of each the least times, of runs that take turns; NaN seconds where a long run gave up."""
+    least, steps = {name: [np.inf, np.inf] for name in entries}, {name: [0, 0] for name in entries}
+    ends: dict[str, dict[int, np.ndarray]] = {name: {} for name in entries}
     for _ in range(ROUNDS):
         for name, run in entries.items():
-            done = run(rtol)
-            least[name], ends[name] = min(least[name], done.cpu_seconds), done.end
-    return least, ends
+            for which in (0, 1) if not SLOW < least[name][1] < np.inf else ():
+                done = run(which, rtol)
+                least[name][which] = min(least[name][which], done.cpu_seconds)
+                steps[name][which] = done.steps or 0
+                ends[name][which] = done.end
+    found = {}
+    for name, (short, long) in least.items():
+        between = steps[name][1] - steps[name][0]
+        taken = long - short if np.all(np.isfinite(ends[name][1])) else np.nan
+        found[name] = Found(taken, taken / between if between else np.nan, ends[name][0])
+    return found
 
 
 def _error(end: np.ndarray, exact: np.ndarray, scale: np.ndarray) -> float:

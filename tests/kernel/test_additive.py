@@ -212,11 +212,15 @@ def test_features_equal_those_of_the_explicit_pair() -> None:
 
 
 def test_bits_do_not_depend_on_lanes_or_neighbours() -> None:
-    """Of lanes that roll on the wall beside lanes that do not."""
-    work = main_work(1e4, "implicit", frozen=False, wob=[10e3, 22.24e3, 60e3], rotary_speed=[1.0, 4.0, 8.0])
+    """Of lanes that roll on the wall beside lanes that do not, that stick or bounce; of more runs than lanes."""
+    speeds = [1.0, *np.linspace(3.0, 8.0, 11)]
+    work = main_work(1e4, "implicit", frozen=False, wob=[10e3, 22.24e3, 60e3], rotary_speed=speeds)
     work = replace(work, simulation=replace(work.simulation, transient=6.0, observe=4.0))
-    found = {lanes: run(work, lanes) for lanes in (1, 8)}
+    found = {lanes: run(work, lanes) for lanes in (1, 8, 32)}
     assert np.any(found[1]["wall_contact_fraction"] > 0.1)
     assert np.any(found[1]["wall_contact_fraction"] == 0.0)
+    assert np.any(found[1]["stuck_fraction"] > 0.1)
+    assert np.any(found[1]["lift_off_fraction"] > 0.1)
     for name, values in found[1].items():
-        assert values.tobytes() == found[8][name].tobytes(), name
+        for lanes in (8, 32):
+            assert values.tobytes() == found[lanes][name].tobytes(), (name, lanes)

@@ -93,6 +93,24 @@ def test_lane_loops_compile_to_packed_instructions(part: str, tmp_path: Path) ->
     assert single < (0.25 if part == "slips 8" else 0.1) * packed
 
 
+BESIDE = """
+from nsdrill.models.christoforou_yigit.features import make_observer
+from nsdrill.models.christoforou_yigit.options import Options
+for apart in (0, 1):
+    print("".join(make_observer(16, Options(apart=apart))[0].inspect_asm().values()))
+    print("NEXT")
+"""
+
+
+@needs_wide_registers
+def test_the_observer_is_as_packed_with_friction_apart_as_without(tmp_path: Path) -> None:
+    """It has rare parts for one lane, which are the same in both, so it is compared with itself."""
+    together, apart = (packed_and_single(text) for text in printed(BESIDE, tmp_path).split("NEXT")[:2])
+    assert together[1] > 0
+    assert apart[1] <= together[1] + 10
+    assert apart[0] >= together[0]
+
+
 PLAIN = """
 import json, sys
 sys.path.insert(0, {tests!r})

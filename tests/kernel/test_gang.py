@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from reference import Case
 from sweep.runs import collect, finish, run_from, same_bits, work_for
 
 from kernel.motions import BOUNCING, RUBBING, SMOOTH, start_of
+from nsdrill.kernel import gang as gang_module
+from nsdrill.kernel.gang import widened
 from nsdrill.kernel.settings import Simulation
 from nsdrill.sweep.work import compiled_parts
 from nsdrill.variables import DIVERGED, OK, STEP_LIMIT
@@ -54,6 +57,22 @@ def test_steps_tried_are_accepted_and_rejected_ones() -> None:
     done = finish(work, gang)
     assert gang.lane_steps == sum(int(np.sum(d.accepted + d.rejected)) for d in done)
     assert gang.lane_steps <= 8 * gang.packed_steps
+
+
+def test_four_registers_to_a_row_where_steps_wait_for_themselves(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of friction apart, with runs for all lanes, in a cache that nearly holds them; unless the user has chosen."""
+    monkeypatch.delenv("NSDRILL_LANES", raising=False)
+    rows = {method: work_for(Case(), replace(BRIEF, method=method)).variant.rows for method in ("explicit", "implicit")}
+    needed = rows["implicit"].total * 32 * 8
+    for cache, lanes in ((needed, 32), (needed // 2, 16), (0, 16)):
+        monkeypatch.setattr(gang_module, "nearest_cache", lambda cache=cache: cache)
+        assert widened(16, 1000, rows["implicit"]) == lanes
+    monkeypatch.setattr(gang_module, "nearest_cache", lambda: needed)
+    assert widened(16, 1000, rows["explicit"]) == 16
+    assert widened(16, 40, rows["implicit"]) == 16
+    assert widened(8, 1000, rows["implicit"]) == 8
+    monkeypatch.setenv("NSDRILL_LANES", "16")
+    assert widened(16, 1000, rows["implicit"]) == 16
 
 
 def test_lanes_are_refilled_at_once() -> None:

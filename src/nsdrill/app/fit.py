@@ -25,7 +25,7 @@ from nsdrill.app.passes import Watch
 from nsdrill.app.rounds import Rounds
 from nsdrill.app.run import check_sweep, checked_workers
 from nsdrill.errors import FileError, InputError, StudyError
-from nsdrill.kernel.gang import choose_lanes
+from nsdrill.kernel.gang import choose_lanes, widened
 from nsdrill.models.leaves import OPERATION
 from nsdrill.models.vocabulary import BY_NAME
 from nsdrill.observe.thresholds import Record
@@ -211,9 +211,10 @@ class _Runs:
             total = max(self.most * self.measured.points, self.before + self.done + now.done)
             self.watch(replace(now, total=total, before=self.before, done=self.done + now.done, note="fit"))
 
-        lanes = choose_lanes(-(-plan.points // self.workers))
+        share = -(-plan.points // self.workers)
         with ThreadPoolExecutor(self.workers) as threads:
             for one, points in work.by_method(np.arange(plan.points)):
+                lanes = widened(choose_lanes(share), share, one.variant.rows)
                 compiled_parts(lanes, one.variant)
                 Engine(one, threads, self.workers, lanes, deliver, watch).run(None, points)
                 self.done += len(points)

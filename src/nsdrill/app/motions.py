@@ -203,7 +203,7 @@ class Motions:
             observe=observe or seconds,
             max_steps=min(study.simulation.max_steps, MOST_STEPS),
         )
-        work = _work(study, simulation, Record(peaks=0), self.checked(study, state))
+        work = self._alone(study, simulation, state)
         runs = work.prepare(np.array([0]))
         motion = _motion(study, study.operation, work.simulation, runs.initial[0], seconds, sample)
         gang = work.new_gang(1, 1)
@@ -216,12 +216,7 @@ class Motions:
     ) -> dict[str, Array]:
         """The points at ``values`` of the axis ``key`` [n], each from ``state``, after ``settle`` seconds observed for
         ``observe``: status, features, labels and peaks [n, ...] as in a results file."""
-        simulation = replace(
-            study.simulation, transient=settle, observe=observe, max_steps=min(study.simulation.max_steps, MOST_STEPS)
-        )
-        work = _work(study, simulation, Record(), self.checked(study, state), {key: np.asarray(values, dtype=float)})
-        workers = min(processors(), max(1, len(values) // 8))
-        lanes = choose_lanes(-(-len(values) // workers))
+        work, workers, lanes = self._group(study, state, {key: np.asarray(values, dtype=float)}, settle, observe)
         compiled_parts(lanes, work.variant)
         kept: dict[str, Array] = {}
 
@@ -234,6 +229,30 @@ class Motions:
         with ThreadPoolExecutor(workers) as threads:
             Engine(work, threads, workers, lanes, deliver).run()
         return kept
+
+    def ready(self, study: Study, state: Array, key: str = "", values: Array | None = None) -> None:
+        """Make the machine code of :meth:`go_on`, or of :meth:`around` where there is a ``key``; others may compute
+        meanwhile."""
+        if values is not None:
+            work, _, lanes = self._group(study, state, {key: np.atleast_1d(values)}, 0.0, 1.0)
+        else:
+            work, lanes = self._alone(study, replace(study.simulation, transient=0.0, observe=1.0), state), 1
+        compiled_parts(lanes, work.variant)
+
+    def _alone(self, study: Study, simulation: Simulation, state: Array) -> _From:
+        return _work(study, simulation, Record(peaks=0), self.checked(study, state))
+
+    def _group(
+        self, study: Study, state: Array, axes: Mapping[str, Array], settle: float, observe: float
+    ) -> tuple[_From, int, int]:
+        """The points along an axis, with the count of workers and that of lanes which serve them best."""
+        simulation = replace(
+            study.simulation, transient=settle, observe=observe, max_steps=min(study.simulation.max_steps, MOST_STEPS)
+        )
+        work = _work(study, simulation, Record(), self.checked(study, state), axes)
+        count = math.prod(len(values) for values in axes.values())
+        workers = min(processors(), max(1, count // 8))
+        return work, workers, choose_lanes(-(-count // workers))
 
     def checked(self, study: Study, state: Array) -> Array:
         """A state to go on from, with the phase last; InputError where it is none of this string."""

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from nsdrill.data import Array
+from nsdrill.kernel.gang import widened
 from nsdrill.models.steepness import METHODS
 from nsdrill.store import Sink, pending_records
 from nsdrill.sweep.engine import Engine, Progress, Starts
@@ -36,6 +37,7 @@ class Passes:
     lanes: int
     watch: Watch = lambda progress: None
     remote: bool = False
+    chains: int = 0  # of the study, a worker: whether work that gains from more lanes than these has them
     progress: Progress = field(default_factory=lambda: Progress(total=0))
     synced: float = field(default_factory=time.monotonic)
 
@@ -55,9 +57,10 @@ class Passes:
         def engine(one: Work, **more: Any) -> Engine:
             nonlocal base
             base = replace(own)
+            lanes = widened(self.lanes, self.chains, one.variant.rows)
             if not one.compiled:
-                compiled_parts(self.lanes, one.variant)
-            return Engine(one, self.executor, self.workers, self.lanes, deliver, watch, remote=self.remote, **more)
+                compiled_parts(lanes, one.variant)
+            return Engine(one, self.executor, self.workers, lanes, deliver, watch, remote=self.remote, **more)
 
         for part, points in work.parts(pending):
             if part.plan.chain_length > 1:

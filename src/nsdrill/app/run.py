@@ -237,11 +237,11 @@ def _compute(
 ) -> Progress:
     """Run all that is missing: the points, those of the refinement, the checks."""
     work = work_of(study)
-    if lanes is None:
-        lanes = choose_lanes(-(-work.plan.chains // workers))
+    chains = -(-work.plan.chains // workers) if lanes is None else 0
+    lanes = lanes or choose_lanes(chains)
     own: AbstractContextManager[Executor] = ThreadPoolExecutor(workers)
     with own as threads:
-        passes = Passes(log, executor or threads, workers, lanes, watch, remote=executor is not None)
+        passes = Passes(log, executor or threads, workers, lanes, watch, executor is not None, chains)
         if study.refined:
             Refining(study, work.plan, log).run(passes, work)
         else:

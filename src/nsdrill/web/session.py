@@ -117,18 +117,20 @@ class Session:
         return self._motions
 
     def warm(self) -> None:
-        """Load, or make, the machine code of what a first click, slider and local diagram need; a page is served
-        between these."""
+        """Load, or make, the machine code of what a first click, slider and local diagram need. A page is served
+        between these, and while what it does not need is compiled."""
         values = self.motions.own
         study = self.motions.at(values)
         state = self.motions.start(study)
         with self._turn:
             self.motions.glance(study, state)
+        self.motions.ready(study, state)
         time.sleep(0.01)  # who waits has the turn first
         with self._turn:
             motion = self.motions.go_on(study, state, 0.1, SAMPLE)
         if motion.status == OK:
             near = np.linspace(0.99, 1.01, POINTS) * values["rotary_speed"]
+            self.motions.ready(study, motion.final, "rotary_speed", near)
             time.sleep(0.01)
             with self._turn:
                 self.motions.around(study, motion.final, "rotary_speed", near, settle=0.01, observe=0.01)

@@ -203,14 +203,26 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
             bit = (1 << i) if b[moves_ + i] * b[window_ + i] != 0.0 else 0
             far = bit << SECOND
             z_speed |= bit if turns(b[vz0_ + i], b[vz1_ + i]) else 0
-            z_speed |= far if turns(b[alpha0_ + i], alpha) else 0
+            speed_turn, torque_top = turns(b[alpha0_ + i], alpha), b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0
+            if apart:
+                # Where friction holds the bit at the end of a step much longer than it has an own time, the polynomial
+                # of the step undershoots, as its acceleration jumps inside, and the bit creeps, so that the sign of the
+                # acceleration is that of rounding: the speed at the end counts. A bit that is held all the while has
+                # the torque that balances the string's, which has no top inside.
+                holds = b[bb_ + i] * b[slope_ + i] > HOLDS
+                counts = holds and bit != 0
+                b[speed_min_ + i] = min(b[speed_min_ + i], omega if counts else b[speed_min_ + i])
+                b[speed_max_ + i] = max(b[speed_max_ + i], omega if counts else b[speed_max_ + i])
+                speed_turn = speed_turn and not holds
+                torque_top = torque_top and not (holds and abs(b[eps_ + i] * b[speed0_ + i]) < CREEPS)
+            z_speed |= far if speed_turn else 0
             if driven:  # the twist of the pipe, from which the torque at the surface follows
                 twist_u |= bit if turns(b[speed0_ + i] - b[top0_ + i], omega - b[top1_ + i]) else 0
                 top_turns |= bit if turns(b[pull0_ + i], b[pull1_ + i]) else 0
             else:
                 twist_u |= bit if turns(b[speed0_ + i] - drive, omega - drive) else 0
             twist_u |= far if turns(du0, du) else 0
-            torque_rho |= bit if b[dT0_ + i] > 0.0 and b[dT1_ + i] <= 0.0 else 0
+            torque_rho |= bit if torque_top else 0
             passing |= bit if (y0 < 0.0) != (y1 < 0.0) else 0
             level = b[gap_ + i] * b[gap_ + i]
             low = rho0 > level and least_of(rho0, rho1, 2.0 * outward0, 2.0 * outward1, h) < level
@@ -271,22 +283,6 @@ def make_observer(lanes: int, options: Options = MAIN, tangent: bool = False, ot
         z_turns, speed_turns = both_sets(z_speed)
         twist_turns, u_turns = both_sets(twist_u)
         torque_tops, rho_turns = both_sets(torque_rho)
-        if apart and seen != 0:
-            # A bit that is held creeps, and its speed turns where its acceleration has no sign but that of rounding.
-            for i in range(W):
-                counts = b[bb_ + i] * b[slope_ + i] * b[moves_ + i] * b[window_ + i] > HOLDS
-                speed = b[speed1_ + i]
-                b[speed_min_ + i] = min(b[speed_min_ + i], speed if counts else b[speed_min_ + i])
-                b[speed_max_ + i] = max(b[speed_max_ + i], speed if counts else b[speed_max_ + i])
-        if apart and (speed_turns | torque_tops) != 0:
-            # Where friction holds the bit at the end of a step much longer than it has an own time, the polynomial of
-            # the step undershoots, as its acceleration jumps inside; the speed at the end counts. And a bit that is
-            # held all the while has the torque that balances the string's, which has no top inside.
-            for i in range(W):
-                holds = b[bb_ + i] * b[slope_ + i] > HOLDS
-                stays = holds and abs(b[eps_ + i] * b[speed0_ + i]) < CREEPS
-                speed_turns &= ~(1 << i) if holds else -1
-                torque_tops &= ~(1 << i) if stays else -1
         rock, stuck = both_sets(rock_stuck)
         wall, along = both_sets(wall_along)
 
