@@ -189,6 +189,10 @@ def test_other_symmetry_at_the_ends(call: Call) -> None:
     answer = call("continue", "study.yaml", "-o", "b.h5")
     assert answer.code == 2
     assert "segments" in answer.err
+    Path("study.yaml").write_text("continue: {along: wob, from: 10 kN, to: 30 kN, motions: [stick_slip]}\n")
+    answer = call("continue", "study.yaml", "-o", "b.h5")
+    assert answer.code == 2
+    assert "Over lobes it is a torus" in " ".join(answer.err.split())
     Path("study.yaml").write_text("drive: {kind: dc_motor}\ncontinue: {along: wob, from: 10 kN, to: 30 kN}\n")
     answer = call("continue", "study.yaml", "-o", "b.h5")
     assert answer.code == 2

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, minimize_scalar
 
 import nsdrill
@@ -185,10 +186,19 @@ def test_multipliers_across_contacts(bounce):
     own = np.sort_complex(np.linalg.eigvals(scaled[0]))
     stored = data["multiplier_real"].values + 1j * data["multiplier_imag"].values
     place = int(np.argmin(np.abs(data["rotary_speed"].values - number)))
-    assert own == pytest.approx(np.sort_complex(stored[place]), abs=1e-6)
     fine, finer = (np.sort_complex(np.linalg.eigvals(one)) for one in scaled[1:])
     assert np.max(np.abs(own - finer)) < 2e-8
     assert np.max(np.abs(fine - finer)) < 1e-8
+    # Those of the file, at the default tolerance, against the finest; and all along the branch.
+    assert np.max(np.abs(np.sort_complex(stored[place]) - finer)) < 1e-9
+    states, speeds = data["state"].values, data["rotary_speed"].values
+    n = len(states)
+    legs = Legs(states, np.zeros(n), fold / speeds, speeds[:, None], np.ones(n, bool))
+    worst = []
+    for matrix, there in zip(flow(1e-14).run(legs).monodromy, stored, strict=True):
+        finest = np.linalg.eigvals(turned(setting.symmetry, matrix.T, -fold).T * sizes / sizes[:, None])
+        worst.append(max(np.min(np.abs(finest - one)) for one in there))
+    assert max(worst) < 1e-8
     cubes = np.linalg.eigvals(monodromy(1e-11, 3))
     assert np.sort_complex(cubes) == pytest.approx(np.sort_complex(own**3), abs=1e-5)
 
@@ -330,3 +340,61 @@ def test_multipliers_where_equations_are_not_linearised(extra):
     wanted = np.sort_complex(np.linalg.eigvals(differences[np.ix_(free, free)]))
     stored = one["multiplier_real"].values + 1j * one["multiplier_imag"].values
     assert np.sort_complex(stored) == pytest.approx(wanted, abs=1e-6)
+
+
+def test_a_regulated_motor_against_shooting_by_scipy():
+    """A DC motor whose voltage follows the motion: a limit cycle closes on SciPy's DOP853 of circuit, springs and
+    friction, and its multipliers are those of differences of such runs."""
+    gains = (0.0272, 22.2, 1.138, -13.03, 15.6)
+    study = nsdrill.load_study({
+        "operation": {"depth": "5000 m", "wob": "66.72 kN"}, "bit": {"surface_amplitude": "0 mm"},
+        "modes": {"lateral": "frozen", "axial": "frozen"}, "drive": {"kind": "dc_motor", "gains": list(gains)},
+        "simulation": {"transient": "20 s", "observe": "10 s"},
+        "continue": {"along": "rotary_speed", "from": "1.5 rad/s", "to": "3 rad/s", "points": 40,
+                     "seeds": {"rotary_speed": ["2 rad/s"]}},
+    })  # fmt: skip
+    data = nsdrill.continue_branches(study)
+    cycle = list(data["motion"].values).index("limit_cycle")
+    one = data.isel(point=int(np.flatnonzero(data["branch_of_point"].values == cycle)[10]))
+    speed, period = float(one["rotary_speed"]), float(one["period"])
+    names = [str(name) for name in data["state_name"].values]
+    state = dict(zip(names, one["state"].values, strict=True))
+    k, p, n_k, wob = derive(study.parameters, 5000.0, 66720.0, speed), study.parameters, 7.2 * 6.0, 66720.0
+    damping, force = p.drillstring.torsional_damping, -p.bit.rock_stiffness * float(state["z"])
+
+    def torque(omega, load):
+        cutting = k.cutting_arm * 2 / math.pi * math.atan(p.bit.friction.smoothing * omega)
+        return load * (2 / 3 * p.well.diameter / 2 * friction(p.bit.friction, omega) + cutting)
+
+    steady = torque(speed, wob) + damping * speed
+
+    def slopes(t, y):
+        lag, top_speed, twist, bit_speed, current = y
+        pipe = k.k_t * (lag - twist)
+        deviations = (current - steady / n_k, lag, top_speed - speed, twist + steady / k.k_t, bit_speed - speed)
+        voltage = n_k * speed + 0.01 * steady / n_k - sum(K * off for K, off in zip(gains, deviations, strict=True))
+        return [
+            top_speed - speed,
+            (n_k * current - pipe) / 2122.32,
+            bit_speed - speed,
+            (pipe - damping * bit_speed - torque(bit_speed, force)) / k.J,
+            (voltage - n_k * top_speed - 0.01 * current) / 0.005,
+        ]
+
+    def end(start):
+        return solve_ivp(slopes, (0.0, period), start, "DOP853", rtol=1e-11, atol=1e-11).y[:, -1]
+
+    start = np.array([float(state[name]) for name in ("lag", "drive_speed", "twist", "bit_speed", "motor_torque")])
+    start[-1] /= n_k
+    swing = float(one["bit_speed_max"]) - float(one["bit_speed_min"])
+    assert swing > 0.1
+    assert end(start) == pytest.approx(start, abs=1e-6)
+    matrix = np.zeros((5, 5))
+    for j in range(5):
+        h = 1e-4 * np.eye(5)[j]
+        matrix[:, j] = (end(start + h) - end(start - h)) / 2e-4
+    wanted = np.linalg.eigvals(matrix)
+    stored = one["multiplier_real"].values + 1j * one["multiplier_imag"].values
+    for multiplier in wanted:
+        assert np.min(np.abs(stored[np.isfinite(stored)] - multiplier)) < 1e-5
+    assert np.sum(np.abs(wanted) > 1.001) == int(one["unstable"])

@@ -34,6 +34,7 @@ from nsdrill.orbit.explore import Explorer, Found, Orders, Seed
 from nsdrill.orbit.flow import Flow, Legs, equations_of
 from nsdrill.orbit.kept import from_arrays, to_arrays
 from nsdrill.orbit.labels import Graze
+from nsdrill.orbit.multipliers import finer_multipliers
 from nsdrill.store import open_branches, part_path, read_results, write_branches
 from nsdrill.study.continuation import SECTION, Continuation
 from nsdrill.study.keys import keys_of
@@ -127,13 +128,20 @@ def setting_of(study: Study) -> Setting:
         except NotImplementedError:
             raise InputError(
                 f"{source}: found the model {study.model}, which does not say how its motions repeat, or has no "
-                "linearised equations; allowed: a model that does, as christoforou_yigit, torsion or beam."
+                "linearised equations; allowed: a model that does, as christoforou_yigit, torsion or beam. A sweep "
+                "up and down (sweep.procedure: up-down) follows the stable motions of any model."
             ) from None
     if any(one != found[0] for one in found):
         raise InputError(
             f"{source}: found a range of {' and '.join(keys)} at whose ends the equations have different symmetries, "
             "such as a hole that is vertical at one end and inclined at the other, or lobes of no height at one end; "
             "allowed: a range that leaves such an end out."
+        )
+    if found[0][1].folds and {*asked.motions} == {"stick_slip"}:
+        raise InputError(
+            f"{source}: continue.motions: found stick_slip alone, over lobes; allowed: a smooth rock, on which "
+            "stick-slip is a cycle, or other motions. Over lobes it is a torus that is not followed: a sweep up and "
+            "down (sweep.procedure: up-down) tells where it is stable."
         )
     return Setting(study, asked, model, *found[0])
 
@@ -197,7 +205,13 @@ def continue_study(
         number, points = len(kept), sum(map(len, kept.values()))
         say(f"{number} branch{'' if number == 1 else 'es'}, {points} points")
 
-    explorer = Explorer(flow, orders, known, keep, interrupt.look)
+    def begin(number: int) -> None:
+        what = "a branch is followed, and kept when it has ended"
+        if number > 1:
+            what = f"{number} branches are followed side by side, and kept when all of them have ended"
+        say(what)
+
+    explorer = Explorer(flow, orders, known, keep, interrupt.look, begin)
     try:
         with interrupt.heeded():
             found = explorer.run(started)
@@ -205,14 +219,14 @@ def continue_study(
         raise KeyboardInterrupt(_interrupted(part, kept)) from None
     if not found.branches:
         raise InputError(_no_branch(study, found, started))
-    data = dataset_of(setting, flow, found)
-    if asked.curves is not None:
-        say("curves")
-        try:
-            with interrupt.heeded():
+    try:
+        with interrupt.heeded():
+            data = dataset_of(setting, flow, found)
+            if asked.curves is not None:
+                say("curves")
                 data = with_curves(setting, data, found, workers or processors())
-        except KeyboardInterrupt:
-            raise KeyboardInterrupt(_interrupted(part, kept)) from None
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(_interrupted(part, kept)) from None
     if path is not None:
         write_branches(path, data, overwrite=overwrite or bool(known))
         if part is not None:
@@ -234,8 +248,10 @@ def _grazes(study: Study, flow: Flow) -> dict[int, Graze]:
 
 
 def _interrupted(part: Path | None, kept: Mapping[Any, Branch]) -> str:
-    if part is None or not kept:
+    if part is None:
         return interrupt.NOTHING
+    if not kept:
+        return "Interrupted before the first branches had ended: nothing is kept. The same command begins anew."
     return f"Interrupted: {len(kept)} branches are safe in {part}. Go on with --resume."
 
 
@@ -390,11 +406,11 @@ def dataset_of(setting: Setting, flow: Flow, found: Found) -> Any:
     rows = np.array([len(branch) for branch in branches], dtype=np.int64)
     numbers = np.array([point.found.values[-1] for point in points])
     names = model.states(setting.fixed)
-    widest = max(len(point.found.multipliers) for point in points)
+    finer = finer_multipliers(flow, branches, interrupt.look)
+    widest = max(map(len, finer))
     multipliers = np.full((len(points), widest), np.nan + 0j)
-    for place, point in enumerate(points):
-        own = point.found.multipliers
-        multipliers[place, : len(own)] = own[np.argsort(-np.abs(own), kind="stable")]
+    for place, found_there in enumerate(finer):
+        multipliers[place, : len(found_there)] = found_there[np.argsort(-np.abs(found_there), kind="stable")]
     states = np.stack([point.found.state for point in points])
     periods = np.array([point.found.period for point in points])
     coordinates: dict[str, Any] = {}

@@ -15,21 +15,27 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from nsdrill.orbit.flow import Ends, Legs
+from nsdrill.orbit.linear import sign_of_determinant, solve
+from nsdrill.orbit.rounds import together
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 T = TypeVar("T")
 Steps = Generator[Legs, Ends, T]
 Kinked = Callable[[Any, Any], bool]
+Margins = Callable[[Any], Array]
 
 FIRST, MOST, LEAST = 0.02, 0.3, 1e-6  # lengths of steps, in natural sizes
 GROW, FASTER = 1.3, 2.0  # of a step after few iterations, and of one that was very short
 FEW_ITERATIONS, MOST_ITERATIONS = 4, 9
 CLOSE, SMALL, FARTHEST = 1e-8, 1e-5, 3000.0  # of a step of Newton's method, in natural sizes
 LEAST_COSINE = 0.5  # between the tangents of neighbouring points
+SAME = 1e-5  # in natural sizes: two special points of one kind that are one
 LOCATED = 1e-8  # of the arclength at which a special point is known
 NOISE = 1e-7  # of a residual, in natural sizes, that the steps of the integration may leave
 CORNER = 1e-5  # of a step: shorter ones look for a corner
 BEYOND = (3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5, 3e-6, 1e-6)  # lengths of the first step beyond a corner
+HALVINGS = 6  # in search of a window
+CLOSENESS, WIDEST = 4.0, 0.5  # of a margin: how far from zero, over its change between points; that change
 STRAIGHT = 0.95  # cosine between that step, or the next shorter one, and the tangent at its end
 
 
@@ -79,7 +85,7 @@ def tangent_of(jacobian: Array, along: Array) -> Array | None:
     m = len(jacobian)
     system = np.vstack([jacobian, along])
     try:
-        found = np.linalg.solve(system, np.concatenate([np.zeros(m), [1.0]]))
+        found = solve(system, np.concatenate([np.zeros(m), [1.0]]))
     except np.linalg.LinAlgError:
         found = np.linalg.svd(jacobian)[2][-1]
     length = np.linalg.norm(found)
@@ -101,7 +107,7 @@ def correct(problem: Problem, guess: Array, normal: Array) -> Steps[tuple[Array,
         residual = float(np.max(np.abs(reading.residual)))
         system = np.vstack([reading.jacobian, normal])
         try:
-            step = np.linalg.solve(system, -np.concatenate([reading.residual, [normal @ (x - guess)]]))
+            step = solve(system, -np.concatenate([reading.residual, [normal @ (x - guess)]]))
         except np.linalg.LinAlgError:
             return None
         size = float(np.max(np.abs(step)))
@@ -134,7 +140,7 @@ def corrected(
 
 
 def _turn(jacobian: Array, tangent: Array) -> float:
-    return float(np.linalg.slogdet(np.vstack([jacobian, tangent]))[0])
+    return sign_of_determinant(np.vstack([jacobian, tangent]))
 
 
 def _unit(length: int) -> Array:
@@ -173,10 +179,15 @@ Tests = Callable[[Point, Point], list[Test]]
 
 @dataclass(frozen=True)
 class Half:
-    """One side of a branch from its seed on: the ``points`` after the seed, and why it ``ended``."""
+    """One side of a branch from its seed on: the ``points`` after the seed, why it ``ended``, and how many of the
+    points are ``further`` ones, of windows narrower than a step."""
 
     points: list[Marked]
     ended: str
+    further: int = 0
+
+
+Suspect = tuple[tuple[Problem, Point], tuple[Problem, Point], Point]
 
 
 def follow(
@@ -191,13 +202,49 @@ def follow(
     first: float = FIRST,
     most: float = MOST,
     kinked: Kinked = lambda here, there: False,
+    margins: Margins | None = None,
 ) -> Steps[Half]:
     """Follow the branch through ``start`` to the side ``sense`` (1 or -1 of its tangent) until the number continued
     leaves ``bounds``, ``stop`` of two neighbouring points has a word for the end, the branch closes, Newton's method
     fails, or there are so many ``points``. ``kinked`` says of what was found at two points whether a kink of the
-    equations lies between them, at which the branch may have a corner."""
+    equations lies between them, at which the branch may have a corner. ``margins`` of a point change their sign at
+    special points: where one comes close to that, a window narrower than a step is looked for."""
+    suspects: list[Suspect] = []
+
+    def suspected(a: Point, b: Point, c: Point) -> bool:
+        return margins is not None and _close(*(margins(one.found) for one in (a, b, c))) is not None
+
+    sides = (points, tests, stop, first, most, kinked)
+    half = yield from _line(problem, start, sense, bounds, *sides, suspected, suspects)
+    if margins is None or not suspects:
+        return half
+    # Last of all, as the steps of other branches may wait for those of this one.
+    windows = yield from together([_window(*one, tests, margins) for one in suspects])
+    made = list(half.points)
+    for one in (one for window in windows for one in window):
+        if not any(one.label == other.label and np.max(np.abs(one.point.x - other.point.x)) < SAME for other in made):
+            made.append(one)
+    return Half(sorted(made, key=lambda one: one.point.s), half.ended, len(made) - len(half.points))
+
+
+def _line(
+    problem: Problem,
+    start: Point,
+    sense: int,
+    bounds: tuple[float, float],
+    points: int,
+    tests: Tests,
+    stop: Callable[[Point, Point], str],
+    first: float,
+    most: float,
+    kinked: Kinked,
+    suspected: Callable[[Point, Point, Point], bool],
+    suspects: list[Suspect],
+) -> Steps[Half]:
+    """The steps of :func:`follow`, which puts into ``suspects`` where a window is to be looked for."""
     here = replace(start, tangent=sense * start.tangent, s=0.0, turn=sense * start.turn)
     origin, made = here, list[Marked]()
+    last_two: tuple[tuple[Problem, Point], ...] = ((problem, here),)  # no corner between
     length, away = first, False
     failing = ""
     while len(made) < points:
@@ -211,7 +258,7 @@ def follow(
                 if corner is not None:
                     edge, there = corner
                     made += [Marked(edge, test.code, test.words) for test in tests(here, there)]
-                    here = edge
+                    here, last_two = edge, ()
             if there is None:
                 length /= 2.0
         outside = 0 if bounds[0] <= there.x[-1] <= bounds[1] else -1 if there.x[-1] < bounds[0] else 1
@@ -229,6 +276,8 @@ def follow(
         if not (made and made[-1].point is here and made[-1].label):  # else those of a corner, which are there
             made += yield from special(problem, here, there, tests)
         made.append(Marked(there))
+        if len(last_two) == 2 and suspected(last_two[0][1], last_two[1][1], there):
+            suspects.append((*last_two, there))
         if outside:
             return Half(made, "from" if outside < 0 else "to")
         distance = float(np.linalg.norm(there.x - origin.x))
@@ -236,6 +285,7 @@ def follow(
         if away and distance < 1.5 * length and _passes(here, there, origin):
             return Half(made, "closed")
         problem, here = problem.moved(there.x), there
+        last_two = (*last_two[-1:], (problem, here))
         if there.iterations <= FEW_ITERATIONS:
             length = min(length * (GROW if length > first else FASTER), most)
     return Half(made, "points")
@@ -331,6 +381,61 @@ def between(problem: Problem, here: Point, a: Point, b: Point, s: float) -> Step
     sa, sb = (float(here.tangent @ (one.x - here.x)) for one in (a, b))
     guess = a.x + (s - sa) / (sb - sa) * (b.x - a.x)
     return (yield from corrected(problem, guess, here.tangent, here.tangent, here))
+
+
+def _window(
+    first: tuple[Problem, Point], second: tuple[Problem, Point], last: Point, tests: Tests, margins: Margins
+) -> Steps[list[Marked]]:
+    """What lies between three neighbouring points where a margin, which keeps its sign at them, changes it and changes
+    it back: a point there, and the special points to both sides; none where no margin does. ``first`` and ``second``
+    have the problems of the steps that lead on from them.
+
+    A margin is suspected that is closest to zero at the point in the middle, and not much farther from it than it
+    changes to one of the sides. Halving both sides about the closest point either finds the window, or shows that the
+    margin turns before.
+    """
+    (early, a), (late, b), c = first, second, last
+    sides: list[tuple[Problem, Point]] = [(early, a), (late, b)]
+    line: list[Point] = [a, b, c]
+    values = [margins(point.found) for point in line]
+    suspected = _close(*values)
+    if suspected is None:
+        return []
+    for _ in range(HALVINGS):
+        middle: list[Point] = []
+        for (problem, base), p, q in zip(sides, line[:2], line[1:], strict=True):
+            reach = [float(base.tangent @ (one.x - base.x)) for one in (p, q)]
+            point = yield from between(problem, base, p, q, 0.5 * (reach[0] + reach[1]))
+            if point is None:
+                return []
+            middle.append(point)
+            value = margins(point.found)
+            if value[suspected] * values[1][suspected] < 0.0:
+                made = yield from special(problem, p, point, tests)
+                made.append(Marked(point))
+                made += yield from special(problem, point, q, tests)
+                return made
+        line = [line[0], middle[0], line[1], middle[1], line[2]]
+        values = [margins(point.found) for point in line]
+        nearest = min(range(1, 4), key=lambda k: abs(values[k][suspected]))
+        every = [sides[0], sides[0], sides[1], sides[1]]
+        line, values = line[nearest - 1 : nearest + 2], values[nearest - 1 : nearest + 2]
+        sides = every[nearest - 1 : nearest + 1]
+        if _close(*(value[[suspected]] for value in values)) is None:
+            return []
+    return []
+
+
+def _close(a: Array, b: Array, c: Array) -> int | None:
+    """Which of the margins at three points comes so close to zero that it may cross it between; None where none
+    does."""
+    same = (a * b > 0.0) & (b * c > 0.0)
+    peak = (np.abs(b) < np.abs(a)) & (np.abs(b) < np.abs(c))
+    change = np.maximum(np.abs(b - a), np.abs(b - c))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.where(same & peak & (change < WIDEST), np.abs(b) / change, np.inf)
+    best = int(np.argmin(share)) if len(share) else 0
+    return best if len(share) and share[best] < CLOSENESS else None
 
 
 def _located(problem: Problem, here: Point, there: Point, test: Test) -> Steps[Point | None]:

@@ -21,7 +21,7 @@ from nsdrill.orbit.branch import Branch, assembled, passes
 from nsdrill.orbit.cycle import Cycle, rates, sampled_cycle
 from nsdrill.orbit.flow import Flow, Legs
 from nsdrill.orbit.frame import turned
-from nsdrill.orbit.labels import Graze, kinks_of, tests_of
+from nsdrill.orbit.labels import Graze, kinks_of, margins_of, tests_of
 from nsdrill.orbit.periodic import Orbit, Periodic, between_segments, starts_of
 from nsdrill.orbit.rounds import advance
 from nsdrill.orbit.switch import at_hopf, branched, doubled, doubled_cycle, started
@@ -111,7 +111,7 @@ class _Candidate:
 class Explorer:
     """Follows all that can be found. ``known`` are branches that were kept, by key; ``keep`` is told of those
     of each wave;
-    ``look`` is called often, and may raise to stop."""
+    ``look`` is called often, and may raise to stop; ``begin`` is told how many branches a wave has."""
 
     def __init__(
         self,
@@ -120,8 +120,10 @@ class Explorer:
         known: dict[Key, Branch] | None = None,
         keep: Callable[[dict[Key, Branch]], None] = lambda branches: None,
         look: Callable[[], None] = lambda: None,
+        begin: Callable[[int], object] = lambda number: None,
     ) -> None:
         self.flow, self.orders, self.known, self.keep, self.look = flow, orders, known or {}, keep, look
+        self.begin = begin
         self.scale = float(flow.scales[-1])
         low, high = orders.bounds
         self.bounds = (low / self.scale, high / self.scale)
@@ -157,6 +159,9 @@ class Explorer:
                 self._grow(wave)
             elif not guesses and not (self.orders.switch and self._left(switched)):
                 break
+        for one in guesses:
+            if not self._known_line(one.motion, one.lobes, one.signatures, NEAR):
+                words[one.number] = f"left when {MOST_WAVES} rounds of seeds had been followed"
         return Found(self.branches, [word or "followed" for word in words])
 
     def _settled(self, one: _Guess, words: list[str]) -> Steps[_Candidate | None]:
@@ -255,7 +260,8 @@ class Explorer:
                 return _Guess(number, CIRCLE, problem.lobes, problem, x, signs, 1.0)
         if seed.near and misses and min(misses.values()) < MISS:
             return guess(min(misses, key=lambda lobes: misses[lobes]), AFAR)
-        words[number] = "neither a period of the lobes asked for nor a circle: chaotic, or not settled"
+        what = "chaotic, stick-slip (a torus over lobes), or not settled"
+        words[number] = f"neither a period of the lobes asked for nor a circle: {what}"
         return None
 
     def _guessed_smooth(self, number: int, seed: Seed, words: list[str]) -> Steps[_Guess | None]:
@@ -351,6 +357,8 @@ class Explorer:
                 jobs[(*one.key, -1)] = self._side(one, 1, one.other)
             elif not one.one_side:
                 jobs[(*one.key, -1)] = self._side(one, -1, one.point)
+        if new := sum(one.key not in self.known for one in wave):
+            self.begin(new)
         halves = self._all(jobs)
         made: dict[Key, Branch] = {}
         for one in wave:
@@ -387,12 +395,13 @@ class Explorer:
         most = orders.points
         # A circle is smooth, and ends where it is not.
         kinks = kinks_of(0 if one.motion == CIRCLE else len(self.flow.equations.contacts))
-        half = yield from follow(problem, start, sense, self.bounds, most, tests, stop, kinked=kinks)
+        margins = None if one.motion == CIRCLE else margins_of  # of a circle they are too rough
+        half = yield from follow(problem, start, sense, self.bounds, most, tests, stop, kinked=kinks, margins=margins)
         while (
             half.ended.startswith("no convergence")
             and isinstance(problem, Periodic)
             and problem.segments < FINEST * one.lobes
-            and len(half.points) < most
+            and len(half.points) - half.further < most
         ):
             last = half.points[-1].point if half.points else replace(start, tangent=sense * start.tangent)
             problem = replace(problem, segments=2 * problem.segments)
@@ -405,13 +414,17 @@ class Explorer:
             ):
                 continue
             side = 1 if last.tangent[-1] > 0.0 else -1
-            left = most - len(half.points)
-            more = yield from follow(problem, again, side, self.bounds, left, tests, stop, kinked=kinks)
+            left = most - len(half.points) + half.further
+            more = yield from follow(
+                problem, again, side, self.bounds, left, tests, stop, kinked=kinks, margins=margins
+            )
             if not more.points:
                 continue
             reach = last.s
             half = Half(
-                half.points + [replace(m, point=replace(m.point, s=reach + m.point.s)) for m in more.points], more.ended
+                half.points + [replace(m, point=replace(m.point, s=reach + m.point.s)) for m in more.points],
+                more.ended,
+                half.further + more.further,
             )
         return half
 

@@ -33,6 +33,7 @@ PAIR = "tsitouras"
 RTOL = 1e-11
 MOST_STEPS = 200_000  # of one leg
 SHORTEST = 1e-9  # of a leg [s]
+FULL = 2  # runs to a lane that are enough for a thread: with fewer it costs more to wake it
 REMEMBERED = 256  # values of the numbers continued
 LOOSER = 100.0  # the tolerance of a deviation over that of the motion
 DEFAULT_DIFFERENCE = 1e-5  # of the natural size of a number, for derivatives by it
@@ -117,6 +118,7 @@ class Flow:
         self.states = equations.rows.own
         self.lanes = choose_lanes(FEW)
         self.legs_run = 0
+        self._threads: ThreadPoolExecutor | None = None
         self._memory: dict[bytes, tuple[Array, Array]] = {}
         self._settings = Simulation(0.0, 1.0, rtol=rtol, max_steps=MOST_STEPS)
 
@@ -189,14 +191,7 @@ class Flow:
             np.zeros(len(leg)),
             duration[leg],
         )
-        shares = min(self.workers, -(-len(leg) // self.lanes))
-        if shares > 1:
-            cuts = np.array_split(np.arange(len(leg)), shares)
-            with ThreadPoolExecutor(shares) as threads:
-                done = list(threads.map(lambda cut: self._share(full, cut), cuts))
-            final, report, ok = (np.concatenate(part) for part in zip(*done, strict=True))
-        else:
-            final, report, ok = self._share(full, np.arange(len(leg)))
+        final, report, ok = self._shared(full, len(leg))
         monodromy = np.zeros((n, states, states))
         columns = final[:, states : 2 * states]
         with np.errstate(invalid="ignore", over="ignore"):
@@ -204,6 +199,22 @@ class Flow:
         touches = report.reshape(len(leg), -1, len(TOUCHES))[firsts]
         fine = possible & ok[firsts] & np.isfinite(final[firsts, : rows.own]).all(axis=1)
         return Ends(final[firsts, : rows.own], monodromy, touches, fine, duration)
+
+    def _shared(self, runs: Runs, n: int) -> tuple[Array, Array, Array]:
+        """The final states, reports and whether they ended well of all ``n`` runs, on as many threads as they fill."""
+        shares = max(1, min(self.workers, n // (FULL * self.lanes)))
+        if shares == 1:
+            return self._share(runs, np.arange(n))
+        if self._threads is None:
+            self._threads = ThreadPoolExecutor(self.workers - 1)
+        cuts = [np.arange(first, n, shares) for first in range(shares)]  # runs of one branch take about as long
+        others = [self._threads.submit(self._share, runs, cut) for cut in cuts[1:]]
+        done = [self._share(runs, cuts[0]), *(one.result() for one in others)]
+        whole = tuple(np.zeros((n, *part.shape[1:]), part.dtype) for part in done[0])
+        for cut, parts in zip(cuts, done, strict=True):
+            for into, part in zip(whole, parts, strict=True):
+                into[cut] = part
+        return whole[0], whole[1], whole[2]
 
     def _share(self, runs: Runs, part: Array) -> tuple[Array, Array, Array]:
         """The final states, reports and whether they ended well of the runs ``part``."""

@@ -114,6 +114,12 @@ def kinks_of(contacts: int) -> Callable[[Orbit, Orbit], bool]:
     return kinked
 
 
+def margins_of(orbit: Orbit) -> np.ndarray:
+    """By how much each multiplier lies outside the unit circle, as the logarithm of its modulus, the largest first."""
+    moduli = np.sort(np.abs(orbit.own))[::-1]
+    return np.asarray(np.log(np.maximum(moduli, 1e-300)))
+
+
 def critical_vector(orbit: Orbit, at: float) -> np.ndarray:
     """The unit eigenvector, in natural sizes, of the multiplier nearest to ``at``."""
     assert orbit.monodromy is not None

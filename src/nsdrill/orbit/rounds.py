@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Hashable, Mapping
 from typing import Any, TypeVar
 
-from nsdrill.orbit.flow import Flow, joined
+from nsdrill.orbit.flow import Ends, Flow, Legs, joined
 
 K = TypeVar("K", bound=Hashable)
+T = TypeVar("T")
 
 
 def advance(
@@ -41,3 +42,28 @@ def advance(
             first = part.stop
             resume(key, job, ends[part])
     return results
+
+
+def together(jobs: list[Generator[Legs, Ends, T]]) -> Generator[Legs, Ends, list[T]]:
+    """What each of these generators returns, advanced side by side as one."""
+    results: dict[int, T] = {}
+    waiting: dict[int, Legs] = {}
+
+    def resume(number: int, ends: Ends | None) -> None:
+        try:
+            waiting[number] = jobs[number].send(ends)  # type: ignore[arg-type]
+        except StopIteration as done:
+            waiting.pop(number, None)
+            results[number] = done.value
+
+    for number in range(len(jobs)):
+        resume(number, None)
+    while waiting:
+        asked = list(waiting.items())
+        ends = yield joined([legs for _, legs in asked])
+        first = 0
+        for number, legs in asked:
+            part = slice(first, first + len(legs))
+            first = part.stop
+            resume(number, ends[part])
+    return [results[number] for number in range(len(jobs))]

@@ -84,12 +84,14 @@ class ChristoforouYigit(Model):
         parameters = points.parameters
         options = options_of(parameters)
         if options.driven:
-            held = rhs.pack(parameters, *points.operation)[0, rhs.columns_of(options).index("drive_stiffness")]
-            if options.motor or held == 0.0:
+            holding = "regulator_lag" if options.regulated else "drive_stiffness"
+            held = rhs.pack(parameters, *points.operation)[0, rhs.columns_of(options).index(holding)]
+            if held == 0.0:
                 raise InputError(
                     f"drive.kind: found {parameters.drive.kind}, a motor or a drive whose angle nothing holds to that "
-                    "of the set speed, so that no motion repeats in that frame; allowed in a continuation: ideal, or a "
-                    "drive with an integral gain."
+                    "of the set speed, so that no motion repeats in that frame; allowed in a continuation: ideal, a "
+                    "drive with an integral gain, or a dc_motor whose drive.gains hold the lag (K_1, the second one). "
+                    "A sweep up and down (sweep.procedure: up-down) takes any drive."
                 )
         smooth = parameters.modes.axial == "frozen" or not is_used(parameters.bit.surface_amplitude)
         folds = 1 if options.weight else 0 if smooth else options.lobes
