@@ -102,6 +102,8 @@ def _runners(name: str, points: int, seconds: float) -> list[Runner]:
     from nsdrill.sweep.work import compiled_parts
 
     work = work_of(parse_study(_study(name, points, seconds)))
+    explicit = work.by("explicit")
+    ((work, _),) = work.by_method(np.arange(points))  # one method for all of them
     lanes = choose_lanes(points)
     compiled_parts(lanes, work.variant)
     duration = work.simulation.transient + work.simulation.observe
@@ -113,7 +115,7 @@ def _runners(name: str, points: int, seconds: float) -> list[Runner]:
     found = [Runner(name, "nsdrill", own, points * duration)]
     few = np.arange(0, points, 16)
     short = duration / 4
-    problem = Problem(replace(work), few)
+    problem = Problem(replace(explicit), few)
 
     found.append(Runner(name, "SciPy DOP853", lambda: problem.scipy(short), len(few) * short))
     if solvers := problem.numbalsoda():

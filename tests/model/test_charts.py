@@ -22,7 +22,7 @@ from nsdrill.models.christoforou_yigit.charts import (
     slopes_held_by_soft_torque,
 )
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.drives import gains, impedance, reflection
+from nsdrill.models.christoforou_yigit.drives import gains, impedance
 from nsdrill.models.christoforou_yigit.figures import figures, growth_at_rest, torsional_matrix
 from nsdrill.models.christoforou_yigit.further import (
     further_figures,
@@ -34,6 +34,7 @@ from nsdrill.models.christoforou_yigit.further import (
 from nsdrill.models.christoforou_yigit.parameters import Collar, Drive, Parameters, Pipe
 from nsdrill.models.christoforou_yigit.tubes import Tube
 from nsdrill.models.christoforou_yigit.waves import axial_waves, torsional_waves
+from nsdrill.models.drives import reflection
 from nsdrill.models.numbers import FULL_HELIX, HELIX
 from nsdrill.models.operation import Operation
 

@@ -17,12 +17,13 @@ from nsdrill.app.check import check
 from nsdrill.app.run import run_in_memory
 from nsdrill.kernel.settings import Simulation
 from nsdrill.models.christoforou_yigit.coefficients import derive
-from nsdrill.models.christoforou_yigit.drives import Gains, gains, impedance
+from nsdrill.models.christoforou_yigit.drives import gains, impedance
 from nsdrill.models.christoforou_yigit.figures import figures, slope_held, torsional_matrix
 from nsdrill.models.christoforou_yigit.forces import energy, powers
 from nsdrill.models.christoforou_yigit.options import options_of
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
 from nsdrill.models.christoforou_yigit.rhs import drifts, make_right_hand_side, pack, rows_of, states_of
+from nsdrill.models.drives import Gains
 from nsdrill.models.operation import Operation
 from nsdrill.observe.thresholds import Record
 from nsdrill.study import parse_study

@@ -71,18 +71,19 @@ def test_the_velocities_of_a_stage_agree_with_its_loads(case: str, smoothing: st
     """They have moved by ``relax`` times the push, and at these velocities the ordinary slopes are those found, but for
     what Newton's method leaves of the greatest push."""
     text = CASES[case].replace("EPS", smoothing)
-    b, rows, function = buffer_of(text, True, 5, RELAX)
+    # The load of a bit that creeps falls with its speed, which bounds the length of a stage (``falling``).
+    relax = 0.1 * RELAX if case == "cutting from a speed on" else RELAX
+    b, rows, function = buffer_of(text, True, 5, relax)
     free = b.copy()
     function(b.ravel())
     pushed = [2 * slope + 1 for slope in rows.pushed]
     pushes = b[rows.push : rows.push + len(pushed)]
     for push, state in zip(pushes, pushed, strict=True):
-        assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + RELAX * push, rel=1e-12, abs=1e-13)
+        assert b[rows.stage + state] == pytest.approx(free[rows.stage + state] + relax * push, rel=1e-12, abs=1e-13)
     plain, ordinary, function = buffer_of(text, False, 5)
     plain[ordinary.stage : ordinary.stage + rows.own] = b[rows.stage : rows.stage + rows.own]
     function(plain.ravel())
-    if case != "cutting from a speed on":
-        assert np.abs(pushes).max() > 0.0
+    assert np.abs(pushes).max() > 0.0
     # The slip is as exact as the velocities; steepness amplifies what rounding leaves of it.
     noise = 1e-15 * float(smoothing) * 10
     assert slopes_of(b, rows) == pytest.approx(slopes_of(plain, ordinary), abs=(3e-5 + noise) * np.abs(pushes).max())

@@ -30,15 +30,15 @@ segments: {pipe: 2, collar: 2}
 operation: {wob: 100 kN, rotary_speed: 13 rad/s}
 initial: {bit_speed: 9 rad/s}
 """
-STIFF = SEGMENTS + "drive: {kind: stiff}\n"
+IDEAL = SEGMENTS + "drive: {kind: ideal}\n"
 
 
 # Steps land on rock and wall, as where the equations are linearised. In half a second of a bouncing bit on segments the
 # neighbouring runs themselves miss by 2e-3.
 @pytest.mark.parametrize(
     ("text", "seconds", "within"),
-    [(STABILIZERS, 2.0, 1e-3), (ALONG, 2.0, 1e-3), (SEGMENTS, 0.1, 5e-4), (SEGMENTS, 0.5, 1e-2), (STIFF, 0.5, 1e-2)],
-    ids=["stabilizers", "along", "touch", "segments", "stiff"],
+    [(STABILIZERS, 2.0, 1e-3), (ALONG, 2.0, 1e-3), (SEGMENTS, 0.1, 5e-4), (SEGMENTS, 0.5, 1e-2), (IDEAL, 0.5, 1e-2)],
+    ids=["stabilizers", "along", "touch", "segments", "ideal"],
 )
 def test_the_deviation_is_the_derivative_of_the_motion(text: str, seconds: float, within: float) -> None:
     study = parse_study(f"{text}simulation: {{transient: 0 s, observe: {seconds} s, rtol: 1.0e-8}}\n")
@@ -63,7 +63,7 @@ def test_steady_rotation_of_segments_decays_as_its_slowest_eigenvalue() -> None:
 model: segments
 segments: {pipe: 1, collar: 1, material_damping: {axial: 5 ms, torsional: 20 ms}, hydraulics: {pulsation: 0 L/s}}
 bit: {surface_amplitude: 0.1 mm}
-drive: {kind: stiff}
+drive: {kind: ideal}
 operation: {wob: 50 kN, rotary_speed: 30 rad/s}
 initial: {bit_speed: 29 rad/s}
 simulation: {transient: 5 s, observe: 60 s}

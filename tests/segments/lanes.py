@@ -42,7 +42,7 @@ class Slopes:
         self.function = MODEL.right_hand_side(8, self.variant)
         self.table = MODEL.pack(self.points, Thresholds())[0]
         self.names = MODEL.names(self.variant)
-        self.nodes = sum(self.variant) + 1
+        self.nodes = sum(self.variant[:2]) + 1
 
     def __call__(self, t: float, states: Any, phase: float = 0.0) -> Any:
         found = []

@@ -13,15 +13,16 @@ from nsdrill.kernel.steppers import STEPPERS
 from nsdrill.models.registry import model_named
 model = model_named("segments")
 function = {
-    "rates": lambda: model.right_hand_side(8, (3, 2)),
-    "step": lambda: STEPPERS["tsitouras"].make(8, STEPPERS["tsitouras"].rows(model.rows((10, 10), model.observed))),
+    "rates": lambda: model.right_hand_side(8, (3, 2, 0)),
+    "creep": lambda: model.right_hand_side(8, (3, 2, 0, 1)),
+    "step": lambda: STEPPERS["tsitouras"].make(8, STEPPERS["tsitouras"].rows(model.rows((10, 10, 0), model.observed))),
 }[sys.argv[1]]()
 print("".join(function.inspect_asm().values()))
 """
 
 
 @needs_wide_registers
-@pytest.mark.parametrize(("part", "share"), [("rates", 0.9), ("step", 0.4)])
+@pytest.mark.parametrize(("part", "share"), [("rates", 0.9), ("creep", 0.9), ("step", 0.4)])
 def test_many_states_compile_to_packed_instructions(part: str, share: float, tmp_path: Path) -> None:
     """A loop over lanes whose number the compiler does not know has one body in packed instructions and one for what is
     left, lane by lane: fewer single instructions than packed ones, where a loop that fell back has none packed. The

@@ -39,9 +39,9 @@ class Turned(Plain):
     [
         ("kind: dc_motor", {}),
         (f"kind: dc_motor, gains: {list(GAINS)}, on_at: 0.7 s", {"gains": GAINS, "on_at": 0.7}),
-        ("kind: stiff", {"stiff": True}),
+        ("kind: ideal", {"stiff": True}),
     ],
-    ids=["motor", "regulated", "stiff"],
+    ids=["motor", "regulated", "ideal"],
 )
 def test_a_ramp_is_the_motion_of_moving_numbers(drive: str, keys: dict) -> None:
     """The drive, the mud's pulsation and the moment at which control begins go by the time of the run."""

@@ -20,7 +20,7 @@ GAINS = (0.029333, 41.716072, 2.158996, -32.539385, 13.552175)  # of another pro
 CASES = [
     ({}, {}),
     ({"segments__pipe": 1, "segments__collar": 1}, {"pipes": 1, "collars": 1}),
-    ({"segments__pipe": 5, "segments__collar": 2, "drive__kind": "stiff"},
+    ({"segments__pipe": 5, "segments__collar": 2, "drive__kind": "ideal"},
      {"pipes": 5, "collars": 2, "stiff": True}),
     ({"segments__pipe": 2, "segments__collar": 3, "drive__kind": "lqr",
       "drive__on_at": 2.0, "drive__table_damping": 70.0, "segments__top__damping": 9e3, "bit__lobes": 3},
@@ -62,7 +62,7 @@ def test_a_uniform_string_has_the_frequencies_of_equal_lumps() -> None:
     """(2c/h) sin((2j - 1) pi / 4n) of n equal lumps below a held end, exact; n = 10, 2000 m."""
     same = {"outer_diameter": 0.101, "inner_diameter": 0.0848}
     parameters = string(
-        **RINGING, drive__kind="stiff", segments__pipe=5, segments__collar=5,
+        **RINGING, drive__kind="ideal", segments__pipe=5, segments__collar=5,
         drillstring__collar__length=1000.0, bit__mass=0.0,
         **{f"drillstring__collar__{name}": value for name, value in same.items()},
     )  # fmt: skip
@@ -82,7 +82,7 @@ def test_pipe_and_collars_come_nearer_to_the_continuous_string(segments: int, er
     c, ratio = math.sqrt(79.6e9 / 7850), (0.101**4 - 0.0848**4) / (0.171**4 - 0.0571**4)
     for w in (1.13697632, 20.03975275):
         assert math.tan(w * 2000 / c) * math.tan(w * 200 / c) == pytest.approx(ratio, rel=1e-6)
-    parameters = string(**RINGING, drive__kind="stiff", bit__mass=0.0, segments__pipe=segments,
+    parameters = string(**RINGING, drive__kind="ideal", bit__mass=0.0, segments__pipe=segments,
                         segments__collar=segments)  # fmt: skip
     slopes = Slopes(parameters)
     found = frequencies(slopes.torsional(slopes.jacobian(slopes.steady())))
@@ -210,7 +210,7 @@ def test_the_bit_lifts_off_below_a_load(speed: float, load: float) -> None:
     """Without friction and rock damping the motion is linear until contact is lost: below W_c = s0 |k_c / (1 + k_c H)|
     (1 + k_a / k_c), where H is the string's receptance at the bit at the frequency of the lobes; loads of another
     program."""
-    quiet = {**RINGING, "bit__surface_amplitude": 1e-3, "segments__rock_damping": 0.0, "drive__kind": "stiff",
+    quiet = {**RINGING, "bit__surface_amplitude": 1e-3, "segments__rock_damping": 0.0, "drive__kind": "ideal",
              "segments__material_damping__axial": 5e-3}  # fmt: skip
     plain = Plain(beta_a=5e-3, flow=0.0, pulsation=0.0)
     n = plain.n

@@ -31,6 +31,11 @@ if TYPE_CHECKING:
 VALUES = 181  # along an axis
 SHALLOWEST, DEEPEST = 0.15, 1.6  # the depths where the study sweeps none, in that of its operation
 LEAST_INCLINATION = math.radians(0.5)
+# What a model has of the charts: the function by the name of the chart.
+MAKERS = {
+    "critical-speeds": "critical_speeds", "buckling": "buckling_along", "drive-card": "drive_card",
+    "drive-tuning": "drive_tuning",
+}  # fmt: skip
 
 
 def draw_chart(
@@ -70,12 +75,16 @@ def chart_of(study: Study, kind: str | None, along: str | None = None) -> Number
         having = ", ".join(model for model in NAMES if described(model).charts)
         raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed: {having}.")
     charts: Any = import_module(home)
+    if not hasattr(charts, MAKERS[name]):
+        own = ", ".join(word for word, maker in MAKERS.items() if hasattr(charts, maker))
+        raise InputError(f"--kind {name}: found a study of the model {study.model}; allowed of this model: {own}.")
     if name in ("drive-card", "drive-tuning"):
         if along is not None:
             raise InputError(
                 f"--along: found with --kind {name}, which is of one point; allowed: with the other charts."
             )
-        if study.parameters.modes.torsional == "frozen":
+        modes = getattr(study.parameters, "modes", None)  # not every model has modes to freeze
+        if modes is not None and modes.torsional == "frozen":
             raise InputError(f"--kind {name}: found modes.torsional: frozen; allowed: a string that twists.")
         make = charts.drive_card if name == "drive-card" else charts.drive_tuning
         return make(study.parameters, operation_of(study))

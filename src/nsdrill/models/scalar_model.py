@@ -250,7 +250,7 @@ class ScalarModel(Model):
 
         sizes = self.sizes(table, variant)
         found = measured(self.names(variant), self.declaration(variant), report, table, sizes, observe)
-        if lacking := [one.name for one in described(self.name).features if one.name not in found]:
+        if lacking := [one.name for one in described(self.name).features if one.only is None and one.name not in found]:
             raise InputError(
                 f"the model {self.name}: found {', '.join(lacking)} among the features of its description; allowed: "
                 "what its declaration measures."

@@ -14,11 +14,12 @@ import numpy as np
 from nsdrill.errors import InputError
 from nsdrill.models.christoforou_yigit import buckling, tubes
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance, reflection
+from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
 from nsdrill.models.christoforou_yigit.figures import slope_held, steepest_fall, torsional_matrix
 from nsdrill.models.christoforou_yigit.further import HALF_WAVES, HORIZONTAL, WAVES, lateral_frequencies
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.christoforou_yigit.waves import axial_waves, torsional_waves
+from nsdrill.models.drives import reflection
 from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import BucklingLoads, CriticalSpeeds, DriveCard, DriveTuning
 from nsdrill.models.operation import Operation

@@ -18,6 +18,7 @@ from nsdrill.models.christoforou_yigit.figures import (
 from nsdrill.models.christoforou_yigit.further import further_figures
 from nsdrill.models.christoforou_yigit.laws import steepest
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.drives import overloaded, swinging
 from nsdrill.models.leaves import Values, with_values
 from nsdrill.models.numbers import Figure
 from nsdrill.models.operation import Operation
@@ -145,24 +146,13 @@ def _rounded(study: Any, corners: list[Values], told: Told) -> str | None:
 def _overloaded(study: Any, corners: list[Values], told: Told) -> str | None:
     """A motor at its limit does not keep the set speed."""
     limited = [at for at in corners if at.parameters.drive.torque_limit is not None]
-    if not limited:
-        return None
-    torque, limit = max(
-        (
-            (
-                mean_torque(at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)),
-                at.parameters.drive.torque_limit,
-            )
+    return overloaded(
+        [
+            (mean_torque(at.parameters, Operation(*at.operation), derive(at.parameters, *at.operation)), limit)
             for at in limited
-        ),
-        key=lambda pair: pair[0] - pair[1],
-    )
-    if torque <= limit:
-        return None
-    return (
-        f"Overloaded: steady drilling takes {told(torque, 'N m', 'kN*m')}, and the drive has "
-        f"{told(limit, 'N m', 'kN*m')} at most (drive.torque_limit). It cannot keep the set speed; the string "
-        "stops or turns slower, and lags behind more and more."
+            for limit in [at.parameters.drive.torque_limit]
+        ],
+        told,
     )
 
 
@@ -350,21 +340,11 @@ def _unstable(study: Any, corners: list[Values], told: Told) -> str | None:
     """A drive that swings the string by itself, as gains of the wrong sign make it."""
     driven = [at for at in corners if not at.parameters.drive.ideal and at.parameters.modes.torsional == "free"]
     found = [
-        (root, at)
+        (root, at.operation[0], at.parameters.drive.kind)
         for at in driven
         if (root := growth_at_rest(at.parameters, derive(at.parameters, *at.operation))) is not None
     ]
-    if not found:
-        return None
-    root, at = max(found, key=lambda pair: pair[0].real)
-    swing = f" and swings at {abs(root.imag):.4g} rad/s" if abs(root.imag) > 1e-9 * abs(root) else ""
-    depth = f" at {told(at.operation[0], 'm', 'm')}" if "depth" in study.swept else ""
-    return (
-        f"Unstable: without any friction at the bit the string and its drive{depth} do not come to rest: an eigenvalue "
-        f"is {root.real:.4g}{f' +- {abs(root.imag):.4g}i' if swing else ''} 1/s, so a deviation grows e-fold in "
-        f"{1 / root.real:.3g} s{swing}. Look at the signs and sizes of the gains of drive: "
-        f"{at.parameters.drive.kind}."
-    )
+    return swinging(found, "depth" in study.swept, told)
 
 
 def _few_periods(study: Any, corners: list[Values], told: Told) -> str | None:

@@ -1,15 +1,14 @@
-"""What turns the top of the string: the law of the drive's controller as five numbers, whatever its kind.
+"""The drives of the main model: the law of the controller (:mod:`nsdrill.models.drives`) with the numbers of this
+string, its linear-quadratic regulator, and the circuit of a DC motor.
 
-With lag = phi_d - Omega t, the angle by which the top is ahead of the set point (negative: behind), omega_d its speed,
-psi the twist counted from the set point, and T_p the torque of the pipe:
+The top has two states, lag = phi_d - Omega t and its speed omega_d. With the twist psi, counted from the set point, and
+the torque of the pipe T_p:
 
     lag'       = omega_d - Omega
     J omega_d' = -K_i lag - K_p (omega_d - Omega) - G_t (psi - lag) - G_w (omega - Omega) - T_p
     T_p        = k_t (lag - psi) + c_s (omega_d - omega)
 
-With a ``torque_limit`` the torque of the motor, all of the second line but -T_p, stays between 0 and that limit: the
-motor does not brake. (The controller of **O** has 60 kN m.) That is the torque of the machine only where J is the
-machine's own inertia. The integral winds up meanwhile, as in **O**: it is the angle that the top lags behind.
+An ideal drive has no states: lag is zero and omega_d is Omega.
 
 A **DC motor** has a torque of its own, T_m = n K i, with the current i of its armature, the gear ratio n and the
 constant K of the motor, at the constant voltage at which it idles with the set speed, n K Omega:
@@ -27,13 +26,6 @@ n K/R (:func:`regulator`; Sarker, Rideout & Butt 2012).
 So ``motor_damping``, (n K)^2/R, and ``circuit_time``, L/R, say all that the circuit does (Sarker, Rideout & Butt 2012
 have such a motor; its numbers are those of Christoforou & Yigit as reported). Its states are motor_torque and, as
 states come in pairs, motor_impulse, the integral of that torque (n K times the charge), on which nothing depends.
-
-The integral of a PI controller's speed error is -lag, so K_i is its integral gain. An ideal drive has no states: lag is
-zero and omega_d is Omega.
-
-Sources: **O** Simulator4nDOF of the Open Source Drilling Community (top-drive controller and its configuration);
-**K** Kyllingstad & Nessjoen 2009, SPE/IADC 119660, as cited there. Equal damping places both modes of drive and string
-at one frequency with one damping: J_d J s^4 + ... = J J_d (s^2 + 2 z w s + w^2)^2 without bit damping.
 """
 
 from __future__ import annotations
@@ -47,67 +39,14 @@ from nsdrill.errors import InputError
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, power
 from nsdrill.models.christoforou_yigit.laws import bit_arm
 from nsdrill.models.christoforou_yigit.parameters import Drive, Parameters
-
-STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
-DIGITS = 9  # of gains that come from LAPACK, whose last digits depend on the processor
-
-
-class Gains(NamedTuple):
-    """Numbers, or arrays over operating points: the drive's inertia [kg m^2] as its controller makes it felt, then K_i
-    [N m/rad], K_p [N m s/rad], G_t [N m/rad], G_w [N m s/rad], c_s [N m s/rad]."""
-
-    inertia: Any
-    stiffness: Any
-    damping: Any
-    twist_gain: Any = 0.0
-    speed_gain: Any = 0.0
-    shaft_damping: Any = 0.0
-
-
-def motor_torque(
-    law: Gains, limit: Any, lag: Any, drive_speed: Any, twist: Any, bit_speed: Any, rotary_speed: Any
-) -> Any:
-    """The torque of the motor [N m] as the controller asks for it, within 0 and ``limit`` [N m] where that is given."""
-    asked = -(
-        law.stiffness * lag
-        + law.damping * (drive_speed - rotary_speed)
-        + law.twist_gain * (twist - lag)
-        + law.speed_gain * (bit_speed - rotary_speed)
-    )
-    return asked if limit is None else np.clip(asked, 0.0, limit)
+from nsdrill.models.drives import DIGITS, LAWS, Circuit, Gains, Seen, impedance_of
 
 
 def impedance(parameters: Parameters) -> Any:
     """The torsional impedance of the pipe, Ip sqrt(rho G) [N m s/rad]: what a wave from below meets nothing in."""
     pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
     polar = math.pi / 32 * (power(pipe.outer_diameter, 4) - power(pipe.inner_diameter, 4))
-    return polar * np.sqrt(steel.density * steel.shear_modulus)
-
-
-def reflection(law: Gains, pipe: float, frequency: Any, motor: Circuit | None = None) -> Any:
-    """What share of the velocity of a torsional wave from below comes back from the drive, complex, at a ``frequency``
-    w [rad/s], a number or an array: (z - Z) / (z + Z) with the impedance z of the ``pipe`` [N m s/rad] and
-    Z = K_p + i (w J - K_i / w) of the drive; of a DC ``motor`` with this :func:`circuit` it is
-    i w J + (K + S / (i w)) / (1 + i w T). None where the law has gains on the motion of the bit: the drive is no
-    impedance then. Source: continuity of speed and torque of the wave at the top, where the drive's torque is Z times
-    its speed."""
-    if law.twist_gain or law.speed_gain or (motor is not None and motor.of_bit):
-        return None
-    drive = law.damping + 1j * (frequency * law.inertia - law.stiffness / frequency)
-    if motor is not None:
-        stiffness = motor.stiffness / (1j * frequency) if motor.stiffness else 0.0
-        drive = drive + (motor.damping + stiffness) / (1.0 + 1j * frequency * motor.time)
-    return (pipe - drive) / (pipe + drive)
-
-
-class Circuit(NamedTuple):
-    """A DC motor seen from the string: its damping K [N m s/rad], the time constant T of the circuit [s], the stiffness
-    S with which it holds its angle [N m/rad], and whether it acts on the motion of the bit."""
-
-    damping: float
-    time: float
-    stiffness: float = 0.0
-    of_bit: bool = False
+    return impedance_of(polar, steel.density, steel.shear_modulus)
 
 
 def circuit(parameters: Parameters, k: Coefficients) -> Circuit | None:
@@ -155,32 +94,12 @@ def gains(parameters: Parameters, k: Coefficients) -> Gains:
     """The law of the drive at operating points with the coefficients ``k``; not of an ideal one. InputError where an
     LQR has no gains."""
     drive = parameters.drive
-    made: Gains = _LAWS[drive.kind](drive, parameters, k)
+    made: Gains
+    if drive.kind in LAWS:
+        made = LAWS[drive.kind](drive, Seen(drive.inertia, k.J, k.k_t, impedance(parameters)))
+    else:
+        made = _OWN[drive.kind](drive, parameters, k)
     return made._replace(shaft_damping=drive.shaft_damping)
-
-
-def _stiff(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
-    return Gains(drive.inertia, 5.0 * drive.inertia, STIFF * impedance(parameters))
-
-
-def _soft_torque(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
-    inertia = drive.inertia - drive.compensated_inertia
-    rate = np.sqrt(k.k_t / k.J) if drive.frequency is None else 2 * math.pi * drive.frequency
-    return Gains(inertia, rate * rate * inertia, drive.matching * impedance(parameters))
-
-
-def _equal_damping(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
-    return Gains(drive.inertia, k.k_t * drive.inertia / k.J, 2.0 * np.sqrt(k.k_t * drive.inertia))
-
-
-def _z_torque(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
-    softer = 1.0 + STIFF * drive.a
-    damping = STIFF * impedance(parameters) / softer
-    return Gains(drive.inertia / softer, damping / drive.high_pass, damping)
-
-
-def _pi(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
-    return Gains(drive.inertia, drive.stiffness, drive.damping, drive.twist_gain, drive.speed_gain)
 
 
 def _lqr(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
@@ -229,12 +148,4 @@ def _dc_motor(drive: Drive, parameters: Parameters, k: Coefficients) -> Gains:
     return Gains(drive.top_inertia, 0.0, 0.0)  # no controller; the torque is a state
 
 
-_LAWS: dict[str, Any] = {
-    "stiff": _stiff,
-    "soft_torque": _soft_torque,
-    "equal_damping": _equal_damping,
-    "z_torque": _z_torque,
-    "lqr": _lqr,
-    "pi": _pi,
-    "dc_motor": _dc_motor,
-}
+_OWN: dict[str, Any] = {"lqr": _lqr, "dc_motor": _dc_motor}

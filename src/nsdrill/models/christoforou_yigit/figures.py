@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.drives import Gains, circuit, gains, impedance, reflection, regulator
+from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance, regulator
 from nsdrill.models.christoforou_yigit.lateral import weights
 from nsdrill.models.christoforou_yigit.laws import bit_arm, onset
 from nsdrill.models.christoforou_yigit.parameters import Parameters
+from nsdrill.models.drives import Gains, reflection
 from nsdrill.models.numbers import Figure
 from nsdrill.models.operation import Operation
 

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
-from nsdrill.models.christoforou_yigit.drives import Gains, gains, motor_torque, regulator
+from nsdrill.models.christoforou_yigit.drives import gains, regulator
 from nsdrill.models.christoforou_yigit.lateral import rate_of_penetration, stabilizer_radius, weights
 from nsdrill.models.christoforou_yigit.laws import bit_arm, friction
 from nsdrill.models.christoforou_yigit.parameters import Friction, Parameters
+from nsdrill.models.drives import Gains, motor_torque
 from nsdrill.models.operation import Operation
 from nsdrill.models.schedule import History
 

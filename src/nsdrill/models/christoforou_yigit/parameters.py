@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from nsdrill.models.christoforou_yigit.reads import READ_BY, unread
+from nsdrill.models.drives import check_inertia
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.models.starts import Starts, state
 from nsdrill.ranges import Checked, choice, parameter
@@ -354,15 +355,7 @@ class Drive(Checked):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.torque_limit is not None and self.kind == "soft_torque" and self.compensated_inertia:
-            raise ValueError(
-                f"torque_limit: found {self.torque_limit:g} N m with a compensated_inertia, allowed: one of the two"
-            )
-        if self.kind == "soft_torque" and not self.compensated_inertia < self.inertia:
-            raise ValueError(
-                f"compensated_inertia: found {self.compensated_inertia:g} kg m^2, allowed: less than the inertia, "
-                f"{self.inertia:g} kg m^2"
-            )
+        check_inertia(self)
 
 
 @dataclass(frozen=True)

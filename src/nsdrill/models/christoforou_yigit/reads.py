@@ -5,15 +5,17 @@ from __future__ import annotations
 from dataclasses import fields
 from typing import Any
 
+from nsdrill.models.drives import TUNING
+
 _ALWAYS = ("inertia", "shaft_damping", "on_at")
 _OWN = (*_ALWAYS, "torque_limit")  # where the inertia is that of the machine
 # The keys of the drive that each kind reads.
 READ_BY: dict[str, tuple[str, ...]] = {
     "ideal": (),
     "stiff": _OWN,
-    "soft_torque": (*_OWN, "matching", "frequency", "compensated_inertia"),
+    "soft_torque": (*_OWN, *TUNING["soft_torque"]),
     "equal_damping": _OWN,
-    "z_torque": (*_ALWAYS, "a", "high_pass"),
+    "z_torque": (*_ALWAYS, *TUNING["z_torque"]),
     "lqr": (*_OWN, "state_weight", "torque_weight"),
     "dc_motor": (
         "shaft_damping",
@@ -25,7 +27,7 @@ READ_BY: dict[str, tuple[str, ...]] = {
         "motor_inertia",
         "gains",
     ),
-    "pi": (*_OWN, "stiffness", "damping", "twist_gain", "speed_gain"),
+    "pi": (*_OWN, *TUNING["pi"]),
 }
 
 

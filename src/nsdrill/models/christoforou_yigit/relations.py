@@ -10,6 +10,7 @@ from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE, deepest
 from nsdrill.models.christoforou_yigit.reads import FROZEN, OFF, READ_BY, READ_BY_LAW
 from nsdrill.models.description import Order
+from nsdrill.models.drives import inertia_faults
 from nsdrill.models.operation import LARGEST_FORCE
 from nsdrill.units import format_quantity
 
@@ -170,12 +171,8 @@ def _drive(check: Any) -> Iterator[Fault]:
             if check.value(key) != check.leaves[key].default:
                 found = f"{check.text(key)} with drive.on_at, until when the top keeps the set speed"
                 yield check.fault(key, found, "left out")
-    taken, inertia, limit = "drive.compensated_inertia", "drive.inertia", "drive.torque_limit"
+    limit = "drive.torque_limit"
     if check.axis(limit) and check.value(limit) is None:
         found = "an axis over the limit without a limit beside it"
         yield check.fault(f"sweep.{limit}", found, f"it with {limit}, any value", ("sweep", limit))
-    if kind == "soft_torque" and check.value(limit) is not None and check.ends(taken)[1] > 0.0:
-        allowed = f"none with {taken}, which is {check.text(taken, 1)}: the motor's torque is then another one"
-        yield check.fault(limit, check.text(limit), allowed)
-    if kind == "soft_torque" and check.ends(taken)[1] >= check.ends(inertia)[0]:
-        yield check.fault(taken, check.text(taken, 1), f"below {inertia}, which is {check.text(inertia, 0)}")
+    yield from inertia_faults(check)

@@ -13,7 +13,7 @@ from nsdrill.models.leaves import Values
 from nsdrill.models.segments.names import names_of
 from nsdrill.models.segments.parameters import MOST_SEGMENTS, Initial, Parameters, SegmentsOperation
 from nsdrill.models.segments.relations import ORDERS, relations
-from nsdrill.models.segments.string import string_of
+from nsdrill.models.segments.string import SPEEDS, cut_root, string_of
 from nsdrill.models.vocabulary import BY_NAME, IN_TRACE
 from nsdrill.variables import at_section, feature, in_trace
 
@@ -49,16 +49,26 @@ _INNER = (
 
 
 def friction_rates(points: Values) -> dict[str, Any]:
-    """How fast the cutting torque under the weight on bit brakes the bit [1/s], at its steepest; see
+    """How fast the cutting torque under the weight on bit brakes the bit [1/s], at its steepest: at rest, or, where the
+    depth of cut follows the bit's speed, between two of the speeds :data:`.string.SPEEDS` of a bit that creeps. (Where
+    such a bit begins to cut the slope is infinite; over a fifth of the speed it is not.) See
     :mod:`nsdrill.models.segments.rhs`."""
-    bit, (depth, wob, speed) = points.parameters.bit, points.operation
-    cut = bit.cutting
-    speed = speed if cut.speed == "mean" else 0.0 * np.asarray(speed)  # the speed at which friction at rest cuts
-    advance = np.maximum(cut.c1 * wob * np.sqrt(speed) + cut.c2, 0.0)
-    deep = 2 * math.pi * advance / bit.radius / np.sqrt(np.square(speed) + cut.slow**2)
-    torque = wob * bit.radius * cut.zeta * np.sqrt(deep)
-    rate = 2 / math.pi * cut.smoothing * torque / string_of(points.parameters, depth).bit_inertia
+    parameters, (depth, wob, speed) = points.parameters, points.operation
+    bit, cut = parameters.bit, parameters.bit.cutting
+    at = speed if cut.speed == "mean" else 0.0 * np.asarray(speed)  # the speed at which friction at rest cuts
+    steep = 2 / math.pi * cut.smoothing * cut_root(parameters, wob, at)
+    if cut.speed == "live":
+        turned = [cut.smoothing * slow for slow in SPEEDS]  # x / (0.8 + x) stands for (2/pi) atan x
+        torques = [x / (0.8 + x) * cut_root(parameters, wob, slow) for x, slow in zip(turned, SPEEDS, strict=True)]
+        for one, two, a, b in zip(torques, torques[1:], SPEEDS, SPEEDS[1:], strict=False):
+            steep = np.maximum(steep, (two - one) / (b - a))
+    rate = wob * bit.radius * cut.zeta * steep / string_of(parameters, depth).bit_inertia
     return {"bit.cutting.smoothing": rate}
+
+
+def options(parameters: Parameters) -> tuple[str, ...]:
+    """What brings features of its own: an electric motor, or a drive by torque."""
+    return ("by_torque",) if parameters.drive.by_torque else ("motor",)
 
 
 DESCRIPTION = Description(
@@ -82,11 +92,15 @@ DESCRIPTION = Description(
         "bit.cutting.speed": "The speed in the ROP law: live, that of the bit, or mean, the set speed",
         "bit.friction": "Friction of the bit, mu0 (tanh w + alpha w / (1 + beta w^2) + nu w)",
         "drive": "What turns the string; each kind reads its own keys",
-        "drive.kind": "A motor at constant voltage or with gains, one that keeps its speed, one with a regulator",
+        "drive.kind": "A motor at constant voltage, with gains or a regulator; a top that keeps its speed; or a drive "
+        "whose torque a controller sets",
         "initial.z": "Bit above its mean cutting surface; null: where it rests under the weight on bit",
         "initial.bit_speed": "Bit speed; null: as start says, the set speed or 0",
     },
     states=states,
+    options=options,
+    checks="nsdrill.models.segments.checks",
+    charts="nsdrill.models.segments.charts",
     states_allowed=are_states,
     sliced=("z", "twist", "bit_speed", "drive_angle"),
     responses=("bit_bounce", "stick_slip"),
@@ -97,8 +111,10 @@ DESCRIPTION = Description(
             "bit_speed_min", "bit_speed_max", "bit_speed_mean", "stick_slip_index", "stuck_fraction", "axial_min",
             "axial_max", "lift_off_fraction", "bit_force_max", "surface_torque_min", "surface_torque_max",
             "surface_torque_mean", "drive_speed_min", "drive_speed_max")),
-        feature("current_min", "A", "least current of the motor"),
-        feature("current_max", "A", "greatest current of the motor"),
+        feature("current_min", "A", "least current of the motor", "motor"),
+        feature("current_max", "A", "greatest current of the motor", "motor"),
+        feature("drive_torque_min", "N m", "least torque of the drive", "by_torque"),
+        feature("drive_torque_max", "N m", "greatest torque of the drive", "by_torque"),
         feature("hook_load_change_min", "N", "least hook load, less that of steady drilling"),
         feature("hook_load_change_max", "N", "greatest hook load, less that of steady drilling"),
     ),
@@ -107,13 +123,13 @@ DESCRIPTION = Description(
     section=(
         *(BY_NAME[f"section_{name}"] for name in ("axial", "axial_velocity", "twist", "bit_speed")),
         at_section("drive_speed", "rad s-1", "speed of the drive"),
-        at_section("current", "A", "current of the motor"),
+        at_section("current", "A", "current of the motor, 0 where the drive goes by torque,"),
     ),
     own_trace=(
         *(IN_TRACE[name] for name in ("z", "vz", "twist", "bit_speed")),
         IN_TRACE["lag"],
         in_trace("drive_speed", "rad s-1", "speed of the drive"),
-        in_trace("current", "A", "current of the motor"),
+        in_trace("current", "A", "current of the motor; 0 where the drive goes by torque"),
         *(IN_TRACE[name] for name in ("drive_angle", "bit_force", "bit_torque", "surface_torque")),
         in_trace("hook_load_change", "N", "hook load less that of steady drilling"),
     ),

@@ -1,4 +1,4 @@
-"""The gains of the drive's linear-quadratic regulator.
+"""What controls the drive: the gains of its linear-quadratic regulator, or the law of its torque.
 
     V = V_0 - [K_I (I - I*) + K_1 lag + K_2 (omega_d - Omega) + K_3 (twist - twist*) + K_4 (omega - Omega)]
 
@@ -6,19 +6,28 @@ The gains minimise the integral of the weighted squares of the five deviations a
 Riccati equation of a string of two inertias: the drive's, and J_b = k_t / w_1^2 at the bit, where w_1 is the first
 torsional frequency of the segments below a held table. All drag to the wall acts at the bit; friction at the bit and
 the material's damping are left out. Source: Sarker, Rideout & Butt 2012 name the method and its weights.
+
+The law of a drive by torque is that of :mod:`nsdrill.models.drives`, where the angle of the bit is its twist. It is
+tuned to what turns with the drive, its own inertia and the kelly, to the impedance of the pipe, and to the first
+torsional mode below a held top: the stiffness k_t of the whole string and the inertia J_b. J_0 w_0' is T_m less what
+the string takes, with J_0 the inertia of the law and half a segment. Until ``on_at``, and always of an ideal drive, the
+top keeps the set speed, and the torque is what that takes.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from nsdrill.errors import InputError
+from nsdrill.models.drives import DIGITS, LAWS, Gains, Seen, impedance_of
 from nsdrill.models.segments.parameters import Parameters
-from nsdrill.models.segments.string import String
+from nsdrill.models.segments.string import Steady, String
 
-DIGITS = 9  # of the gains: LAPACK's last ones depend on the processor
+NEVER = 1e30  # s: when an ideal drive is switched on
+UNLIMITED = 1e30  # N m
 
 
 def gains_of(parameters: Parameters, string: String) -> np.ndarray:
@@ -28,6 +37,48 @@ def gains_of(parameters: Parameters, string: String) -> np.ndarray:
         return regulator(parameters, string)
     given = drive.gains if drive.kind == "dc_motor" and drive.gains is not None else (0.0,) * 5
     return np.array([given])
+
+
+def law_of(parameters: Parameters, string: String) -> Gains:
+    """The law of a drive by torque, at the depths of the ``string``; one without gains of an ideal drive."""
+    drive = parameters.drive
+    top = drive.inertia + string.kelly_inertia
+    if drive.kind == "ideal":
+        return Gains(top, 0.0, 0.0)
+    return LAWS[drive.kind](drive, Seen(top, _modal_inertia(string), string.torsional, impedance(parameters)))
+
+
+def impedance(parameters: Parameters) -> Any:
+    """The torsional impedance of the pipe [N m s/rad]."""
+    pipe, steel = parameters.drillstring.pipe, parameters.drillstring.material
+    outer, inner = pipe.outer_diameter * pipe.outer_diameter, pipe.inner_diameter * pipe.inner_diameter
+    return impedance_of(math.pi / 32 * (outer * outer - inner * inner), steel.density, steel.shear_modulus)
+
+
+def lag_of(parameters: Parameters, string: String, steady: Steady) -> Any:
+    """The lag [rad] of steady drilling, at which the law asks for its torque; 0 of a drive that comes on later or has
+    no integral gain, whose speed gives way in place of its angle."""
+    drive = parameters.drive
+    if drive.kind not in LAWS:
+        return 0.0
+    law = law_of(parameters, string)
+    asked = steady.table_torque + law.twist_gain * steady.angles[-1]
+    asked, stiffness, on_at = np.broadcast_arrays(asked, law.stiffness, drive.on_at)
+    return -np.divide(asked, stiffness, out=np.zeros(asked.shape), where=(stiffness != 0.0) & (on_at == 0.0))
+
+
+def _modal_inertia(string: String) -> Any:
+    """The inertia J_b [kg m^2] that has with the stiffness of the string the first frequency below a held top."""
+    values = (string.torsional, *string.springs, *string.inertias)
+    numbers = np.broadcast_arrays(*(np.asarray(value, dtype=float) for value in values))
+    table = np.stack([value.ravel() for value in numbers], axis=1)
+    distinct, places = np.unique(table, axis=0, return_inverse=True)
+    found, count = [], len(string.springs)
+    for row in distinct:
+        w = first_frequency(row[1 : 1 + count], row[1 + count :])
+        found.append(float(f"{row[0] / (w * w):.{DIGITS}g}"))
+    made = np.array(found)[places.ravel()].reshape(numbers[0].shape)
+    return made if made.ndim else float(made)
 
 
 def regulator(parameters: Parameters, string: String) -> np.ndarray:

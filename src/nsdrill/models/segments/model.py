@@ -15,7 +15,8 @@ from nsdrill.models.leaves import Values
 from nsdrill.models.registry import NAMES
 from nsdrill.models.scalar_model import ScalarModel
 from nsdrill.models.segments import names
-from nsdrill.models.segments.observed import DECLARATION
+from nsdrill.models.segments.drive import lag_of
+from nsdrill.models.segments.observed import BY_TORQUE, DECLARATION
 from nsdrill.models.segments.parameters import Parameters
 from nsdrill.models.segments.string import bit_torque, steady_of, string_of
 from nsdrill.observe.channels import Declaration, Names
@@ -27,12 +28,14 @@ SECTION = {"axial": "z", "axial_velocity": "vz", "twist": "twist", "bit_speed": 
 
 
 class Segments(ScalarModel):
-    """Pairs of position and velocity from the surface to the bit, then angles and speeds, then the motor's current."""
+    """Pairs of position and velocity from the surface to the bit, then angles and speeds, then the motor's current,
+    which stays 0 where the drive goes by torque. The variant are the numbers of segments of pipe and of collars, and
+    whether the drive goes by torque."""
 
     name = "segments"
     contacts = ("rock",)
     singles = 1
-    fixed = 2
+    fixed = 3
 
     @property
     def ramps(self) -> Ramps:  # type: ignore[override]
@@ -41,13 +44,13 @@ class Segments(ScalarModel):
         return SegmentsRamps(self)
 
     def variant(self, parameters: Parameters) -> Variant:
-        return parameters.segments.pipe, parameters.segments.collar
+        return parameters.segments.pipe, parameters.segments.collar, int(parameters.drive.by_torque)
 
     def names(self, variant: Variant) -> Names:
-        return names.names_of(*(variant[:2] or names.DEFAULT))
+        return names.names_of(*(variant[:3] or names.DEFAULT))
 
     def declaration(self, variant: Variant) -> Declaration:
-        return DECLARATION
+        return BY_TORQUE if variant[2:3] == (1,) else DECLARATION
 
     def slopes(self, variant: Variant) -> Callable[..., Sequence[float]]:
         raise NotImplementedError("the right-hand side is written for lanes")
@@ -55,7 +58,7 @@ class Segments(ScalarModel):
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         from nsdrill.models.segments.rhs import make_right_hand_side
 
-        return make_right_hand_side(lanes, self.rows(variant), *variant[:2])
+        return make_right_hand_side(lanes, self.rows(variant), *variant[:3])
 
     def tangent(self, lanes: int, variant: Variant, place: int) -> Any:
         """By the difference of two right-hand sides."""
@@ -63,7 +66,7 @@ class Segments(ScalarModel):
         from nsdrill.models.segments.rhs import make_right_hand_side
 
         rows = self.rows(variant, tangent=True)
-        motion = make_right_hand_side(lanes, rows, *variant[:2])
+        motion = make_right_hand_side(lanes, rows, *variant[:3])
         aux = self.names(variant).aux
         touch = rows.aux_now + aux.index("interference_"), -1
         number = NAMES.index(self.name)
@@ -90,14 +93,15 @@ class Segments(ScalarModel):
         """Lengths: the rock's penetration under the weight on bit, at least a tenth of the lobes; angles: a tenth of a
         radian; turning speeds: a tenth of the set speed; the current: a tenth of that of steady drilling. Velocities:
         the length times the frequency of a segment, at the bit that of the contact."""
-        pipes, collars = variant[:2] or names.DEFAULT
+        pipes, collars = variant[:2] or names.DEFAULT[:2]
         length = table["wob"] / (table["chain_stiffness"] + table["rock_stiffness"])
         length = np.maximum(length, np.maximum(0.1 * table["surface_amplitude"], 1e-6))
         pipe, collar = length * np.sqrt(table["pipe_axial"]), length * np.sqrt(table["collar_axial"])
         bit = length * np.sqrt(table["rock_stiffness"] * table["per_bit_mass"])
         speed = 0.1 * table["set_speed"]
         axial = [length, pipe] * (pipes + 1) + [length, collar] * (collars - 1) + [length, bit]
-        return [*axial, *[0.1, speed] * (pipes + collars + 1), np.maximum(0.1 * table["steady_current"], 1.0)]
+        current = np.maximum(0.1 * table["steady_current"], 1.0) if "steady_current" in table else 1.0
+        return [*axial, *[0.1, speed] * (pipes + collars + 1), current]
 
     def sizes(self, table: Array, variant: Variant) -> Array:
         values = self.natural(self._by_name(table, variant), variant)
@@ -150,6 +154,7 @@ class Segments(ScalarModel):
         parameters = points.parameters
         string = string_of(parameters, depth)
         steady = steady_of(parameters, string, wob, speed)
+        lag = 0.0 if points.initial.start == "rest" else lag_of(parameters, string, steady)  # type: ignore[attr-defined]
         found: dict[str, Any] = dict.fromkeys(self.states(self.variant(parameters)), 0.0)
         stretch, turn = 1 / parameters.segments.top.stiffness, 0.0
         last = len(string.springs)
@@ -162,18 +167,21 @@ class Segments(ScalarModel):
             found[u] = values["z"] * stretch * string.axial
             # The part of the twist that drag to the wall makes does not grow in proportion to the compliance.
             extra = values["twist"] - steady.angles[-1]
-            found[angle] = steady.angles[node] + extra * share
+            found[angle] = lag + (steady.angles[node] + extra * share)
             found[rate] = speed + (values["bit_speed"] - speed) * share
             if node < last:
                 stretch, turn = stretch + 1 / string.stretches[node], turn + 1 / string.springs[node]
-        return {**found, **values, "current": steady.current}
+        current = 0.0 if parameters.drive.by_torque else steady.current
+        return {**found, **values, "twist": lag + values["twist"], "current": current}
 
     def held(self, parameters: Parameters) -> tuple[str, ...]:
-        return ("drive_speed", "current") if parameters.drive.kind == "stiff" else ()
+        if not parameters.drive.by_torque:
+            return ()
+        return ("drive_speed", "current") if parameters.drive.kind == "ideal" else ("current",)
 
     def undeviated(self, parameters: Parameters) -> tuple[str, ...]:
-        """What a stiff drive keeps: a deviation of these would stay as well, and hide one that decays."""
-        return ("lag", *self.held(parameters)) if parameters.drive.kind == "stiff" else ()
+        """What an ideal drive keeps: a deviation of these would stay as well, and hide one that decays."""
+        return ("lag", *self.held(parameters)) if parameters.drive.kind == "ideal" else self.held(parameters)
 
     # What is observed
 

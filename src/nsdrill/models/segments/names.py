@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from nsdrill.models.leaves import Values
-from nsdrill.models.segments.drive import gains_of
-from nsdrill.models.segments.string import steady_of, string_of
+from nsdrill.models.segments.drive import NEVER, UNLIMITED, gains_of, law_of
+from nsdrill.models.segments.parameters import Parameters
+from nsdrill.models.segments.string import Steady, String, creeping, steady_of, string_of
 from nsdrill.observe.channels import Names
 from nsdrill.observe.thresholds import Thresholds
 
-DEFAULT = (10, 10)  # segments of pipe and of collars
+DEFAULT = (10, 10, 0)  # segments of pipe and of collars, and the electric motor
 
 # Left by the right-hand side: speeds of the mud past a string that stands still, sine and cosine of the lobes, the
 # interference of bit and rock with its rate, force and torque of the rock.
@@ -44,12 +45,27 @@ PARAMETERS = (
     "on_at",
     # Read by the observer and by the natural sizes.
     "surface_stiffness", "steady_torque", "chain_stiffness",
+    # By the implicit method, of a bit that creeps: the root of the speed at which it begins to cut (0: there is none
+    # such), r over tau and over the root of its speed, how steeply r falls at most, and twice the slow speed. Of any
+    # other bit r at the set speed or at rest.
+    "creep_start", "creep_root", "creep_fall", "creep_speed", "flat_root",
 )  # fmt: skip
+# What the electric motor reads, and a drive by torque in its place.
+MOTOR = (
+    "drive_share", "motor", "table_damping", "per_drive_inertia", "per_inductance", "resistance", "steady_current",
+    "steady_twist", "gain_current", "gain_lag", "gain_drive_speed", "gain_twist", "gain_bit_speed", "on_at",
+)  # fmt: skip
+TORQUE = (
+    "per_drive_inertia", "half_inertia", "drive_stiffness", "drive_damping", "twist_gain", "speed_gain",
+    "torque_least", "torque_most", "top_drag", "on_at",
+)  # fmt: skip
+BY_TORQUE = (*(name for name in PARAMETERS if name not in MOTOR), *TORQUE)
 
 
 @lru_cache
-def names_of(pipes: int, collars: int) -> Names:
-    """The names of the rows with so many segments. Nodes are counted from the surface; the last one is the bit."""
+def names_of(pipes: int, collars: int, by_torque: int = 0) -> Names:
+    """The names of the rows with so many segments, of a drive by torque or of the electric motor. Nodes are counted
+    from the surface; the last one is the bit."""
     last = pipes + collars
     inner = range(1, last)
     axial = ["u_0", "v_0", *(f"{word}_{node}" for node in inner for word in "uv"), "z", "vz"]
@@ -60,7 +76,7 @@ def names_of(pipes: int, collars: int) -> Names:
             "top_acceleration", *(f"acceleration_{node}" for node in inner), "bit_axial_acceleration",
             "drive_acceleration", *(f"turn_{node}" for node in inner), "bit_acceleration", "current_rate",
         ),
-        parameters=PARAMETERS,
+        parameters=BY_TORQUE if by_torque else PARAMETERS,
         aux=AUX,
     )  # fmt: skip
 
@@ -70,9 +86,9 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
     parameters, (depth, wob, speed) = points.parameters, points.operation
     string = string_of(parameters, depth)
     pipe, collar, steady = string.pipe, string.collar, steady_of(parameters, string, wob, speed)
-    bit, drive, chain = parameters.bit, parameters.drive, parameters.segments
+    bit, chain = parameters.bit, parameters.segments
     mud = chain.hydraulics
-    law, cut, motor = bit.friction, bit.cutting, drive.gear * drive.torque_constant
+    law, cut = bit.friction, bit.cutting
     found: dict[str, Any] = {}
     for name, ring in (("pipe", pipe), ("collar", collar)):
         annulus, bore = ring.annulus / ring.mass, ring.bore / ring.mass
@@ -83,16 +99,13 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
             f"{name}_mean": annulus * up * up - bore * down * down,
             f"per_{name}_annulus": 1 / ring.annulus_area, f"per_{name}_bore": over(1.0, ring.bore_area),
         }  # fmt: skip
-    turns = 0.0 if drive.kind == "stiff" else 1.0
-    gains = gains_of(parameters, string).T
-    return found | {
+    top = _torque(parameters, string) if parameters.drive.by_torque else _motor(parameters, string, steady)
+    return found | top | {
         "set_speed": speed, "wob": wob, "stuck": thresholds.stuck_below,
         "top_share": pipe.mass / (2 * string.top_mass),
         "joint_pipe_share": pipe.mass / (2 * string.joint_mass),
         "joint_collar_share": collar.mass / (2 * string.joint_mass),
         "bit_share": collar.mass / (2 * string.bit_mass),
-        # A stiff drive keeps its speed as the reciprocal of its inertia is zero.
-        "drive_share": turns * pipe.inertia / (2 * string.drive_inertia),
         "joint_pipe_turn": pipe.inertia / (2 * string.joint_inertia),
         "joint_collar_turn": collar.inertia / (2 * string.joint_inertia),
         "bit_turn": collar.inertia / (2 * string.bit_inertia),
@@ -108,13 +121,35 @@ def columns(points: Values, thresholds: Thresholds) -> Mapping[str, Any]:
         "advance_offset": cut.c2, "slow_square": cut.slow * cut.slow, "smoothing": cut.smoothing,
         "live_": float(cut.speed == "live"),
         "threshold": chain.threshold_force, "per_threshold_width": 10 / chain.threshold_force,
-        "motor": motor, "table_damping": drive.table_damping, "per_drive_inertia": turns / string.drive_inertia,
-        "per_inductance": turns / drive.inductance, "resistance": drive.resistance,
-        "steady_current": steady.current, "steady_twist": steady.angles[-1],
-        **dict(zip(("gain_current", "gain_lag", "gain_drive_speed", "gain_twist", "gain_bit_speed"), gains,
-                   strict=True)),
-        "on_at": drive.on_at,
         "surface_stiffness": pipe.torsional, "steady_torque": steady.table_torque, "chain_stiffness": string.axial,
+        **creeping(parameters, wob, speed),
+    }  # fmt: skip
+
+
+def _motor(parameters: Parameters, string: String, steady: Steady) -> dict[str, Any]:
+    """Those of the electric motor."""
+    drive, gains = parameters.drive, gains_of(parameters, string).T
+    names = ("gain_current", "gain_lag", "gain_drive_speed", "gain_twist", "gain_bit_speed")
+    return {
+        "drive_share": string.pipe.inertia / (2 * string.drive_inertia),
+        "motor": drive.gear * drive.torque_constant, "table_damping": drive.table_damping,
+        "per_drive_inertia": 1.0 / string.drive_inertia, "per_inductance": 1.0 / drive.inductance,
+        "resistance": drive.resistance, "steady_current": steady.current, "steady_twist": steady.angles[-1],
+        **dict(zip(names, gains, strict=True)), "on_at": drive.on_at,
+    }  # fmt: skip
+
+
+def _torque(parameters: Parameters, string: String) -> dict[str, Any]:
+    """Those of a drive by torque. An ideal one is never switched on."""
+    drive, law = parameters.drive, law_of(parameters, string)
+    limit = drive.torque_limit
+    half = string.pipe.inertia / 2
+    return {
+        "per_drive_inertia": 1.0 / (law.inertia + half), "half_inertia": half,
+        "drive_stiffness": law.stiffness, "drive_damping": law.damping, "twist_gain": law.twist_gain,
+        "speed_gain": law.speed_gain, "torque_least": -UNLIMITED if limit is None else 0.0,
+        "torque_most": UNLIMITED if limit is None else limit, "top_drag": string.pipe.drag / 2,
+        "on_at": NEVER if drive.kind == "ideal" else drive.on_at,
     }  # fmt: skip
 
 

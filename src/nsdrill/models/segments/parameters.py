@@ -7,10 +7,12 @@ reported by others; **R** reconstructed here.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass, field, fields
+from typing import Any, Literal
 
 from nsdrill.models.christoforou_yigit.parameters import Cutting, Material, Pipe, check_bore
+from nsdrill.models.christoforou_yigit.parameters import Drive as DriveOfMain
+from nsdrill.models.drives import LAWS, check_inertia
 from nsdrill.models.operation import LARGEST_FORCE, Operation
 from nsdrill.models.segments.reads import unread
 from nsdrill.models.starts import Starts, state
@@ -197,13 +199,22 @@ class Bit(Checked):
     friction: BitFriction = field(default_factory=BitFriction)
 
 
+def _as_main(name: str, meaning: str) -> Any:
+    """A number of the drive as the main model has it."""
+    same = next(item for item in fields(DriveOfMain) if item.name == name)
+    return field(default=same.default, metadata={**same.metadata, "meaning": meaning})
+
+
 @dataclass(frozen=True)
 class Drive(Checked):
-    """What turns the string: a shaft that keeps its speed (``stiff``), a motor at constant voltage (``dc_motor``), or
-    the motor with its voltage controlled by a linear-quadratic regulator (``lqr``). The weights of the regulator are
-    those of squared deviations from steady drilling, and of the squared voltage."""
+    """What turns the string: a shaft that keeps its speed (``ideal``), a motor at constant voltage (``dc_motor``), the
+    motor with its voltage controlled by a linear-quadratic regulator (``lqr``), or a drive whose torque follows the law
+    of a controller (:mod:`nsdrill.models.drives`). The weights of the regulator are those of squared deviations from
+    steady drilling, and of the squared voltage."""
 
-    kind: Literal["dc_motor", "stiff", "lqr"] = choice("dc_motor", "B")
+    kind: Literal["dc_motor", "ideal", "stiff", "soft_torque", "equal_damping", "z_torque", "pi", "lqr"] = choice(
+        "dc_motor", "B; those by torque as in the main model"
+    )
     inductance: float = parameter(0.005, "H", "CY as quoted; B's is lost", "low", low=1e-6, high=100.0,
                                   usual="1 to 50 mH", meaning="Inductance of the motor")  # fmt: skip
     resistance: float = parameter(0.01, "ohm", "CY as quoted; B's is lost", "low", low=1e-9, high=1e3,
@@ -235,7 +246,33 @@ class Drive(Checked):
     bit_speed_weight: float = parameter(950000.0, "", "B; the order is lost", "medium", high=1e15, usual="0 to 1e7",
                                         meaning="Weight of the bit's squared speed; kind lqr")  # fmt: skip
     on_at: float = parameter(0.0, "s", "", "", high=1e7, usual="0 or 40 s",
-                                    meaning="Time of a run at which control begins; kind lqr, or gains")  # fmt: skip
+                                    meaning="Time of a run at which control begins; before it, with lqr and gains the "
+                                    "voltage is constant, else the top turns with the set speed")  # fmt: skip
+    inertia: float = _as_main("inertia", "Inertia of a drive by torque, without the kelly's")
+    torque_limit: float | None = _as_main(
+        "torque_limit", "Greatest torque of the motor, whose least is 0 then; null: no limits"
+    )
+    matching: float = _as_main("matching", "Speed gain in impedances of the pipe; kind soft_torque")
+    frequency: float | None = _as_main(
+        "frequency", "Frequency that the controller is tuned to, null: the string's first; kind soft_torque"
+    )
+    compensated_inertia: float = _as_main("compensated_inertia", "Inertia that is compensated; kind soft_torque")
+    a: float = _as_main("a", "How much softer than a stiff drive; kind z_torque")
+    high_pass: float = _as_main("high_pass", "Time constant of the filter on the torque; kind z_torque")
+    stiffness: float = _as_main("stiffness", "Integral gain of the speed control (K_i); kind pi")
+    damping: float = _as_main("damping", "Proportional gain of the speed control (K_p); kind pi")
+    twist_gain: float = _as_main("twist_gain", "Gain on the twist of the string (G_t); kind pi")
+    speed_gain: float = _as_main("speed_gain", "Gain on the bit speed (G_w); kind pi")
+
+    @property
+    def by_torque(self) -> bool:
+        """Whether the torque follows the law of a controller, or is whatever keeps the set speed: the drive has no
+        circuit."""
+        return self.kind == "ideal" or self.kind in LAWS
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_inertia(self)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,6 @@ import numpy as np
 from nsdrill.models.base import Array, Ramps, Variant
 from nsdrill.models.leaves import Values
 from nsdrill.models.schedule import Schedule
-from nsdrill.models.segments import names
 from nsdrill.observe.thresholds import Thresholds
 
 SPEED = "set_speed"
@@ -29,9 +28,14 @@ class SegmentsRamps(Ramps):
     def __init__(self, model: Any) -> None:
         self.model = model
 
+    def _names(self, variant: Variant) -> tuple[str, ...]:
+        found: tuple[str, ...] = self.model.names(variant).parameters
+        return found
+
     def columns(self, variant: Variant) -> tuple[str, ...]:
-        moving = [name for name in names.PARAMETERS if name != SPEED]
-        return (*names.PARAMETERS, *(f"{name}_start" for name in moving), *(f"{name}_slope" for name in moving), *ADDED)
+        own = self._names(variant)
+        moving = [name for name in own if name != SPEED]
+        return (*own, *(f"{name}_start" for name in moving), *(f"{name}_slope" for name in moving), *ADDED)
 
     def right_hand_side(self, lanes: int, variant: Variant) -> Any:
         from numba import types
@@ -39,16 +43,17 @@ class SegmentsRamps(Ramps):
         from nsdrill.abi import BUFFER, compiled
         from nsdrill.elementary import fma
 
-        columns, count = self.columns(variant), len(names.PARAMETERS)
+        columns, own = self.columns(variant), self._names(variant)
+        count = len(own)
         rows, W = self.model.rows(variant, columns=len(columns)), lanes
         place = {name: W * (rows.parameter + number) for number, name in enumerate(columns)}
-        now = np.array([place[name] for name in names.PARAMETERS if name != SPEED])
+        now = np.array([place[name] for name in own if name != SPEED])
         start_, slope_ = W * (rows.parameter + count), W * (rows.parameter + count + len(now))
         nodes = sum(variant[:2]) + 1
         angle_ = W * (rows.stage + 2 * nodes)
         speed_, time_, phase_ = place[SPEED], W * rows.stage_time, W * rows.phase
         saved_, clock_, mean_, begun_ = (place[name] for name in ADDED[:4])
-        inertia_, turn_ = place["per_drive_inertia"], W * (rows.acceleration + nodes)
+        on_at_, turn_, by_torque = place["on_at"], W * (rows.acceleration + nodes), variant[2]
         square_, linear_ = place["ahead_square"], place["ahead_linear"]
         motion = self.model.right_hand_side(lanes, variant)
 
@@ -73,7 +78,7 @@ class SegmentsRamps(Ramps):
                 b[phase_ + i], b[time_ + i], b[speed_ + i] = b[saved_ + i], t, b[mean_ + i]
                 for k in range(nodes):
                     b[angle_ + 2 * k * W + i] += ahead
-                if b[inertia_ + i] == 0.0:  # a stiff drive follows the set point
+                if by_torque and t + b[begun_ + i] < b[on_at_ + i]:  # the top follows the set point
                     b[turn_ + i] += 2.0 * b[square_ + i]
 
         return ramped_segments
@@ -82,9 +87,10 @@ class SegmentsRamps(Ramps):
         point, variant = schedule.at(cuts), self.model.variant(parameters)
         values = Values(parameters, self.model.initial(), (point.depth, point.wob, point.rotary_speed))
         ends = self.model.pack(values, thresholds)
-        moving = [place for place, name in enumerate(names.PARAMETERS) if name != SPEED]
-        length, count = np.diff(cuts)[:, np.newaxis], len(names.PARAMETERS)
-        slope, speed = np.diff(ends, axis=0) / length, names.PARAMETERS.index(SPEED)
+        own = self._names(variant)
+        moving = [place for place, name in enumerate(own) if name != SPEED]
+        length, count = np.diff(cuts)[:, np.newaxis], len(own)
+        slope, speed = np.diff(ends, axis=0) / length, own.index(SPEED)
         table = np.zeros((len(cuts) - 1, len(self.columns(variant))))
         table[:, :count] = ends[:-1]
         table[:, speed] = 0.5 * (ends[:-1, speed] + ends[1:, speed])

@@ -8,6 +8,7 @@ from typing import Any
 from nsdrill.errors import Fault
 from nsdrill.models.christoforou_yigit.parameters import WIDEST_BORE
 from nsdrill.models.description import Order
+from nsdrill.models.drives import LAWS, inertia_faults
 from nsdrill.models.segments.reads import READ_BY
 
 ORDERS = (
@@ -26,6 +27,7 @@ def relations(check: Any) -> Iterator[Fault]:
     yield from _load(check)
     yield from _drive(check)
     yield from _gains(check)
+    yield from _torque(check)
 
 
 def _load(check: Any) -> Iterator[Fault]:
@@ -55,12 +57,23 @@ def _gains(check: Any) -> Iterator[Fault]:
         yield check.idle(check.fault(f"sweep.{key}" if path else key, found, "drive.gains, or no time", path))
 
 
+def _torque(check: Any) -> Iterator[Fault]:
+    """What goes together of a drive by torque."""
+    if not check.sound("drive") or check.value("drive.kind") not in LAWS:
+        return
+    yield from inertia_faults(check)
+    sweep = check.resolved["sweep"]
+    if sweep.get("procedure", "same") != "same" and check.value("drive.on_at") > 0.0:
+        found = f"{check.text('drive.on_at')} with a sweep that carries the state, in which the drive is on"
+        yield check.fault("drive.on_at", found, "0 s, or sweep.procedure: same")
+
+
 def _drive(check: Any) -> Iterator[Fault]:
     """No value and no axis that the kind of drive does not read."""
     if not check.sound("drive"):
         return
     kind = check.value("drive.kind")
-    allowed = f"what a drive of the kind {kind} reads: {', '.join(READ_BY[kind])}"
+    allowed = f"what a drive of the kind {kind} reads: {', '.join(READ_BY[kind]) or 'nothing'}"
     for key in check.leaves:
         name = key.removeprefix("drive.")
         if name not in (key, "kind", *READ_BY[kind]):

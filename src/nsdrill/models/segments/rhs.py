@@ -9,6 +9,8 @@ beta_t, and D_i the mud's drag on a node:
     J_0 w_0' = nK I - (c_rt + cw_0) w_0 + M_0,      J_i w_i' = M_i - M_{i-1} - cw_i w_i,
     J_n w_n' = -T - M_{n-1} - cw_n w_n,             L I' = V - R I - nK w_0
 
+A drive by torque has T_m of :mod:`nsdrill.models.segments.drive` in place of nK I - c_rt w_0, and no current.
+
 The bit, with phi = th_n + the drive's angle, omega = w_n, d = s0 sin(b phi) - u_n and chi = c_c / W:
 
     F = k_c max(d, 0) max(1 + chi d', 0)
@@ -33,10 +35,12 @@ import numpy as np
 from numba import types
 
 from nsdrill.abi import BUFFER, RATES, Rows, compiled, inlined
-from nsdrill.elementary import direction, exp2, fma, sincos
+from nsdrill.elementary import TWO_OVER_PI, direction, direction_joined, direction_reduced, exp2, fma, sincos
 from nsdrill.generate import constants, define
-from nsdrill.kernel.slip import first_slip, hyperbolic, kept
-from nsdrill.models.segments.names import AUX, PARAMETERS
+from nsdrill.kernel.slip import first_slip
+from nsdrill.models.segments.names import AUX, BY_TORQUE, PARAMETERS
+
+ITERATIONS = 4  # for the speed of a bit whose cutting torque is implicit
 
 # The bend of a chain about a node times stiffness over mass, and the drag. A flow of either direction has the drag
 # v |v|; tanh w is 1 - 2 / (1 + 2^(2 w log2 e)).
@@ -84,53 +88,69 @@ BIT = """        lobes, omega = b[lobes_ + i], b[w_n + i]
         b[torque_ + i] = force * fma(b[friction_arm + i], rubbing, b[cutting_arm + i] * cutting)
 """
 
-# The same with the steep part of the cutting torque apart: T(omega) = c F on(F) g(omega) sqrt(delta_0), with a force F
-# that the bit's speed changes too, as the rock is damped. The depth of cut delta_0 is that at the set speed, or at rest
-# where it follows the bit's speed: what sqrt(delta) is beyond it is zero at rest, so its product with g is not steep.
-# Newton's method as in the other models, with an iteration more, as the load follows the slip.
-BIT_APART = """        lobes, given = b[lobes_ + i], b[w_n + i]
-        phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i], b[phase_ + i])
-        sine, cosine = sincos(lobes * phi)
+# The same with the cutting torque apart, T(omega) = c F on(F) g(omega) r(omega), r = sqrt(delta / r_b), with a force F
+# that the bit's speed changes too, as the rock is damped. Two kinds of lanes:
+#
+# - Where the depth of cut follows the bit's speed and begins at a speed x_0 > 0 (ROP offset below zero), r rises from
+#   zero there with an infinite slope, and a bit that creeps is held by that slope. All of r is implicit. With
+#   |omega| = (sqrt(x_0) + tau^2)^2 the advance is proportional to tau^2 and r to tau: Newton's method in tau meets no
+#   root. Its first guess takes x and r / tau from the speed itself, or twice the slow speed where that is less.
+# - Else r is that of the set speed, or of rest: what r is beyond that is zero at rest, so its product with g is not
+#   steep and stays explicit. Newton's method in |omega|, from the guess of the other models.
+#
+# The load is that of the last tangent, which agrees with the velocity to rounding. After four iterations it is right to
+# 1e-8 in all but some thousandths of random stages as long as steps may be, and to some hundredths in the worst.
+BIT_APART = """        phi = b[th_n + i] + fma(b[set_speed + i], b[time_ + i], b[phase_ + i])
+        sine, cosine = sincos(b[lobes_ + i] * phi)
         b[sine_ + i] = sine
         b[cosine_ + i] = cosine
         b[interference_ + i] = fma(b[surface_amplitude + i], sine, -b[u_n + i])
     for i in range(n):
-        lobes, given, relaxed = b[lobes_ + i], b[w_n + i], b[relax + i] * b[per_bit_inertia + i]
+        given, eps, start = b[w_n + i], b[smoothing + i], b[creep_start + i]
+        relaxed, free = b[relax + i] * b[per_bit_inertia + i] * b[cutting_arm + i], abs(given)
         spring = b[rock_stiffness + i] * max(b[interference_ + i], 0.0)
-        follows, v = b[surface_amplitude + i] * lobes * b[cosine_ + i], b[v_n + i]
-        factor, from_, per_width = b[closing_factor + i], b[threshold + i], b[per_threshold_width + i]
-        speed = fma(-b[live_ + i], b[set_speed + i], b[set_speed + i])
-        advance = max(fma(b[advance_ + i], np.sqrt(speed), b[advance_offset + i]), 0.0)
-        root = np.sqrt(b[cutting_factor + i] * advance / np.sqrt(fma(speed, speed, b[slow_square + i])))
-        arm, eps = b[cutting_arm + i] * root, b[smoothing + i]
-        b[force_ + i] = root  # until the force is known
-        load, more = load_of(given, spring, follows, v, factor, from_, per_width)
-        omega = first_slip(given, relaxed * arm * load, eps, 0.0, 0.0, 1.0)
-        load, more = load_of(omega, spring, follows, v, factor, from_, per_width)
-        f, df = hyperbolic(omega, eps, 0.0, 0.0, 1.0)
-        rest = fma(-relaxed * arm, load * f, given - omega)
-        omega = kept(omega, omega + rest / fma(relaxed * arm, fma(load, df, more * f), 1.0))
-        load, more = load_of(omega, spring, follows, v, factor, from_, per_width)
-        f, df = hyperbolic(omega, eps, 0.0, 0.0, 1.0)
-        rest = fma(-relaxed * arm, load * f, given - omega)
-        omega = kept(omega, omega + rest / fma(relaxed * arm, fma(load, df, more * f), 1.0))
-        load, more = load_of(omega, spring, follows, v, factor, from_, per_width)
-        f, df = hyperbolic(omega, eps, 0.0, 0.0, 1.0)
-        rest, slope = fma(-relaxed * arm, load * f, given - omega), fma(load, df, more * f)
-        torque = arm * fma(slope, rest / fma(relaxed * arm, slope, 1.0), load * f)
+        follows = b[surface_amplitude + i] * b[lobes_ + i] * b[cosine_ + i]
+        follows = -follows if given < 0.0 else follows
+        load, _ = load_of(
+            free, spring, follows, b[v_n + i], b[closing_factor + i], b[threshold + i], b[per_threshold_width + i]
+        )
+        flat = first_slip(free, relaxed * b[flat_root + i] * load, eps, 0.0, 0.0, 1.0)
+        # Of a bit that creeps; x / (0.8 + x) stands for (2/pi) atan x.
+        slow = b[slow_square + i]
+        near = min(free, b[creep_speed + i])
+        turned = eps * near
+        linear = relaxed * load * b[creep_root + i] * turned
+        linear = linear / ((0.8 + turned) * np.sqrt(np.sqrt(fma(near, near, slow))))
+        room = max(fma(-start, start, free), 0.0)
+        tau = 2.0 * room / (linear + np.sqrt(fma(linear, linear, 8.0 * start * room)) + 1e-300)
+        tau = min(tau, np.sqrt(max(np.sqrt(free) - start, 0.0)))
+        b[force_ + i] = spring
+        b[torque_ + i] = tau if start > 0.0 else flat
+ITERATIONS    for i in range(n):
+        load, more, f, level, slope, step = iterate(
+            b[torque_ + i], b[w_n + i], b[relax + i] * b[per_bit_inertia + i] * b[cutting_arm + i], b[force_ + i],
+            b[surface_amplitude + i] * b[lobes_ + i] * b[cosine_ + i], b[v_n + i], b[closing_factor + i],
+            b[threshold + i], b[per_threshold_width + i], b[slow_square + i], b[smoothing + i], b[creep_start + i],
+            b[creep_root + i], b[flat_root + i],
+        )
+        given, start, inertia = b[w_n + i], b[creep_start + i], b[per_bit_inertia + i]
+        torque = b[cutting_arm + i] * max(fma(slope, step, load * f * level), 0.0)
+        torque = torque if abs(given) > start * start else 0.0
+        torque = -torque if given < 0.0 else torque
         b[torque_ + i] = torque
-        b[push + i] = -(torque * b[per_bit_inertia + i])
-        b[falling + i] = b[per_bit_inertia + i] * arm * abs(more)
-        b[w_n + i] = fma(-relaxed, torque, given)
+        b[push + i] = -(torque * inertia)
+        fall = fma(load, b[creep_fall + i], abs(more) * level)
+        b[falling + i] = inertia * b[cutting_arm + i] * fall
+        b[w_n + i] = fma(-b[relax + i] * inertia, torque, given)
     for i in range(n):
         omega, live = b[w_n + i], b[live_ + i]
         at = fma(live, omega - b[set_speed + i], b[set_speed + i])
         advance = max(fma(b[advance_ + i], np.sqrt(abs(at)), b[advance_offset + i]), 0.0)
         depth = b[cutting_factor + i] * advance / np.sqrt(fma(at, at, b[slow_square + i]))
-        beyond = live * (np.sqrt(depth) - b[force_ + i]) * direction(b[smoothing + i] * omega)
+        beyond = live * (np.sqrt(depth) - b[flat_root + i]) * direction(b[smoothing + i] * omega)
+        beyond = 0.0 if b[creep_start + i] > 0.0 else beyond
         closing = fma(b[surface_amplitude + i] * b[lobes_ + i] * b[cosine_ + i], omega, -b[v_n + i])
-        force = b[rock_stiffness + i] * max(b[interference_ + i], 0.0)
-        force = force * max(fma(b[closing_factor + i], closing, 1.0), 0.0)
+        force = b[force_ + i] * max(fma(b[closing_factor + i], closing, 1.0), 0.0)
         held = min(max(omega, -20.0), 20.0)
         rubbing = 1.0 - 2.0 / (1.0 + exp2(2.885390081777926814719849 * held))
         rubbing = rubbing + b[hump + i] * omega / fma(b[narrowing + i] * omega, omega, 1.0)
@@ -142,6 +162,45 @@ BIT_APART = """        lobes, given = b[lobes_ + i], b[w_n + i]
         b[torque_ + i] = fma(force, fma(b[friction_arm + i], rubbing, cutting), b[torque_ + i])
 
 """
+ITERATION = """    for i in range(n):
+        load, more, f, level, slope, step = iterate(
+            b[torque_ + i], b[w_n + i], b[relax + i] * b[per_bit_inertia + i] * b[cutting_arm + i], b[force_ + i],
+            b[surface_amplitude + i] * b[lobes_ + i] * b[cosine_ + i], b[v_n + i], b[closing_factor + i],
+            b[threshold + i], b[per_threshold_width + i], b[slow_square + i], b[smoothing + i], b[creep_start + i],
+            b[creep_root + i], b[flat_root + i],
+        )
+        b[torque_ + i] = max(b[torque_ + i] + step, 0.0)
+"""
+
+
+@inlined
+def iterate(  # type: ignore[no-untyped-def]
+    place, given, relaxed, spring, follows, v, factor, from_, per_width, slow, eps, start, root, flat
+):
+    """One iteration for the bit's speed at a ``place``, tau or |omega|: the load that presses the cutters with its
+    slope by |omega|, g, r, the slope of load g r by the place, and the step to the next place."""
+    creeps = start > 0.0
+    wide = fma(place, place, start)
+    speed = wide * wide if creeps else place
+    widens = 4.0 * place * wide if creeps else 1.0
+    square = fma(speed, speed, slow)
+    # g, its slope and 1 / square, with one division.
+    scaled = eps * speed
+    bent = fma(scaled, scaled, 1.0)
+    above, below, base = direction_reduced(scaled, 1.0)
+    inverse = 1.0 / (below * bent * square)
+    f = direction_joined(scaled, above * bent * square * inverse, base)
+    df = TWO_OVER_PI * eps * (below * square * inverse)
+    per_square = below * bent * inverse
+    per_tau = root * np.sqrt(np.sqrt(per_square))
+    level = per_tau * place if creeps else flat
+    rises = per_tau * fma(-0.5 * place * speed, widens * per_square, 1.0) if creeps else 0.0
+    load, more = load_of(speed, spring, -follows if given < 0.0 else follows, v, factor, from_, per_width)
+    slope = fma(level * widens, fma(load, df, more * f), load * f * rises)
+    rest = fma(-relaxed, load * f * level, abs(given) - speed)
+    down = fma(relaxed, slope, widens)
+    down = down if down > 0.1 * widens else widens  # a load that falls faster than a step may be long for
+    return load, more, f, level, slope, rest / max(down, 1e-300)
 
 
 @inlined
@@ -190,18 +249,7 @@ MAIN = """
         pull = b[collar_axial + i] * fma(b[axial_time + i], b[v_n - 2 * W + i] - v, b[u_n - 2 * W + i] - u)
         own = (b[force_ + i] - b[wob + i]) * b[per_bit_mass + i]
         b[a_n + i] = fma(b[bit_share + i], fma(2.0, pull, drag), own)
-    for i in range(n):
-        th, w, current = b[th_0 + i], b[w_0 + i], b[I_ + i]
-        pull = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_0 + 2 * W + i] - w, b[th_0 + 2 * W + i] - th)
-        turn = fma(b[motor + i], current, -(b[table_damping + i] * w)) * b[per_drive_inertia + i]
-        b[alpha_0 + i] = fma(b[drive_share + i], fma(2.0, pull, -(b[pipe_drag + i] * w)), turn)
-        speed = b[set_speed + i]
-        law = fma(b[gain_lag + i], th, fma(b[gain_drive_speed + i], w - speed,
-              fma(b[gain_twist + i], b[th_n + i] - b[steady_twist + i],
-              fma(b[gain_bit_speed + i], b[w_n + i] - speed, b[gain_current + i] * (current - b[steady_current + i])))))
-        law = law if b[time_ + i] >= b[on_at + i] else 0.0
-        fall = fma(b[resistance + i], current - b[steady_current + i], b[motor + i] * (w - speed))
-        b[current_rate + i] = -(law + fall) * b[per_inductance + i]
+    DRIVE
     for i in range(n):
         th, w = b[th_j + i], b[w_j + i]
         above = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_j - 2 * W + i] - w, b[th_j - 2 * W + i] - th)
@@ -217,12 +265,39 @@ MAIN = """
 """
 
 
+MOTOR = """    for i in range(n):
+        th, w, current = b[th_0 + i], b[w_0 + i], b[I_ + i]
+        pull = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_0 + 2 * W + i] - w, b[th_0 + 2 * W + i] - th)
+        turn = fma(b[motor + i], current, -(b[table_damping + i] * w)) * b[per_drive_inertia + i]
+        b[alpha_0 + i] = fma(b[drive_share + i], fma(2.0, pull, -(b[pipe_drag + i] * w)), turn)
+        speed = b[set_speed + i]
+        law = fma(b[gain_lag + i], th, fma(b[gain_drive_speed + i], w - speed,
+              fma(b[gain_twist + i], b[th_n + i] - b[steady_twist + i],
+              fma(b[gain_bit_speed + i], b[w_n + i] - speed, b[gain_current + i] * (current - b[steady_current + i])))))
+        law = law if b[time_ + i] >= b[on_at + i] else 0.0
+        fall = fma(b[resistance + i], current - b[steady_current + i], b[motor + i] * (w - speed))
+        b[current_rate + i] = -(law + fall) * b[per_inductance + i]
+"""
+
+# The top turned by a law of torque: nothing moves the current, which such a drive has not.
+TORQUE = """    for i in range(n):
+        th, w, speed = b[th_0 + i], b[w_0 + i], b[set_speed + i]
+        pull = b[pipe_torsional + i] * fma(b[torsional_time + i], b[w_0 + 2 * W + i] - w, b[th_0 + 2 * W + i] - th)
+        law = fma(b[drive_stiffness + i], th, fma(b[drive_damping + i], w - speed,
+              fma(b[twist_gain + i], b[th_n + i] - th, b[speed_gain + i] * (b[w_n + i] - speed))))
+        given = min(max(-law, b[torque_least + i]), b[torque_most + i])
+        turn = fma(b[half_inertia + i], fma(2.0, pull, -(b[pipe_drag + i] * w)), given) * b[per_drive_inertia + i]
+        b[alpha_0 + i] = turn if b[time_ + i] >= b[on_at + i] else 0.0
+        b[current_rate + i] = 0.0
+"""
+
+
 @lru_cache
-def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> Any:
+def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int, by_torque: int) -> Any:
     """The compiled right-hand side for a number of lanes and of segments of pipe and collar, in a buffer of these
-    rows; with the cutting torque apart where the rows have it so."""
+    rows, of a drive by torque or of the electric motor; with the cutting torque apart where the rows have it so."""
     W, last = lanes, pipes + collars
-    place = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
+    place = {name: W * (rows.parameter + i) for i, name in enumerate(BY_TORQUE if by_torque else PARAMETERS)}
     place |= {name: W * (rows.aux_now + i) for i, name in enumerate(AUX)}
     place |= {"time_": W * rows.stage_time, "phase_": W * rows.phase, "W": W}
     place |= {"relax": W * rows.relax, "falling": W * rows.falling, "push": W * rows.push}
@@ -249,23 +324,24 @@ def make_right_hand_side(lanes: int, rows: Rows, pipes: int, collars: int) -> An
             f"    torsional_node(b, n, {th}, {alpha}, {place[f'{ring}_torsional']}, {place['torsional_time']}, "
             f"{place[f'{ring}_drag']})",
         ]
-    main = MAIN.replace("        BIT\n", BIT_APART if rows.apart else BIT)
+    main = MAIN.replace("        BIT\n", BIT_APART.replace("ITERATIONS", ITERATIONS * ITERATION) if rows.apart else BIT)
+    main = main.replace("    DRIVE\n", TORQUE if by_torque else MOTOR)
     head = "".join(f"# {line}\n" for line in HELPERS.splitlines())  # their text is part of what names this code
     text = f"{head}{constants(**place)}def right_hand_side(b):{main}" + "\n".join(lines) + "\n"
     known = {"np": np, "fma": fma, "sincos": sincos, "exp2": exp2, "direction": direction}
     if rows.apart:
-        known |= {"first_slip": first_slip, "hyperbolic": hyperbolic, "kept": kept, "load_of": load_of}
-    return compiled(types.void(BUFFER), W, pipes, collars, int(rows.apart > 0), int(rows.companions > 0))(
+        known |= {"first_slip": first_slip, "iterate": iterate, "load_of": load_of}
+    return compiled(types.void(BUFFER), W, pipes, collars, by_torque, int(rows.apart > 0), int(rows.companions > 0))(
         define("right_hand_side", text, **known, **helpers)
     )
 
 
 @lru_cache
-def make_contact(lanes: int, rows: Rows, place: int, pipes: int, collars: int, *apart: int) -> Any:
+def make_contact(lanes: int, rows: Rows, place: int, pipes: int, collars: int, by_torque: int, *apart: int) -> Any:
     """The compiled function that puts value, slope and second derivative of the interference of bit and rock at the end
     of the step into the observer's rows at ``place``."""
     W, last = lanes, pipes + collars
-    P = {name: W * (rows.parameter + i) for i, name in enumerate(PARAMETERS)}
+    P = {name: W * (rows.parameter + i) for i, name in enumerate(BY_TORQUE if by_torque else PARAMETERS)}
     A = {name: W * (rows.aux_now + i) for i, name in enumerate(AUX)}
     sine_, cosine_, interference_, closing_ = (A[name] for name in ("sine_", "cosine_", "interference_", "closing_"))
     amplitude_, lobes_ = P["surface_amplitude"], P["lobes_"]
@@ -273,7 +349,7 @@ def make_contact(lanes: int, rows: Rows, place: int, pipes: int, collars: int, *
     axial_, turning_ = W * (rows.acceleration + last), W * (rows.acceleration + 2 * last + 1)
     value_, rate_, bend_ = (W * (rows.observer + place + k) for k in range(RATES))
 
-    @compiled(types.void(BUFFER), W, place, pipes, collars, *apart)
+    @compiled(types.void(BUFFER), W, place, pipes, collars, by_torque, *apart)
     def rock(b):  # type: ignore[no-untyped-def]
         for i in range(W):
             turn = b[lobes_ + i] * b[speed_ + i]

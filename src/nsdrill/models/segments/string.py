@@ -23,6 +23,9 @@ import numpy as np
 
 from nsdrill.models.segments.parameters import Parameters
 
+SPEEDS = tuple(0.01 * 1.2**k for k in range(48))  # rad/s, to 53: where the cutting torque is looked at
+LEAST_ADVANCE = 1e-12  # m/s at a rad/s: with less the bit never cuts
+
 
 class Ring(NamedTuple):
     """A segment of pipe or of collar: its length [m], stiffnesses [N/m, N m/rad], mass [kg], inertia [kg m^2], drag
@@ -42,7 +45,8 @@ class Ring(NamedTuple):
 
 class String(NamedTuple):
     """The whole string: segments of pipe and collar with their numbers; at the ends and at the junction the masses [kg]
-    and inertias [kg m^2]; stiffnesses of the whole string, the hoist's spring among them, [N/m, N m/rad]."""
+    and inertias [kg m^2]; stiffnesses of the whole string, the hoist's spring among them, [N/m, N m/rad]; the kelly's
+    inertia [kg m^2]. ``drive_inertia`` is that of the electric motor, with its table, kelly and half a segment."""
 
     pipe: Ring
     collar: Ring
@@ -56,6 +60,7 @@ class String(NamedTuple):
     bit_inertia: Any
     axial: Any
     torsional: Any
+    kelly_inertia: Any
 
     @property
     def drags(self) -> tuple[Any, ...]:
@@ -119,6 +124,7 @@ def string_of(parameters: Parameters, depth: Any) -> String:
         bit.mass * bit.radius * bit.radius / 2 + collar.inertia / 2,
         1 / compliance,
         1 / (cut.pipe / pipe.torsional + cut.collar / collar.torsional),
+        steel.density * polar * kelly.length,
     )
 
 
@@ -160,6 +166,36 @@ def bit_torque(parameters: Parameters, wob: Any, set_speed: Any, force: Any, spe
     rubbing = np.tanh(speed) + law.hump * speed / (1 + law.narrowing * speed * speed) + law.viscous * speed
     cutting = on * (2 / math.pi) * np.arctan(cut.smoothing * speed) * cut.zeta * np.sqrt(depth / bit.radius)
     return force * bit.radius * (law.level * rubbing + cutting)
+
+
+def cut_root(parameters: Parameters, wob: Any, speed: Any) -> Any:
+    """sqrt(depth of cut / radius) at a ``speed`` [rad/s] that the depth follows, under a weight on bit [N]."""
+    bit, cut = parameters.bit, parameters.bit.cutting
+    advance = np.maximum(cut.c1 * wob * np.sqrt(speed) + cut.c2, 0.0)
+    return np.sqrt(2 * math.pi * advance / bit.radius / np.sqrt(speed * speed + cut.slow * cut.slow))
+
+
+def creeping(parameters: Parameters, wob: Any, set_speed: Any) -> dict[str, Any]:
+    """What the implicit method knows of the cutting torque (:mod:`nsdrill.models.segments.rhs`), by name: of a bit that
+    creeps, whose depth of cut follows its speed and begins at one above zero, or else the root at the set speed or at
+    rest."""
+    bit, cut = parameters.bit, parameters.bit.cutting
+    live = cut.speed == "live"
+    advance, offset = np.broadcast_arrays(np.asarray(cut.c1 * wob, dtype=float), cut.c2)
+    creeps = (offset < 0.0) & live
+    start = np.where(creeps, -offset / np.maximum(advance, LEAST_ADVANCE), 0.0)
+    roots = [cut_root(parameters, wob, speed) for speed in SPEEDS]
+    falls = [(one - two) / (b - a) for one, two, a, b in zip(roots, roots[1:], SPEEDS, SPEEDS[1:], strict=False)]
+    steepest = 0.0
+    for fall in falls:
+        steepest = np.maximum(steepest, fall)
+    return {
+        "creep_start": start,
+        "creep_root": np.sqrt(2 * math.pi / bit.radius * cut.c1 * wob),
+        "creep_fall": np.where(creeps, steepest, 0.0),
+        "creep_speed": 2 * cut.slow,
+        "flat_root": np.where(creeps, 0.0, cut_root(parameters, wob, 0.0 * set_speed if live else set_speed)),
+    }
 
 
 def steady_of(parameters: Parameters, string: String, wob: Any, speed: Any) -> Steady:

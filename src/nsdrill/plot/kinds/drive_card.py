@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from nsdrill.models.numbers import DriveCard
 from nsdrill.plot.charts import SLOPE, TO_HERTZ, Chart, chart_kind, logarithmic, remark, shown
-from nsdrill.plot.style import BLACK, BLUE, GREEN, ORANGE, REFERENCE, VERMILLION, WINE, type_size
+from nsdrill.plot.style import BLACK, BLUE, GREEN, ORANGE, REFERENCE, SKY, VERMILLION, WINE, type_size
 
 # Each drive by its colour and its dashes, so that a grey printer keeps them apart.
 DRIVES: dict[str, tuple[str, Any]] = {
@@ -21,6 +21,7 @@ DRIVES: dict[str, tuple[str, Any]] = {
     "equal_damping": (BLUE, (0, (5, 2))),
     "z_torque": (GREEN, (0, (5, 1.5, 1, 1.5))),
     "pi": (ORANGE, (0, (3, 1, 1, 1, 1, 1))),
+    "dc_motor": (SKY, (0, (7, 1.5))),
 }
 
 
