@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-from nsdrill.models.leaves import further_axes, words_of
+from nsdrill.models.leaves import choices_of, further_axes, words_of
 from nsdrill.models.registry import NAMES, described
 from nsdrill.units import from_si, plain_units, readable, to_si
 from nsdrill.variables import AXES, COORDINATES, dimension_of
@@ -116,7 +116,8 @@ _LABELS = {
 class Quantity:
     """A quantity by its ``name`` in files and studies: ``long_name``, as files say it; ``words`` for a sentence;
     ``label`` for the axis of a picture; its SI ``units`` as a study writes them, "" for a plain number; and in
-    ``shown`` the units in which people see it in SI and in field units, as :mod:`nsdrill.units` reads them."""
+    ``shown`` the units in which people see it in SI and in field units, as :mod:`nsdrill.units` reads them. ``choice``
+    is the key of a choice, "" of a number."""
 
     name: str
     long_name: str
@@ -124,8 +125,12 @@ class Quantity:
     label: str
     units: str
     shown: tuple[str, str]
-    choices: tuple[str, ...] = ()
-    """The words of a choice, whose values along an axis are their places among these."""
+    choice: str = ""
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The words of a choice, whose places among them are its values; () of a number."""
+        return words_of(self.choice) if self.choice else ()
 
     def unit(self, system: str) -> str:
         """The unit in which people see it in the ``system``, "si" or "field"; "" for a plain number."""
@@ -187,10 +192,12 @@ def _known(model: str) -> dict[str, Quantity]:
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
         label = _LABELS.get(name, long_name[:1].upper() + long_name[1:])
         found[name] = Quantity(name, long_name, _WORDS.get(name, long_name), label, units, shown)
+    choices = choices_of(model)
     for name, (key, units) in further_axes(model).items():
         words = key.removeprefix("drillstring.").replace(".", " ").replace("_", " ")
         shown = _SHOWN_OF_NAME.get(name) or SHOWN.get(units, (units, units))
-        found[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown, words_of(key))
+        choice = key if key in choices else ""
+        found[name] = Quantity(name, words, words, words[:1].upper() + words[1:], units, shown, choice)
     return found
 
 
