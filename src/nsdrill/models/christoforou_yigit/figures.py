@@ -191,6 +191,8 @@ def slope_held(parameters: Parameters, k: Coefficients) -> float:
 
 def steepest_fall(matrix: np.ndarray, k: Coefficients, c_t: float) -> np.ndarray:
     """As :func:`slope_held`, of strings and drives with these :func:`torsional_matrix` [..., n, n]: array [...]."""
+    if matrix.shape[-1] == 2:  # the drive is ideal: its swings grow where the fall takes more than the damping gives
+        return np.full(matrix.shape[:-2], float(c_t))
     J = float(k.J)
     step = 2.0 * math.sqrt(J * float(k.k_t))  # a critical damping
     low = np.full(matrix.shape[:-2], -step)
