@@ -9,6 +9,7 @@ import pytest
 from deviations import followed_and_quotient
 from reference import Case, contacts, derivative, solve
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from sweep.runs import run_work, work_for
 
 import nsdrill
@@ -259,6 +260,38 @@ def test_onset_of_stick_slip(friction: str, wob: float, known: float) -> None:
         study = torsion(friction=friction, wob=wob, speed=3, depth=depth, zeta=1 if "hyper" in friction else 0)
         found = figures(study.parameters, study.operation)["stick_slip_onset"].value
         assert found == pytest.approx(known, abs=2e-3)
+
+
+@pytest.mark.parametrize("wob", [22.24, 66.72])
+def test_the_averaged_fold_has_a_closed_form_without_smoothing(wob: float) -> None:
+    """c tau Omega^2 / 2 = (T_s - T_d) ((1 + tau Omega) / sqrt(1 + 2 tau Omega) - 1), by averages over
+    v = Omega (1 + cos theta)."""
+    study = torsion(wob=wob, speed=3, depth=5000, zeta=1, friction="law: hyperbolic, smoothing: 1.0e+8 s/rad")
+    found = figures(study.parameters, study.operation)["stick_slip_fold"].value
+    law, k = study.parameters.bit.friction, derive(study.parameters, 5000.0, wob * 1e3, 3.0)
+    fallen = wob * 1e3 * 2 / 3 * float(k.bit_radius) * (law.static - law.dynamic)
+
+    def surplus(speed: float) -> float:
+        through = law.decay * speed
+        return 50.0 * law.decay * speed**2 / 2 - fallen * ((1 + through) / np.sqrt(1 + 2 * through) - 1)
+
+    assert found == pytest.approx(brentq(surplus, 1.0, 100.0), rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("drive", "wob", "fold"),
+    [
+        ("ideal", 22.24, 4.09), ("ideal", 66.72, 9.47), ("stiff", 66.72, 9.13), ("soft_torque", 66.72, 4.35),
+        ("equal_damping", 22.24, 1.83), ("z_torque", 66.72, 4.43), ("lqr", 66.72, 2.70),
+    ],
+)  # fmt: skip
+def test_the_averaged_fold_is_near_that_of_runs(drive: str, wob: float, fold: float) -> None:
+    """Where stick-slip of the torsional model ended, from a stuck start, up in small steps, by other code."""
+    study = parse_study(
+        f"modes: {{axial: frozen, lateral: frozen}}\noperation: {{wob: {wob} kN, rotary_speed: 3 rad/s}}\n"
+        f"drive: {{kind: {drive}}}"
+    )
+    assert figures(study.parameters, study.operation)["stick_slip_fold"].value == pytest.approx(fold, rel=0.13)
 
 
 @pytest.mark.parametrize("law", OTHERS)

@@ -21,7 +21,8 @@ from nsdrill.models.operation import Operation
 COEFFICIENTS = LUMPED
 # Those of the lumped model that are of the string above the collar and of the bit.
 SHARED = ("axial_free", "axial_contact", "torsional", "buckling_margin", "lobe_resonance", "lift_off_wob",
-          "mean_torque", "static_twist", "slope_held", "stick_slip_onset")  # fmt: skip
+          "mean_torque", "static_twist", "slope_held", "stick_slip_onset",
+          "stick_slip_fold")  # fmt: skip
 NODE = 1e-9
 
 

@@ -316,7 +316,7 @@ def _critical(parameters: Parameters, operation: Operation) -> dict[str, float |
     """The critical speeds of the motions that are free."""
     modes = parameters.modes
     free = {"wall_speed": modes.lateral, "stick_slip_onset": modes.torsional, "lobe_resonance": modes.axial}
-    found = figures(parameters, operation)
+    found = figures(parameters, operation, averaged=False)
     return {name: found[name].value for name, mode in free.items() if mode == "free"}
 
 

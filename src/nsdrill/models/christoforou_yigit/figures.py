@@ -9,15 +9,15 @@ import numpy as np
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance, regulator
 from nsdrill.models.christoforou_yigit.lateral import weights
-from nsdrill.models.christoforou_yigit.laws import bit_arm, onset
+from nsdrill.models.christoforou_yigit.laws import averaged_fold, bit_arm, onset
 from nsdrill.models.christoforou_yigit.parameters import Parameters
 from nsdrill.models.drives import Gains, reflection
 from nsdrill.models.numbers import Figure
 from nsdrill.models.operation import Operation
 
 
-def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
-    """The figures by name."""
+def figures(parameters: Parameters, operation: Operation, averaged: bool = True) -> dict[str, Figure]:
+    """The figures by name; without those ``averaged`` over a cycle, which take longer, if False."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
     bit = parameters.bit
     contact = math.sqrt((k.k_a + bit.rock_stiffness) / k.m_a)
@@ -46,7 +46,7 @@ def figures(parameters: Parameters, operation: Operation) -> dict[str, Figure]:
         "mean_torque": Figure(torque, "N m", "steady torque at the surface"),
         "static_twist": Figure(float(-torque / k.k_t), "rad", "steady twist of the string"),
         **_lateral(parameters, stiffness, k),
-        **_torsion(parameters, operation, k),
+        **_torsion(parameters, operation, k, averaged),
     }
 
 
@@ -73,7 +73,7 @@ def mass_in_swirl(k: Coefficients, swirl: float) -> float:
     return float(k.m_c + k.m_f * (1.0 - swirl) ** 2)
 
 
-def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> dict[str, Figure]:
+def _torsion(parameters: Parameters, operation: Operation, k: Coefficients, averaged: bool) -> dict[str, Figure]:
     """What decides on stick-slip: the string with its drive, linear, and the fall of friction with bit speed."""
     law_of_drive = None if parameters.drive.ideal else gains(parameters, k)
     matrix = torsional_matrix(parameters, k, law_of_drive)
@@ -86,6 +86,12 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients) -> d
         ),
         "stick_slip_onset": Figure(below, "rad/s", "speed below which steady drilling is unstable to stick-slip"),
     }
+    if averaged:
+        found["stick_slip_fold"] = Figure(
+            averaged_fold(parameters, k, held, operation.wob),
+            "rad/s",
+            "speed below which a torsional swing that comes to rest lasts, by averaging: to some 10 %",
+        )
     if law_of_drive is None:
         return found
     frequency = math.sqrt(float(k.k_t) / float(k.J))

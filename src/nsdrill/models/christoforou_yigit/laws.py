@@ -136,3 +136,23 @@ def onset(parameters: Parameters, k: Coefficients, least: float) -> float | None
         middle = 0.5 * (low + high)
         low, high = (middle, high) if fall(parameters, k, middle) > least else (low, middle)
     return low
+
+
+_PHASE = np.cos((np.arange(1500) + 0.5) * math.pi / 1500)  # of a cycle, at middles of equal parts of half of it
+
+
+def averaged_fold(parameters: Parameters, k: Coefficients, held: float, wob: float) -> float | None:
+    """The greatest mean bit speed [rad/s] at which friction sustains a cycle that just comes to rest, v = Omega
+    (1 + cos theta), against ``held`` [N m s/rad], the damping of string and drive; None where it does so nowhere. By
+    energy: held Omega / 2 = -W <arm(v) cos theta>, where what friction gives over a cycle is averaged (first order)."""
+    if held <= 0.0 or wob <= 0.0:
+        return None
+    low, high = math.log(1e-3), math.log(FASTEST)
+    for _ in range(5):
+        speeds = np.exp(np.linspace(low, high, 41))
+        gained = wob * (bit_arm(parameters, k, speeds[:, None] * (1 + _PHASE)) * _PHASE).mean(axis=1)
+        fed = np.flatnonzero(gained + 0.5 * held * speeds < 0.0)
+        if len(fed) == 0 or fed[-1] + 1 == len(speeds):
+            return None
+        low, high = np.log(speeds[fed[-1] : fed[-1] + 2]).tolist()
+    return math.exp(low)
