@@ -10,7 +10,7 @@ import pytest
 from made_up import make_results, make_trace
 
 from nsdrill import plot
-from nsdrill.analysis.equations import unlike
+from nsdrill.analysis.equations import other_string
 from nsdrill.plot.look import look_of
 from nsdrill.plot.style import house_style, new_figure, settle
 from nsdrill.plot.traces import planes_of
@@ -85,7 +85,7 @@ def test_strings_that_differ_are_told_by_their_keys() -> None:
 
     one = {"study_resolved": study(friction=0.3)}
     wob = float(sweep("{}").coords["wob"][0])
-    assert unlike(one, sweep(study(friction=0.3)), {"wob": wob}) == []
-    assert unlike(one, sweep(study(friction=0.4)), {"wob": wob}) == [("bit.friction", 0.3, 0.4)]
-    assert unlike(one, sweep(study(friction=0.4)), {"wob": wob}, {"bit.friction"}) == []
-    assert [key for key, *_ in unlike(one, sweep(study(friction=0.3)), {"wob": 2 * wob})] == ["operation.wob"]
+    assert other_string(one, sweep(study(friction=0.3)), {"wob": wob}) == []
+    assert other_string(one, sweep(study(friction=0.4)), {"wob": wob}) == [("bit.friction", 0.3, 0.4)]
+    assert other_string(one, sweep(study(friction=0.4)), {"wob": wob}, {"bit.friction"}) == []
+    assert [key for key, *_ in other_string(one, sweep(study(friction=0.3)), {"wob": 2 * wob})] == ["operation.wob"]

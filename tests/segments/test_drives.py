@@ -113,20 +113,20 @@ def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dic
 
 
 @pytest.mark.parametrize(
-    ("kind", "method", "rtol"), [("soft_torque", "explicit", 1e-10), ("equal_damping", "implicit", 1e-11)]
+    ("kind", "method", "within"), [("soft_torque", "explicit", 1e-7), ("equal_damping", "implicit", 1e-6)]
 )
-def test_a_run_ends_where_scipy_does(kind: str, method: str, rtol: float) -> None:
-    """0.4 s from a bit that turns too slowly; DOP853 on the plain equations at 1e-10. Both tolerances leave errors of
-    about 1e-8 of the natural sizes; the implicit pair is of lower order, and gets a tolerance of 1e-11."""
+def test_a_run_ends_where_scipy_does(kind: str, method: str, within: float) -> None:
+    """0.4 s from a bit that turns too slowly, beside DOP853 on the plain equations. Where both have a tolerance of 1e-12
+    SciPy's error is 1e-9 of the natural sizes, that of the explicit pair 7e-9, of the implicit one 2.4e-7."""
     parameters = string(**FEW, drive__kind=kind)
-    done = run(parameters, Simulation(0.0, 0.4, rtol=rtol, method=method), Initial(bit_speed=6.0))  # type: ignore[arg-type]
+    done = run(parameters, Simulation(0.0, 0.4, rtol=1e-12, method=method), Initial(bit_speed=6.0))  # type: ignore[arg-type]
     plain = Driven(pipes=3, collars=2, kind=kind)
     n = plain.n
     start = plain_of(done["initial_state"][0, :-1], n)
-    absolute = 1e-10 * np.repeat([1e-4, 1e-2, 0.1, 1.0, 1.0], [n + 1] * 4 + [1])
-    end = solve_ivp(plain.rates, (0.0, 0.4), start, method="DOP853", rtol=1e-10, atol=absolute).y[:, -1]
+    absolute = 1e-12 * np.repeat([1e-4, 1e-2, 0.1, 1.0, 1.0], [n + 1] * 4 + [1])
+    end = solve_ivp(plain.rates, (0.0, 0.4), start, method="DOP853", rtol=1e-12, atol=absolute).y[:, -1]
     size = plain_of(MODEL.sizes(Slopes(parameters).table[None], MODEL.variant(parameters))[0], n)
-    assert np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end))) < 1e-6
+    assert np.max(np.abs(plain_of(done["final_state"][0, :-1], n) - end) / (size + np.abs(end))) < within
     assert abs(end[2 * (n + 1)] - start[2 * (n + 1)]) > 1e-3  # the top has moved
 
 
