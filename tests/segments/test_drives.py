@@ -116,8 +116,8 @@ def test_the_lanes_have_the_rates_of_the_law(kind: str, keys: dict, numbers: dic
     ("kind", "method", "within"), [("soft_torque", "explicit", 1e-7), ("equal_damping", "implicit", 1e-6)]
 )
 def test_a_run_ends_where_scipy_does(kind: str, method: str, within: float) -> None:
-    """0.4 s from a bit that turns too slowly, beside DOP853 on the plain equations. Where both have a tolerance of 1e-12
-    SciPy's error is 1e-9 of the natural sizes, that of the explicit pair 7e-9, of the implicit one 2.4e-7."""
+    """0.4 s from a bit that turns too slowly, beside DOP853 on the plain equations. With a tolerance of 1e-12 the error
+    of SciPy is 1e-9 of the natural sizes, that of the explicit pair 7e-9, of the implicit one 2.4e-7."""
     parameters = string(**FEW, drive__kind=kind)
     done = run(parameters, Simulation(0.0, 0.4, rtol=1e-12, method=method), Initial(bit_speed=6.0))  # type: ignore[arg-type]
     plain = Driven(pipes=3, collars=2, kind=kind)
