@@ -90,7 +90,7 @@ def _torsion(parameters: Parameters, operation: Operation, k: Coefficients, aver
         found["stick_slip_fold"] = Figure(
             averaged_fold(parameters, k, held, operation.wob),
             "rad/s",
-            "speed below which a torsional swing that comes to rest lasts, by averaging: to some 10 %",
+            "speed below which torsional stick-slip, once begun, lasts; by averaging, to some 10 %",
         )
     if law_of_drive is None:
         return found
