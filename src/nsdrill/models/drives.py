@@ -24,7 +24,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from nsdrill.errors import Fault
+from nsdrill.errors import Fault, InputError
+from nsdrill.models.numbers import DriveCard
 
 STIFF = 50.0  # speed gain of a stiff controller, in pipe impedances (O)
 DIGITS = 9  # of numbers that come from LAPACK, whose last digits depend on the processor
@@ -201,3 +202,27 @@ def swinging(found: Sequence[tuple[complex, float, str]], several: bool, told: A
         f"is {root.real:.4g}{f' +- {abs(root.imag):.4g}i' if swing else ''} 1/s, so a deviation grows e-fold in "
         f"{1 / root.real:.3g} s{swing}. Look at the signs and sizes of the gains of drive: {kind}."
     )
+
+
+def drive_card(
+    kinds: Sequence[str], own: str, waves: np.ndarray, seen: Callable[[str, np.ndarray], tuple[float, Any]]
+) -> DriveCard:
+    """The chart ``drive-card`` of these ``kinds`` of drive and of the study's ``own``, below whose string stand
+    ``waves`` [rad/s]. ``seen`` gives of a kind, at frequencies [rad/s], the slope of friction that it holds and its
+    :func:`reflection`, None where it has none; an InputError of it says that the kind has no gains for this string."""
+    frequency = np.geomspace(0.2 * waves[0], 1.3 * waves[-1], 400)
+    reflected, held = {}, {}
+    for kind in dict.fromkeys((*kinds, own)):
+        if kind == "pi" != own:
+            continue  # it is whatever its numbers are, so the study has to give them
+        try:
+            held[kind], found = seen(kind, frequency)
+        except InputError:
+            if kind == own:
+                raise
+            continue
+        if kind == "ideal":
+            found = np.ones_like(frequency)
+        if found is not None:
+            reflected[kind] = np.abs(found)
+    return DriveCard(frequency, reflected, held, waves, own)

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from nsdrill.errors import InputError
+from nsdrill.models import drives
 from nsdrill.models.christoforou_yigit import buckling, tubes
 from nsdrill.models.christoforou_yigit.coefficients import Coefficients, derive
 from nsdrill.models.christoforou_yigit.drives import circuit, gains, impedance
@@ -82,28 +82,16 @@ def _buckling(
 def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
     """The chart ``drive-card``: every kind of drive with the numbers of the study."""
     k = derive(parameters, operation.depth, operation.wob, operation.rotary_speed)
-    own = parameters.drive.kind
-    waves = torsional_waves(parameters, operation.depth, WAVES)
-    frequency = np.geomspace(0.2 * waves[0], 1.3 * waves[-1], 400)
-    reflected, held = {}, {}
-    for kind in dict.fromkeys((*REFLECTING, "lqr", own)):
-        if kind == "pi" != own:
-            continue  # it is whatever its numbers are, so the study has to give them
+
+    def seen(kind: str, frequency: np.ndarray) -> tuple[float, np.ndarray | None]:
         driven = with_values(parameters, {"drive.kind": kind})
-        try:
-            held[kind] = slope_held(driven, k)
-        except InputError:  # no gains for this string
-            if kind == own:
-                raise
-            continue
-        found = None
-        if kind not in ("ideal", "lqr"):
-            found = reflection(gains(driven, k), float(impedance(driven)), frequency, circuit(driven, k))
-        if kind == "ideal":
-            reflected[kind] = np.ones_like(frequency)
-        elif found is not None:
-            reflected[kind] = np.abs(found)
-    return DriveCard(frequency, reflected, held, waves, own)
+        held = slope_held(driven, k)
+        if kind in ("ideal", "lqr"):
+            return held, None
+        return held, reflection(gains(driven, k), float(impedance(driven)), frequency, circuit(driven, k))
+
+    waves = torsional_waves(parameters, operation.depth, WAVES)
+    return drives.drive_card((*REFLECTING, "lqr"), parameters.drive.kind, waves, seen)
 
 
 def drive_tuning(parameters: Parameters, operation: Operation) -> DriveTuning:

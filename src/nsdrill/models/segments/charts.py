@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from nsdrill.errors import InputError
+from nsdrill.models import drives
 from nsdrill.models.drives import LAWS, reflection
 from nsdrill.models.leaves import with_values
 from nsdrill.models.numbers import DriveCard
@@ -18,28 +18,18 @@ WAVES = 4
 
 def drive_card(parameters: Parameters, operation: Operation) -> DriveCard:
     """The chart ``drive-card``: every kind of drive with the numbers of the study."""
-    own = parameters.drive.kind
-    waves = waves_of(of_point(parameters, operation), WAVES)
-    frequency = np.geomspace(0.2 * waves[0], 1.3 * waves[-1], 400)
-    pipe = float(impedance(parameters))
-    reflected, held = {}, {}
-    for kind in dict.fromkeys(("ideal", *LAWS, "dc_motor", "lqr", own)):
-        if kind == "pi" != own:
-            continue  # it is whatever its numbers are, so the study has to give them
+    own, pipe = parameters.drive.kind, float(impedance(parameters))
+
+    def seen(kind: str, frequency: np.ndarray) -> tuple[float, np.ndarray | None]:
         driven = with_values(parameters, {"drive.kind": kind})
         if kind == "dc_motor" != own:
             driven = with_values(driven, {"drive.gains": None})
         string = of_point(driven, operation)
-        try:
-            held[kind] = slope_held(driven, string)
-        except InputError:  # no gains for this string
-            if kind == own:
-                raise
-            continue
+        held = slope_held(driven, string)
         if kind == "ideal":
-            reflected[kind] = np.ones_like(frequency)
-            continue
-        seen, circuit = seen_from_below(driven, string)
-        if (found := reflection(seen, pipe, frequency, circuit)) is not None:
-            reflected[kind] = np.abs(found)
-    return DriveCard(frequency, reflected, held, waves, own)
+            return held, None
+        law, circuit = seen_from_below(driven, string)
+        return held, reflection(law, pipe, frequency, circuit)
+
+    waves = waves_of(of_point(parameters, operation), WAVES)
+    return drives.drive_card(("ideal", *LAWS, "dc_motor", "lqr"), own, waves, seen)
